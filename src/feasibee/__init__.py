@@ -1,0 +1,75 @@
+"""feasibee: can this swarm do these tasks? Simulate how the swarm itself finds out.
+
+>>> import feasibee
+>>> swarms = feasibee.simulate(feasibee.Scenario(tasks={"count": 2}), runs=100, seed=1)
+>>> feasibee.decision_counts(swarms.decision)
+{'feasible': 91, 'infeasible': 9, 'undecided': 0}
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from feasibee.errors import FeasibeeError, ScenarioError
+    from feasibee.plots import plot_arena, plot_decision_steps, plot_decisions, plot_opinions
+    from feasibee.results import open_results, save_results, scenario_of
+    from feasibee.scenario import Scenario
+    from feasibee.simulate import simulate
+    from feasibee.stats import decision_counts, decision_rates, decision_times, wilson
+    from feasibee.swarm import Swarm
+    from feasibee.truth import truth
+
+_HOMES = {
+    "FeasibeeError": "errors",
+    "Scenario": "scenario",
+    "ScenarioError": "errors",
+    "Swarm": "swarm",
+    "decision_counts": "stats",
+    "decision_rates": "stats",
+    "decision_times": "stats",
+    "open_results": "results",
+    "plot_arena": "plots",
+    "plot_decision_steps": "plots",
+    "plot_decisions": "plots",
+    "plot_opinions": "plots",
+    "save_results": "results",
+    "scenario_of": "results",
+    "simulate": "simulate",
+    "truth": "truth",
+    "wilson": "stats",
+}
+
+__all__ = [
+    "FeasibeeError",
+    "Scenario",
+    "ScenarioError",
+    "Swarm",
+    "decision_counts",
+    "decision_rates",
+    "decision_times",
+    "open_results",
+    "plot_arena",
+    "plot_decision_steps",
+    "plot_decisions",
+    "plot_opinions",
+    "save_results",
+    "scenario_of",
+    "simulate",
+    "truth",
+    "wilson",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first used, so that importing feasibee costs nothing."""
+    if name in _HOMES:
+        value = getattr(import_module(f"feasibee.{_HOMES[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module 'feasibee' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,123 @@
+"""Cell lists: which of many points lie near a place, at a cost that doesn't grow with their number.
+
+The grid is as wide as the torus, 2**bits cells a side. A half cell is at least the range, so all that is in
+range of a place lies in the block of two by two cells nearest to it. Strip r holds the points of rows r and
+r + 1, sorted by column, and repeats the first column at its end: so each block is one stretch of
+consecutive points, without a wrap, at the price of every point standing twice.
+"""
+
+from __future__ import annotations
+
+from numba import int32, int64, uint32, uint64
+
+from feasibee.engine.compile import kernel
+
+
+@kernel
+def within(xs, ys, first, x, y, limit):
+    """Return the set of those of the 32 points from ``first`` on whose squared distance is below ``limit``.
+
+    The constant length and the OR make this a handful of vector instructions; a length known only at run
+    time, or a count in place of the OR, falls back to scalar code.
+    """
+    near = uint32(0)
+    for j in range(32):
+        point = uint64(uint64(first) + uint64(j))
+        dx = int64(int32(xs[point] - x))
+        dy = int64(int32(ys[point] - y))
+        near |= uint32((uint32(1) << uint32(j)) if uint64(dx * dx + dy * dy) < limit else uint32(0))
+    return near
+
+
+@kernel
+def popcount(word):
+    """Return the number of set bits of a 32-bit word."""
+    v = uint32(word)
+    v = uint32(v - uint32(uint32(v >> uint32(1)) & uint32(0x55555555)))
+    v = uint32(uint32(v & uint32(0x33333333)) + uint32(uint32(v >> uint32(2)) & uint32(0x33333333)))
+    v = uint32(uint32(v + uint32(v >> uint32(4))) & uint32(0x0F0F0F0F))
+    return int64(uint32(uint32(v * uint32(0x01010101)) >> uint32(24)))
+
+
+@kernel
+def lowest(word):
+    """Return the place of the lowest set bit; the word isn't 0."""
+    return popcount(uint32(uint32(word & uint32(-word)) - uint32(1)))
+
+
+@kernel
+def first_bits(count):
+    """Return the set of the first ``count`` of 32, or of all of them."""
+    return uint32((uint64(1) << uint64(min(count, 32))) - uint64(1))
+
+
+@kernel
+def cell_of(coordinate, bits):
+    """Return the column of an x or the row of a y."""
+    return int64(uint64(uint32(coordinate)) >> uint64(32 - bits))
+
+
+@kernel
+def fill(cells, bits, xs, ys, labels, count):
+    """Sort points and their labels into the cells of all strips: count, add up, place."""
+    side = 1 << bits
+    start = cells.start
+    for cell in range(side * (side + 1) + 2):
+        start[cell] = 0
+    for i in range(count):
+        column = cell_of(xs[i], bits)
+        row = cell_of(ys[i], bits)
+        upper = row * (side + 1) + column
+        lower = ((row - 1) & (side - 1)) * (side + 1) + column
+        start[upper + 2] += 1
+        if column == 0:
+            start[upper + side + 2] += 1
+        if side > 1:
+            start[lower + 2] += 1
+            if column == 0:
+                start[lower + side + 2] += 1
+    for cell in range(side * (side + 1)):
+        start[cell + 2] += start[cell + 1]
+    for i in range(count):
+        column = cell_of(xs[i], bits)
+        row = cell_of(ys[i], bits)
+        upper = row * (side + 1) + column
+        lower = ((row - 1) & (side - 1)) * (side + 1) + column
+        place(cells, upper, xs[i], ys[i], labels[i])
+        if column == 0:
+            place(cells, upper + side, xs[i], ys[i], labels[i])
+        if side > 1:
+            place(cells, lower, xs[i], ys[i], labels[i])
+            if column == 0:
+                place(cells, lower + side, xs[i], ys[i], labels[i])
+
+
+@kernel
+def place(cells, cell, x, y, label):
+    """Append a point to its cell."""
+    slot = cells.start[cell + 1]
+    cells.start[cell + 1] = slot + 1
+    cells.x[slot] = x
+    cells.y[slot] = y
+    cells.label[slot] = label
+
+
+@kernel
+def block(cells, bits, x, y):
+    """Return first and last place (the last excluded) of the points in the block nearest to a point."""
+    side = 1 << bits
+    half = int64(1) << int64(31 - bits)
+    cell = cell_of(y - half, bits) * (side + 1) + cell_of(x - half, bits)
+    return cells.start[cell], cells.start[cell + min(2, side)]
+
+
+@kernel
+def count_within(cells, bits, x, y, limit):
+    """Return how many points lie within the limit of a place."""
+    first, last = block(cells, bits, x, y)
+    total = 0
+    while first < last:
+        near = within(cells.x, cells.y, first, x, y, limit) & first_bits(last - first)
+        total += popcount(near)
+        first += 32
+    return total

@@ -1,0 +1,66 @@
+"""The one compile decorator. Nothing else in the package says ``njit``."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy
+import platformdirs
+from numba.core import config
+
+# No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
+# function would otherwise touch every array's count atomically, which doubled the cost of a step.
+OPTIONS = {"nogil": True, "_nrt": False, "error_model": "numpy"}
+
+
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that only other kernels call; it lives inside their compiled code."""
+    compiled: Callable[..., Any] = numba.njit(forceinline=True, **OPTIONS)(function)
+    return compiled
+
+
+def entry(signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Compile a function that Python calls, for one signature, and keep the code on disk."""
+
+    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
+        # The cache folder is fixed while numba decorates; the user's own setting is put back at once.
+        users_folder = config.CACHE_DIR
+        config.CACHE_DIR = str(cache_folder())
+        try:
+            compiled: Callable[..., Any] = numba.njit(signature, cache=True, **OPTIONS)(function)
+        finally:
+            config.CACHE_DIR = users_folder
+        return compiled
+
+    return decorate
+
+
+@cache
+def cache_folder() -> Path:
+    """Return the folder of the compiled code, named after all that it was compiled from.
+
+    numba notices a change in a kernel's own file, not in the files of the kernels that it calls.
+    ``FEASIBEE_CACHE`` moves the folder.
+    """
+    package = Path(__file__).parent.parent
+    digest = hashlib.sha256()
+    for source in sorted([*package.glob("engine/*.py"), *package.glob("strategies/*.py"), package / "vocabulary.py"]):
+        digest.update(source.name.encode())
+        digest.update(source.read_bytes())
+    for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
+        digest.update(version.encode())
+    root = os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False)
+    return Path(root) / digest.hexdigest()[:16]
+
+
+def is_compiled() -> bool:
+    """Tell whether the compiled code of these very sources is on disk already."""
+    return any(cache_folder().glob("**/*.nbc"))

@@ -1,0 +1,82 @@
+"""Random numbers as coordinates, and the quantities drawn from them.
+
+A draw is Philox4x32-10 of the key (seed) and the counter (how many before, robot, run, purpose). There is
+no generator and no state. Only IEEE sums and products are used, so that a heading is the same on every
+platform; the logarithm of a duration is rounded up to whole steps, which hides its last bit.
+
+References
+----------
+Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import float64, int32, uint32, uint64
+
+from feasibee.engine.compile import kernel
+
+
+@kernel
+def philox(counter0, counter1, counter2, counter3, key0, key1):
+    """Return the four 32-bit words of Philox4x32-10 (Salmon et al., section 4.3)."""
+    c0, c1, c2, c3 = uint32(counter0), uint32(counter1), uint32(counter2), uint32(counter3)
+    k0, k1 = uint32(key0), uint32(key1)
+    for _ in range(10):
+        product0 = uint64(c0) * uint64(0xD2511F53)
+        product1 = uint64(c2) * uint64(0xCD9E8D57)
+        c0, c1, c2, c3 = (
+            uint32(uint32(product1 >> uint64(32)) ^ c1 ^ k0),
+            uint32(product1),
+            uint32(uint32(product0 >> uint64(32)) ^ c3 ^ k1),
+            uint32(product0),
+        )
+        k0 = uint32(k0 + uint32(0x9E3779B9))
+        k1 = uint32(k1 + uint32(0xBB67AE85))
+    return c0, c1, c2, c3
+
+
+@kernel
+def duration(word, mean):
+    """Return max(1, ceil(x)) for the exponential x = -mean log u, u = (word + 1) / 2**32 (model.md 3.4)."""
+    length = -mean * math.log((float64(word) + 1.0) * (1.0 / 4294967296.0))
+    return int32(max(1.0, math.ceil(length)))
+
+
+@kernel
+def direction(word):
+    """Return cosine and sine of the angle 2 pi word / 2**32.
+
+    The angle is taken to the nearest quarter turn; what is left, at most pi / 4, goes through the Taylor
+    polynomials of degree 16 and 17 in nested form, whose error there is below the last bit.
+    """
+    shifted = uint32(word + uint32(1 << 29))
+    quarter = uint32(shifted >> uint32(30))
+    rest = float64(shifted & uint32((1 << 30) - 1)) - 536870912.0
+    x = rest * (0.5 * math.pi / 1073741824.0)
+    z = x * x
+    sine = 1.0 - z * (1.0 / 272.0)
+    sine = 1.0 - z * (1.0 / 210.0) * sine
+    sine = 1.0 - z * (1.0 / 156.0) * sine
+    sine = 1.0 - z * (1.0 / 110.0) * sine
+    sine = 1.0 - z * (1.0 / 72.0) * sine
+    sine = 1.0 - z * (1.0 / 42.0) * sine
+    sine = 1.0 - z * (1.0 / 20.0) * sine
+    sine = 1.0 - z * (1.0 / 6.0) * sine
+    sine = x * sine
+    cosine = 1.0 - z * (1.0 / 240.0)
+    cosine = 1.0 - z * (1.0 / 182.0) * cosine
+    cosine = 1.0 - z * (1.0 / 132.0) * cosine
+    cosine = 1.0 - z * (1.0 / 90.0) * cosine
+    cosine = 1.0 - z * (1.0 / 56.0) * cosine
+    cosine = 1.0 - z * (1.0 / 30.0) * cosine
+    cosine = 1.0 - z * (1.0 / 12.0) * cosine
+    cosine = 1.0 - z * (1.0 / 2.0) * cosine
+    if quarter == 0:
+        return cosine, sine
+    if quarter == 1:
+        return -sine, cosine
+    if quarter == 2:
+        return -cosine, -sine
+    return sine, -cosine

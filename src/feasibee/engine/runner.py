@@ -1,0 +1,135 @@
+"""Many runs over threads, in chunks; what each run gives doesn't depend on either."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.engine import batch
+from feasibee.engine.compile import entry
+from feasibee.engine.layout import Params, empty_state, params_of
+from feasibee.record import Record
+from feasibee.scenario import Scenario
+from feasibee.strategies import STRATEGIES
+
+CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
+FIRST_SLOTS = 16
+POLL = 0.1  # seconds between two looks at the progress
+
+
+@cache
+def strategy_functions(name: str) -> tuple[Callable[..., float], Callable[..., float], Callable[..., int]]:
+    """Compile the functions of a strategy; the kernels take them as typed function pointers."""
+    strategy = STRATEGIES[name]
+    return (
+        entry(batch.QUALITY)(strategy.quality),
+        entry(batch.DISSEMINATION)(strategy.dissemination),
+        entry(batch.DECIDE)(strategy.decide),
+    )
+
+
+def simulate(
+    scenario: Scenario,
+    seed: int,
+    record: Record,
+    threads: int,
+    chunk: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Fill in a record, run by run.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to simulate.
+    seed : int
+        64 bits.
+    record : Record
+        Empty, of the length and first run that are wanted.
+    threads : int
+        How many chunks to play at a time.
+    chunk : int, optional
+        Runs a chunk; by default about 30 ms of work.
+    progress : callable, optional
+        Called now and then with the share of the work done, 0 to 1.
+    """
+    params = params_of(scenario, seed)
+    functions = strategy_functions(scenario.decision.strategy)
+    parts = list(_parts(record, chunk or _chunk_length(params, record.runs, threads)))
+    done = np.zeros((len(parts), 1), np.int64)
+    cancel = np.zeros(1, np.bool_)
+    with ThreadPoolExecutor(threads) as pool:
+        futures = [
+            pool.submit(_play, params, part, functions, done[row], cancel) for row, part in enumerate(parts)
+        ]
+        try:
+            _watch(futures, done, parts, params, progress)
+        except BaseException:
+            cancel[0] = True
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _watch(
+    futures: list[Future[None]],
+    done: NDArray[np.int64],
+    parts: list[Record],
+    params: Params,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Wait for all chunks, tell the progress, raise what a chunk raised."""
+    runs = sum(part.runs for part in parts)
+    pending = set(futures)
+    while pending:
+        finished, pending = wait(pending, timeout=POLL, return_when=FIRST_EXCEPTION)
+        for future in finished:
+            future.result()
+        if progress is not None:
+            # A run that stops at its decision does fewer steps; a finished chunk counts in full.
+            shares = [
+                part.runs if future.done() else count / params.steps
+                for part, future, count in zip(parts, futures, done[:, 0].tolist(), strict=True)
+            ]
+            progress(min(1.0, sum(shares) / runs))
+
+
+def _parts(record: Record, chunk: int) -> Iterator[Record]:
+    for start in range(0, record.runs, chunk):
+        yield record.part(start, min(start + chunk, record.runs))
+
+
+def _chunk_length(params: Params, runs: int, threads: int) -> int:
+    by_work = CHUNK // (params.robots * params.steps)
+    by_balance = math.ceil(runs / (4 * threads))
+    return max(1, min(by_work, by_balance))
+
+
+def _play(
+    params: Params,
+    record: Record,
+    functions: tuple[Callable[..., float], Callable[..., float], Callable[..., int]],
+    done: NDArray[np.int64],
+    cancel: NDArray[np.bool_],
+) -> None:
+    """Play one chunk; when an inbox table runs full, play that run again with twice the room."""
+    slots = FIRST_SLOTS
+    whole = 0
+    while whole < record.runs and not cancel[0]:
+        rest = record.part(whole, record.runs)
+        whole += batch.play(
+            params,
+            empty_state(params, slots),
+            rest.first_run,
+            rest.decision,
+            rest.decision_step,
+            rest.feasible_count,
+            done,
+            cancel,
+            *functions,
+        )
+        slots *= 2

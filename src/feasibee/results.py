@@ -1,0 +1,118 @@
+"""Results with names: a Record becomes an xarray.Dataset that carries its recipe."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from feasibee.errors import FeasibeeError
+from feasibee.files import whole_file
+from feasibee.record import Record
+from feasibee.scenario import Scenario
+from feasibee.truth import truth
+from feasibee.vocabulary import DECISIONS, MODEL_VERSION
+
+LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
+
+
+def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
+    """Return a record as a dataset over run and step, with its recipe as JSON in ``attrs["recipe"]``."""
+    meanings = dict(sorted(DECISIONS.items()))
+    flags = {"flag_values": np.array(list(meanings), np.int8), "flag_meanings": " ".join(meanings.values())}
+    runs = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
+    data: dict[str, Any] = {
+        "decision": ("run", record.decision, {"long_name": "collective decision", **flags}),
+        "decision_step": (
+            "run",
+            record.decision_step,
+            {"long_name": "first step at which the swarm had decided; -1: undecided", "units": "step"},
+        ),
+    }
+    coordinates: dict[str, Any] = {"run": ("run", runs, {"long_name": "number of the run"})}
+    if record.feasible_count.shape[1]:
+        data["feasible_count"] = (
+            ("run", "step"),
+            record.feasible_count,
+            {"long_name": "robots with opinion 1 (feasible); -1: after the end of the run", "units": "robots"},
+        )
+        steps = np.arange(record.feasible_count.shape[1], dtype=np.int64)
+        coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
+    return xr.Dataset(data, coordinates, {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))})
+
+
+def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
+    """Return all that is needed to compute a record again, and what computed it."""
+    return {
+        "scenario": scenario.to_dict(),
+        "scenario_hash": scenario.hash,
+        "seed": seed,
+        "first_run": record.first_run,
+        "runs": record.runs,
+        "truth": "feasible" if truth(scenario) else "infeasible",
+        "model_version": MODEL_VERSION,
+        "version": version("feasibee"),
+        "python": platform.python_version(),
+        "libraries": {name: version(name) for name in LIBRARIES},
+    }
+
+
+def recipe_of(dataset: xr.Dataset) -> dict[str, Any]:
+    """Return the recipe that a dataset carries."""
+    try:
+        found: dict[str, Any] = json.loads(dataset.attrs["recipe"])
+    except (KeyError, TypeError, ValueError):
+        raise FeasibeeError("these aren't results of feasibee: no recipe in the attributes") from None
+    return found
+
+
+def scenario_of(dataset: xr.Dataset) -> Scenario:
+    """Return the scenario that a dataset was computed from."""
+    return Scenario.model_validate(recipe_of(dataset)["scenario"])
+
+
+def save_results(dataset: xr.Dataset, path: str | Path) -> None:
+    """Save results as NetCDF: the file is whole or not there.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `feasibee.simulate`.
+    path : path
+        Usually with the suffix ``.nc``.
+
+    Raises
+    ------
+    FeasibeeError
+        If it can't be written.
+    """
+    packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
+    with whole_file(path) as temporary:
+        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+
+
+def open_results(path: str | Path) -> xr.Dataset:
+    """Open saved results.
+
+    Raises
+    ------
+    FeasibeeError
+        If the file isn't there or isn't NetCDF of feasibee.
+    """
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as opened:
+            dataset = opened.load()
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: {error}") from None
+    recipe_of(dataset)
+    return dataset
+
+
+def _curves(dataset: xr.Dataset) -> Iterator[str]:
+    return (str(name) for name, variable in dataset.data_vars.items() if variable.ndim == 2)

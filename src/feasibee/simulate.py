@@ -1,0 +1,137 @@
+"""simulate(): the door to the engine and the reference."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Literal
+
+from feasibee.errors import FeasibeeError
+from feasibee.record import Record
+from feasibee.scenario import Scenario
+from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CURVES_LIMIT = 8 * 2**30
+"""Bytes of curves in one call."""
+
+
+def simulate(
+    scenario: Scenario | None = None,
+    runs: int = 1,
+    seed: int = 0,
+    *,
+    first_run: int = 0,
+    curves: bool = False,
+    threads: int | None = None,
+    backend: Literal["engine", "reference"] = "engine",
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Simulate a swarm many times.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+        What to simulate; by default the paper's swarm with 20 tasks.
+    runs : int
+        How many runs, at least 1.
+    seed : int
+        From 0 to 2**64 - 1. Scenario, seed and number of the run determine a run, whatever else is run with
+        it, on whatever machine.
+    first_run : int
+        Number of the first run: runs 100 to 199 of a study are ``first_run=100, runs=100``.
+    curves : bool
+        Whether to keep the number of robots with opinion 1 at each step.
+    threads : int, optional
+        By default one for each processor.
+    backend : {"engine", "reference"}
+        The compiled engine, or the plain-Python reference: the same numbers, a thousand times slower.
+    progress : callable, optional
+        Called now and then with the share of the work done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``run``: ``decision`` (1 feasible, 0 infeasible, -1 undecided) and ``decision_step`` (-1 if
+        undecided); over ``run`` and ``step``, with ``curves``: ``feasible_count``. The recipe is in the
+        attributes.
+
+    Raises
+    ------
+    FeasibeeError
+        If an argument is out of its range.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> swarms = feasibee.simulate(feasibee.Scenario(tasks={"count": 2}), runs=100, seed=1)
+    >>> int((swarms.decision == 1).sum())
+    91
+    """
+    from feasibee.results import label
+
+    scenario = Scenario() if scenario is None else scenario
+    record = simulate_record(
+        scenario, runs, seed, first_run=first_run, curves=curves, threads=threads, backend=backend, progress=progress
+    )
+    return label(record, scenario, seed)
+
+
+def simulate_record(
+    scenario: Scenario,
+    runs: int,
+    seed: int,
+    *,
+    first_run: int = 0,
+    curves: bool = False,
+    threads: int | None = None,
+    chunk: int | None = None,
+    backend: Literal["engine", "reference"] = "engine",
+    progress: Callable[[float], None] | None = None,
+) -> Record:
+    """Simulate without labels: see `simulate`; ``chunk`` is the number of runs that a thread plays at a time."""
+    _check("runs", runs, 1, RUN_LIMIT)
+    _check("seed", seed, 0, SEED_LIMIT - 1)
+    _check("first_run", first_run, 0, RUN_LIMIT - runs)
+    _check("threads", threads or 1, 1, 1024)
+    if curves and 4 * runs * (scenario.run.steps + 1) > CURVES_LIMIT:
+        raise FeasibeeError(
+            f"curves of {runs} runs x {scenario.run.steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; "
+            "ask for fewer runs at a time, fewer steps, or no curves"
+        )
+    if backend == "reference":
+        from feasibee import reference
+
+        return reference.simulate(scenario, runs, seed, first_run, curves)
+    if backend != "engine":
+        raise FeasibeeError(f"backend = {backend!r}: must be 'engine' or 'reference'")
+    load_engine()
+    from feasibee.engine import runner
+
+    record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
+    runner.simulate(scenario, seed, record, threads or processors(), chunk, progress)
+    return record
+
+
+def load_engine() -> None:
+    """Load the compiled engine; the first time on a machine, say that it takes a while."""
+    from feasibee.engine import compile
+
+    if not compile.is_compiled():
+        print("feasibee: compiling the engine, once for this machine; about 10 s ...", file=sys.stderr, flush=True)
+    from feasibee.engine import runner
+
+    runner.strategy_functions("dmmd")
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _check(name: str, value: int, low: int, high: int) -> None:
+    if isinstance(value, bool) or not hasattr(value, "__index__") or not low <= value <= high:
+        raise FeasibeeError(f"{name} = {value!r}: must be a whole number from {low} to {high}")

@@ -1,0 +1,132 @@
+"""Statistics of decisions: how often, how sure, how soon."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from feasibee.vocabulary import DECISIONS
+
+CONFIDENCE = 0.95
+
+
+class Interval(NamedTuple):
+    """An estimate and where the truth lies with the confidence asked for."""
+
+    estimate: float
+    low: float
+    high: float
+
+
+class DecisionTimes(NamedTuple):
+    """By which step a quarter, a half and three quarters of all runs had decided; None: not within the run."""
+
+    q25: int | None
+    median: int | None
+    q75: int | None
+
+
+def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
+    """Return a rate with its Wilson score interval.
+
+    Parameters
+    ----------
+    successes, trials : int
+        How often it happened, of how many times; at least one trial.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Interval
+        Within [0, 1]; never of zero width, even for 0 of 100.
+
+    Raises
+    ------
+    ValueError
+        If there are no trials, or not 0 <= successes <= trials.
+
+    References
+    ----------
+    Wilson, "Probable inference, the law of succession, and statistical inference", JASA 1927.
+
+    Examples
+    --------
+    >>> low, high = feasibee.wilson(0, 100)[1:]
+    >>> round(low, 3), round(high, 3)
+    (0.0, 0.037)
+    """
+    if trials < 1 or not 0 <= successes <= trials:
+        raise ValueError(f"{successes} of {trials}: must be 0 <= successes <= trials, and at least one trial")
+    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    rate = successes / trials
+    centre = (rate + z * z / (2 * trials)) / (1 + z * z / trials)
+    half = z / (1 + z * z / trials) * math.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials * trials))
+    low = 0.0 if successes == 0 else centre - half
+    high = 1.0 if successes == trials else centre + half
+    return Interval(rate, low, high)
+
+
+def decision_counts(decision: ArrayLike) -> dict[str, int]:
+    """Return how many runs decided feasible, decided infeasible, and stayed undecided.
+
+    Parameters
+    ----------
+    decision : array of int, shape (runs,)
+        1 feasible, 0 infeasible, -1 undecided.
+    """
+    values = np.asarray(decision)
+    return {name: int((values == code).sum()) for code, name in DECISIONS.items()}
+
+
+def decision_rates(decision: ArrayLike, confidence: float = CONFIDENCE) -> dict[str, Interval]:
+    """Return the shares of the runs that decided each way, with Wilson intervals."""
+    counts = decision_counts(decision)
+    return {name: wilson(count, sum(counts.values()), confidence) for name, count in counts.items()}
+
+
+def decision_times(decision_step: ArrayLike) -> DecisionTimes:
+    """Return the quartiles of the decision step over all runs, undecided ones being later than any step.
+
+    Parameters
+    ----------
+    decision_step : array of int, shape (runs,)
+        -1 for an undecided run: it is censored, not left out.
+
+    Returns
+    -------
+    DecisionTimes
+        The first step by which at least that share of all runs had decided.
+    """
+    steps = np.asarray(decision_step)
+    if steps.size == 0:
+        return DecisionTimes(None, None, None)
+    ordered = np.sort(np.where(steps < 0, np.iinfo(np.int64).max, steps))
+    found = (int(ordered[math.ceil(share * steps.size) - 1]) for share in (0.25, 0.5, 0.75))
+    return DecisionTimes(*(step if step < np.iinfo(np.int64).max else None for step in found))
+
+
+def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.float64]:
+    """Return the quartiles over runs of the percentage of robots with opinion 1.
+
+    Parameters
+    ----------
+    feasible_count : array of int, shape (runs, steps + 1)
+        A run that has ended (-1) keeps its last value.
+    robots : int
+        Size of the swarm.
+
+    Returns
+    -------
+    float64 array, shape (3, steps + 1)
+        Lower quartile, median, upper quartile, in per cent.
+    """
+    counts = np.asarray(feasible_count)
+    held = np.maximum.accumulate(np.where(counts >= 0, np.arange(counts.shape[1]), 0), axis=1)
+    kept = np.take_along_axis(counts, held, axis=1)
+    quartiles: NDArray[np.float64] = np.quantile(kept, (0.25, 0.5, 0.75), axis=0) * (100.0 / robots)
+    return quartiles

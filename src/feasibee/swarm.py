@@ -1,0 +1,103 @@
+"""Swarm: one run, step by step, to look at."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.scenario import Scenario
+from feasibee.simulate import load_engine
+from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
+
+
+class Swarm:
+    """The swarm of one run; the same computation as `simulate`, to the bit.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+        By default the paper's swarm with 20 tasks.
+    seed, run : int
+        Which run.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> swarm = feasibee.Swarm(seed=1)
+    >>> swarm.advance(10)
+    >>> swarm.step, swarm.positions.shape
+    (10, (20, 2))
+    """
+
+    def __init__(self, scenario: Scenario | None = None, seed: int = 0, run: int = 0) -> None:
+        load_engine()
+        from feasibee.engine import batch, layout, runner
+
+        self.scenario = Scenario() if scenario is None else scenario
+        self._run = run
+        self._engine = batch
+        self._layout = layout
+        self._params = layout.params_of(self.scenario, seed)
+        self._functions = runner.strategy_functions(self.scenario.decision.strategy)
+        self._begin(runner.FIRST_SLOTS)
+
+    def _begin(self, slots: int) -> None:
+        self._slots = slots
+        self._state = self._layout.empty_state(self._params, slots)
+        self._engine.start(self._params, self._state, self._run)
+
+    def advance(self, steps: int = 1) -> None:
+        """Let some steps pass."""
+        target = self.step + steps
+        while self.step < target:
+            self._engine.advance(self._params, self._state, *self._functions)
+            if self._state.clock[self._layout.FULL]:
+                self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
+
+    @property
+    def step(self) -> int:
+        """Steps done."""
+        return int(self._state.clock[self._layout.STEP])
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Where the robots are: float64, shape (robots, 2), in units, from 0 to the side."""
+        count = self.scenario.robots.count
+        return self._in_units(self._state.x[:count], self._state.y[:count])
+
+    @property
+    def tasks(self) -> NDArray[np.float64]:
+        """Where the tasks are: float64, shape (tasks, 2), in units."""
+        return self._in_units(self._state.task_x, self._state.task_y)
+
+    @property
+    def opinions(self) -> NDArray[np.int8]:
+        """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible."""
+        return self._members(self._state.opinions)
+
+    @property
+    def disseminating(self) -> NDArray[np.bool_]:
+        """Which robots broadcast their opinion: bool, shape (robots,); the others explore."""
+        return self._members(self._state.disseminating).astype(np.bool_)
+
+    @property
+    def feasible_count(self) -> int:
+        """Number of robots with opinion 1."""
+        return int(self._state.clock[self._layout.FEASIBLE_COUNT])
+
+    @property
+    def decision(self) -> int:
+        """What the swarm agrees on at this step: 1 feasible, 0 infeasible, -1 nothing."""
+        if self.feasible_count >= self._params.quorum:
+            return FEASIBLE
+        if self.scenario.robots.count - self.feasible_count >= self._params.quorum:
+            return INFEASIBLE
+        return UNDECIDED
+
+    def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:
+        fractions = np.stack([x, y], axis=1).astype(np.uint32) / 2.0**32
+        return fractions * self.scenario.arena.side
+
+    def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:
+        bits = (words[:, None] >> np.arange(32, dtype=np.uint32)) & np.uint32(1)
+        return bits.reshape(-1)[: self.scenario.robots.count].astype(np.int8)
