@@ -3,6 +3,8 @@
 ``python benchmarks/brute_force.py`` plays some runs and prints how they decide.
 """
 
+# ruff: noqa: NPY002, PLR0912  numba compiles only the old generators; and one long loop is what it is about
+
 from __future__ import annotations
 
 import math
@@ -127,7 +129,7 @@ def print_rates(tasks: int, runs: int) -> None:
     """Print how some runs decide, to be held against section 5 of the model's description."""
     decisions, steps = simulate(runs, 1, tasks=tasks)
     share = np.mean(decisions == FEASIBLE)
-    quartiles = ", ".join(f"{step:.0f}" for step in np.quantile(steps[decisions != UNDECIDED], (0.25, 0.5, 0.75)))
+    quartiles = np.quantile(steps[decisions != UNDECIDED], (0.25, 0.5, 0.75)).tolist()
     print(f"{tasks} tasks, {runs} runs: feasible {share:.3f}; decision step, quartiles: {quartiles}")
 
 

@@ -14,6 +14,8 @@ import statistics
 
 import mesa
 
+SPEED, SENSING_RANGE = 1.0, 2.0
+MEAN_RUN = EXPLORATION = GAIN = 10.0
 FEASIBLE, INFEASIBLE, UNDECIDED = 1, 0, -1
 
 
@@ -38,7 +40,7 @@ class Robot(mesa.Agent):
 
     def sense(self) -> None:
         """Hear who disseminates nearby and, while exploring, count robots and tasks in range."""
-        for neighbor in self.model.space.get_neighbors(self.pos, self.model.sensing_range):
+        for neighbor in self.model.space.get_neighbors(self.pos, SENSING_RANGE):
             if isinstance(neighbor, Task):
                 self.tasks_seen += 1
             elif neighbor is not self:
@@ -62,8 +64,8 @@ class Robot(mesa.Agent):
     def turn(self) -> None:
         """Take a new heading for a while."""
         heading = self.random.uniform(0, 2 * math.pi)
-        self.velocity = (self.model.speed * math.cos(heading), self.model.speed * math.sin(heading))
-        self.walk_left = self.duration(self.model.mean_run)
+        self.velocity = (SPEED * math.cos(heading), SPEED * math.sin(heading))
+        self.walk_left = self.duration(MEAN_RUN)
 
     def explore(self) -> None:
         """Start observing, with nothing seen or heard: what was counted meanwhile doesn't matter."""
@@ -71,7 +73,7 @@ class Robot(mesa.Agent):
         self.robots_seen = 0
         self.tasks_seen = 0
         self.inbox: dict[int, int] = {}
-        self.phase_left = self.duration(self.model.exploration)
+        self.phase_left = self.duration(EXPLORATION)
 
     def disseminate(self) -> None:
         """Broadcast the own opinion for a time in proportion to its quality."""
@@ -79,7 +81,7 @@ class Robot(mesa.Agent):
         feasible = self.robots_seen / seen if seen else 0.5
         quality = feasible if self.opinion == FEASIBLE else 1 - feasible
         self.disseminating = True
-        self.phase_left = self.duration(self.model.gain * quality)
+        self.phase_left = self.duration(GAIN * quality)
 
     def decide(self) -> None:
         """Take the majority of the inbox and the own opinion; a tie keeps the own."""
@@ -97,23 +99,9 @@ class FeasibilityModel(mesa.Model):
     """A swarm that decides whether its tasks are feasible."""
 
     def __init__(
-        self,
-        robots: int = 20,
-        tasks: int = 20,
-        side: float = 20.0,
-        speed: float = 1.0,
-        sensing_range: float = 2.0,
-        mean_run: float = 10.0,
-        exploration: float = 10.0,
-        gain: float = 10.0,
-        seed: int | None = None,
+        self, robots: int = 20, tasks: int = 20, side: float = 20.0, seed: int | None = None
     ) -> None:
         super().__init__(seed=seed)
-        self.speed = speed
-        self.sensing_range = sensing_range
-        self.mean_run = mean_run
-        self.exploration = exploration
-        self.gain = gain
         self.space = mesa.space.ContinuousSpace(side, side, torus=True)
         self.robots = Robot.create_agents(self, robots)
         Task.create_agents(self, tasks)
@@ -144,7 +132,9 @@ def decision(model: FeasibilityModel) -> int:
     return model.decision
 
 
-def play(tasks: int = 100, steps: int = 1000, seed: int = 1, stop_at_decision: bool = False) -> FeasibilityModel:
+def play(
+    tasks: int = 100, steps: int = 1000, seed: int = 1, stop_at_decision: bool = False
+) -> FeasibilityModel:
     """Play one run."""
     model = FeasibilityModel(tasks=tasks, seed=seed)
     for _ in range(steps):
@@ -159,7 +149,7 @@ def print_rates(tasks: int, runs: int) -> None:
     models = [play(tasks, seed=seed, stop_at_decision=True) for seed in range(1, runs + 1)]
     share = statistics.mean(decision(model) == FEASIBLE for model in models)
     steps = [model.decision_step for model in models if decision(model) != UNDECIDED]
-    quartiles = ", ".join(f"{step:.0f}" for step in statistics.quantiles(steps, n=4))
+    quartiles = statistics.quantiles(steps, n=4)
     print(f"{tasks} tasks, {runs} runs: feasible {share:.3f}; decision step, quartiles: {quartiles}")
 
 

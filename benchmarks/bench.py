@@ -1,0 +1,81 @@
+"""Measure feasibee's speed, growth, start-up and memory, and print one table.
+
+All times are CPU times on one thread, of code that is loaded and compiled, unless the table says otherwise.
+
+Examples
+--------
+::
+
+    python benchmarks/bench.py
+    python benchmarks/bench.py --quick --json figures.json
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from cases import CASES, QUICK, Plan
+from measure import Row, machine
+
+EPILOG = "example:\n  python benchmarks/bench.py --quick --json figures.json"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure all cases, printing each as soon as it is known."""
+    options = parse(arguments)
+    plan = QUICK if options.quick else Plan()
+    described = machine()
+    print_machine(described, plan)
+    figures = {}
+    for title, case in CASES.items():
+        print(f"\n{title}")
+        figures[title] = case(plan)
+        for row in figures[title]:
+            print(line(row))
+    if options.json:
+        options.json.write_text(json.dumps(as_tables(described, figures), indent=2) + "\n", encoding="utf-8")
+
+
+def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(
+        description="Measure feasibee's speed, growth, start-up and memory, and print one table.",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--quick", action="store_true", help="fewer sizes and repeats: about half a minute")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to FILE")
+    return parser.parse_args(arguments)
+
+
+def print_machine(described: dict[str, str], plan: Plan) -> None:
+    """Print what the figures were taken on, and the head of the table."""
+    for name, value in described.items():
+        print(f"{name:10} {value}")
+    print(f"\nCPU time, warm, one thread; best and median of ≤ {plan.repeats}; ratios of the best times\n")
+    print(f"  {'':38} {'best':>10} {'median':>10}  {'unit':14} {'robot-steps/s':>14}  ratio")
+
+
+def line(row: Row) -> str:
+    """Return a row as a line of the table."""
+    rate = f"{row.robot_steps_per_second:,.0f}" if row.robot_steps_per_second else ""
+    ratio = f"{row.ratio:,.2f} x {row.ratio_to}" if row.ratio else ""
+    figures = f"{row.best:>10,.2f} {row.median:>10,.2f}  {row.unit:14} {rate:>14}  {ratio}"
+    return f"  {row.name:38} {figures}".rstrip()
+
+
+def as_tables(described: dict[str, str], figures: dict[str, list[Row]]) -> dict[str, object]:
+    """Return all figures as plain tables."""
+    cases = {
+        title: [{**asdict(row), "robot_steps_per_second": row.robot_steps_per_second} for row in rows]
+        for title, rows in figures.items()
+    }
+    return {"machine": described, "cases": cases}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,140 @@
+"""What is measured: each case a short function that returns rows of the table."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib.util import find_spec
+
+import brute_force
+from measure import Row, command_cpu_seconds, peak_mebibytes, speed
+
+import feasibee
+
+SPACE_PER_ROBOT = 20.0  # square units: the paper's 20 robots on 20 x 20
+PAPER_TASKS = 100
+PAPER_STEPS = 1000
+SHORT_STEPS = 100
+LARGE = 10_000
+
+RUN = ["-m", "feasibee", "run", "--set", f"tasks.count={PAPER_TASKS}", "--runs", "100", "--seed", "1"]
+
+KEEP_CURVES = f"""
+import feasibee
+scenario = feasibee.Scenario(tasks={{"count": {PAPER_TASKS}}})
+swarms = feasibee.simulate(scenario, runs=RUNS, seed=1, threads=1, curves=True)
+"""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much is measured."""
+
+    repeats: int = 7
+    runs: int = 400
+    robot_steps: int = 4_000_000
+    sizes: tuple[int, ...] = (20, 32, 33, 64, 100, 316, 1000, 3162, LARGE)
+    processes: int = 3
+
+
+QUICK = Plan(repeats=3, runs=200, robot_steps=1_000_000, sizes=(20, 32, 33, 100, 1000, LARGE), processes=1)
+
+
+def paper_swarm(plan: Plan) -> list[Row]:
+    """Measure the paper's swarm of 20 robots in feasibee, in the brute-force loop and in Mesa."""
+    ours = replace(swarm_speed(plan, 20, PAPER_TASKS, PAPER_STEPS, plan.runs), name="feasibee")
+    rows = [ours, brute_force_speed(plan).against(ours, "feasibee")]
+    if find_spec("mesa"):
+        rows.append(mesa_speed(plan).against(ours, "feasibee"))
+    return rows
+
+
+def brute_force_speed(plan: Plan) -> Row:
+    """Measure the loop over all pairs."""
+    runs = plan.runs // 4
+    work = partial(brute_force.simulate, runs, 1, tasks=PAPER_TASKS, steps=PAPER_STEPS)
+    return speed("brute-force loop in numba", work, 20 * PAPER_STEPS * runs, plan.repeats)
+
+
+def mesa_speed(plan: Plan) -> Row:
+    """Measure the Mesa model; one run is long enough."""
+    import mesa_model
+
+    work = partial(mesa_model.play, tasks=PAPER_TASKS, steps=PAPER_STEPS)
+    return speed("Mesa", work, 20 * PAPER_STEPS, plan.repeats)
+
+
+def growth(plan: Plan) -> list[Row]:
+    """Measure swarms of all sizes, at the density of the paper's and with as many tasks as robots."""
+    rows: list[Row] = []
+    for robots in plan.sizes:
+        row = swarm_speed(plan, robots, robots, SHORT_STEPS, enough_runs(plan, robots))
+        rows.append(row.against(rows[0], "20 robots") if rows else row)
+    return rows
+
+
+def large_swarm(plan: Plan) -> list[Row]:
+    """Measure a single run of 10,000 robots, its start included, against many of 20 at equal densities."""
+    rows = []
+    for tasks_per_robot in (1, PAPER_TASKS // 20):
+        few = swarm_speed(plan, 20, 20 * tasks_per_robot, SHORT_STEPS, enough_runs(plan, 20))
+        many = swarm_speed(plan, LARGE, LARGE * tasks_per_robot, SHORT_STEPS, 1)
+        rows += [few, many.against(few, "20 robots")]
+    return rows
+
+
+def enough_runs(plan: Plan, robots: int) -> int:
+    """Return how many short runs are long enough to be timed."""
+    return max(1, plan.robot_steps // (robots * SHORT_STEPS))
+
+
+def swarm_speed(plan: Plan, robots: int, tasks: int, steps: int, runs: int) -> Row:
+    """Measure feasibee on one thread, at the density of the paper's swarm."""
+    scenario = feasibee.Scenario(
+        arena={"side": math.sqrt(SPACE_PER_ROBOT * robots)},
+        robots={"count": robots},
+        tasks={"count": tasks},
+        run={"steps": steps},
+    )
+    work = partial(feasibee.simulate, scenario, runs=runs, seed=1, threads=1)
+    return speed(f"{robots:,} robots, {tasks:,} tasks", work, robots * steps * runs, plan.repeats)
+
+
+def start_up(plan: Plan) -> list[Row]:
+    """Measure commands: the help, the first simulation ever, which compiles the engine, and the next one."""
+    asked, first, second = [], [], []
+    for _ in range(plan.repeats):
+        asked.append(command_cpu_seconds(["-m", "feasibee", "--help"]))
+    for _ in range(plan.processes):
+        with tempfile.TemporaryDirectory() as folder:
+            first.append(command_cpu_seconds(RUN, {"FEASIBEE_CACHE": folder}))
+            second.append(command_cpu_seconds(RUN, {"FEASIBEE_CACHE": folder}))
+    return [
+        Row.of("feasibee --help", "s", asked),
+        Row.of("feasibee run, for the first time", "s", first),
+        Row.of("feasibee run, again", "s", second),
+    ]
+
+
+def memory(plan: Plan) -> list[Row]:
+    """Measure a process that simulates one run, and one that keeps the curves of 1,000."""
+    return [memory_of("1 run", 1, plan), memory_of("1,000 runs with curves", 1000, plan)]
+
+
+def memory_of(name: str, runs: int, plan: Plan) -> Row:
+    """Measure the most memory of a process that simulates the paper's swarm."""
+    code = KEEP_CURVES.replace("RUNS", str(runs))
+    return Row.of(name, "MiB", [peak_mebibytes(code) for _ in range(plan.processes)])
+
+
+CASES: dict[str, Callable[[Plan], list[Row]]] = {
+    f"The paper's swarm: 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": paper_swarm,
+    f"Growth: equal density, as many tasks as robots, {SHORT_STEPS} steps": growth,
+    f"A large swarm: equal densities, {SHORT_STEPS} steps": large_swarm,
+    "Start-up: CPU time of a command, interpreter and 100 runs included": start_up,
+    f"Memory: the most that a process holds, 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": memory,
+}
+"""By title, in the order of the table."""

@@ -1,0 +1,5 @@
+"""``python -m feasibee``."""
+
+from feasibee.cli import main
+
+main()

@@ -1,0 +1,207 @@
+"""What the paper claims, each checked from the data: holds, fails, or can't tell.
+
+A claim's interval has 95 % confidence for the claim as a whole: where it speaks of several ratios at once,
+each has its share of the error (Bonferroni). A claim holds if its whole interval lies on its side of the
+bar, fails if the whole interval lies on the other, and otherwise the runs don't suffice to tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.stats import CONFIDENCE, Interval, wilson
+from feasibee.vocabulary import FEASIBLE, INFEASIBLE
+
+HOLDS, FAILS, CANNOT_TELL = "holds", "fails", "can't tell"
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class Point:
+    """What a study keeps of the runs at one ratio.
+
+    Parameters
+    ----------
+    robots, tasks : int
+        Their numbers.
+    first_run : int
+        Number of the first run.
+    decision : int8 array, shape (runs,)
+        1 feasible, 0 infeasible, -1 undecided.
+    decision_step : int32 array, shape (runs,)
+        -1 if undecided.
+    quartiles : float64 array, shape (3, steps + 1)
+        Quartiles over the runs of the percentage of robots with opinion 1.
+    thinned : float32 array, shape (runs, steps // 10 + 1)
+        The percentage in each run at every tenth step.
+    """
+
+    robots: int
+    tasks: int
+    first_run: int
+    decision: NDArray[np.int8]
+    decision_step: NDArray[np.int32]
+    quartiles: NDArray[np.float64]
+    thinned: NDArray[np.float32]
+
+    @property
+    def ratio(self) -> float:
+        """Robots per task."""
+        return self.robots / self.tasks
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.decision.size
+
+    def rate(self, decision: int, confidence: float = CONFIDENCE) -> Interval:
+        """Return the share of runs that decided so."""
+        return wilson(int((self.decision == decision).sum()), self.runs, confidence)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence of the paper and what the data say of it."""
+
+    claim: str
+    source: str
+    statistic: str
+    estimate: float
+    low: float
+    high: float
+    bar: str
+    verdict: str
+
+
+def check_claims(points: Sequence[Point], seed: int) -> list[Claim]:
+    """Check every claim of the paper's results.
+
+    Parameters
+    ----------
+    points : sequence of Point
+        A study symmetrical in the log of the ratio, with ratios 2, 10 and 1 among them.
+    seed : int
+        For the resampling.
+    """
+    ordered = sorted(points, key=lambda point: point.ratio)
+    return [
+        _correct("more than 75 % of runs decide feasible at ratios larger than 2", FEASIBLE,
+                 [point for point in ordered if point.ratio > 2]),
+        _correct("more than 75 % of runs decide infeasible at ratios smaller than 0.5", INFEASIBLE,
+                 [point for point in ordered if point.ratio < 0.5]),
+        _symmetrical(ordered),
+        _diverging(_at(ordered, 1.0)),
+        _earlier([point for point in ordered if point.ratio >= 2]),
+        _narrower(_at(ordered, 10.0), _at(ordered, 2.0), seed),
+    ]
+
+
+def _correct(claim: str, decision: int, points: Sequence[Point]) -> Claim:
+    """Compare the least share of right decisions over several ratios with 75 %."""
+    each = [point.rate(decision, 1 - (1 - CONFIDENCE) / len(points)) for point in points]
+    worst = points[int(np.argmin([rate.estimate for rate in each]))]
+    least = Interval(*(min(values) for values in zip(*each, strict=True)))
+    statistic = f"least share of right decisions over {len(points)} ratios (at {worst.ratio:.3g})"
+    return _claim(claim, "section III, Fig. 3", statistic, least, 0.75, above=True)
+
+
+def _symmetrical(points: Sequence[Point]) -> Claim:
+    """Compare the shares of right decisions at mirrored ratios: within 10 percentage points on average."""
+    pairs = [(low, high) for low, high in zip(points, points[::-1], strict=True) if low.ratio < high.ratio]
+    rates = [(high.rate(FEASIBLE), low.rate(INFEASIBLE)) for low, high in pairs]
+    mean = sum(feasible.estimate - infeasible.estimate for feasible, infeasible in rates) / len(pairs)
+    variance = sum(
+        _variance(feasible.estimate, high.runs) + _variance(infeasible.estimate, low.runs)
+        for (feasible, infeasible), (low, high) in zip(rates, pairs, strict=True)
+    )
+    half = _z() * math.sqrt(variance) / len(pairs)
+    claim = "feasible and infeasible decisions are symmetrical around ratio 1"
+    statistic = f"right at n/m less right at m/n, mean of {len(pairs)} pairs"
+    interval = Interval(mean, mean - half, mean + half)
+    bar = "between -0.1 and 0.1 (our reading of symmetrical)"
+    inside = interval.low > -0.1 and interval.high < 0.1
+    outside = interval.high < -0.1 or interval.low > 0.1
+    return Claim(claim, "section III, Fig. 3", statistic, *interval, bar, _verdict(inside, outside))
+
+
+def _diverging(point: Point) -> Claim:
+    """Compare the rarer decision's share at ratio 1 with the 25 % that a reliable swarm would stay under."""
+    rarer = min((point.rate(FEASIBLE), point.rate(INFEASIBLE)), key=lambda rate: rate.estimate)
+    claim = "the opinions diverge when the ratio is close to 1"
+    return _claim(claim, "section III, Fig. 2b", "share of the rarer decision at ratio 1", rarer, 0.25, above=True)
+
+
+def _earlier(points: Sequence[Point]) -> Claim:
+    """Correlate, over runs, the ratio with the decision step; undecided runs come last."""
+    ratio = np.concatenate([np.full(point.runs, point.ratio) for point in points])
+    step = np.concatenate([point.decision_step for point in points])
+    step = np.where(step < 0, np.iinfo(np.int32).max, step)
+    r = float(np.corrcoef(_ranks(ratio), _ranks(step))[0, 1])
+    # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
+    half = _z() * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
+    interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))
+    claim = "consensus is reached earlier when the ratio is larger"
+    statistic = "rank correlation of ratio and decision step, ratios from 2 up"
+    return _claim(claim, "section III, Fig. 2a", statistic, interval, 0.0, above=False)
+
+
+def _narrower(large: Point, small: Point, seed: int) -> Claim:
+    """Compare the quartile bands of Fig. 2a at ratios 10 and 2, averaged over time, by resampling runs."""
+    random = np.random.Generator(np.random.Philox(key=seed))
+
+    def difference(large_runs: NDArray[np.float32], small_runs: NDArray[np.float32]) -> float:
+        return float(_band(large_runs) - _band(small_runs))
+
+    resampled = [
+        difference(*(point.thinned[random.integers(point.runs, size=point.runs)] for point in (large, small)))
+        for _ in range(RESAMPLES)
+    ]
+    low, high = np.quantile(resampled, (0.5 - CONFIDENCE / 2, 0.5 + CONFIDENCE / 2))
+    interval = Interval(difference(large.thinned, small.thinned), float(low), float(high))
+    claim = "the interquartile range is smaller at ratio 10 than at ratio 2"
+    statistic = "mean width of the quartile band, ratio 10 less ratio 2, percentage points"
+    return _claim(claim, "section III, Fig. 2a", statistic, interval, 0.0, above=False)
+
+
+def _claim(claim: str, source: str, statistic: str, interval: Interval, bar: float, *, above: bool) -> Claim:
+    on_side = interval.low > bar if above else interval.high < bar
+    on_other = interval.high <= bar if above else interval.low >= bar
+    words = f"{'above' if above else 'below'} {bar:g}"
+    return Claim(claim, source, statistic, *interval, words, _verdict(on_side, on_other))
+
+
+def _verdict(holds: bool, fails: bool) -> str:
+    return HOLDS if holds else FAILS if fails else CANNOT_TELL
+
+
+def _at(points: Sequence[Point], ratio: float) -> Point:
+    return min(points, key=lambda point: abs(math.log(point.ratio / ratio)))
+
+
+def _z() -> float:
+    return NormalDist().inv_cdf(0.5 + CONFIDENCE / 2)
+
+
+def _variance(rate: float, runs: int) -> float:
+    """Return the variance of a rate, with one success and one failure more so that 0 of 100 isn't certain."""
+    shrunk = (rate * runs + 1) / (runs + 2)
+    return shrunk * (1 - shrunk) / (runs + 2)
+
+
+def _ranks(values: NDArray[np.generic]) -> NDArray[np.float64]:
+    """Return ranks, equal values sharing their mean rank."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    mean: NDArray[np.float64] = last - (count - 1) / 2
+    return mean[place]
+
+
+def _band(percentages: NDArray[np.float32]) -> float:
+    low, high = np.quantile(percentages, (0.25, 0.75), axis=0)
+    return float((high - low).mean())

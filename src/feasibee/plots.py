@@ -1,0 +1,229 @@
+"""Figures: results in, matplotlib Axes out. Colours are Okabe and Ito's, told apart by colour-blind people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import colormaps, rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from numpy.typing import NDArray
+
+from feasibee.files import whole_file
+from feasibee.results import scenario_of
+from feasibee.stats import Interval, decision_times, opinion_quartiles
+from feasibee.swarm import Swarm
+from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+COLOURS = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
+MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
+TASK = "#E69F00"
+ROBOT_DIAMETER = 1.0  # units (model.md 1.2); drawn, and without effect in the paper's setting
+STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9,
+    "legend.handlelength": 2.4,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "figure.dpi": 150,
+    "savefig.dpi": 200,
+    "pdf.fonttype": 42,
+}
+
+
+@contextmanager
+def figure(width: float, height: float, columns: int = 1, **options: Any) -> Iterator[tuple[Figure, Any]]:
+    """Give a figure in the house style, in inches, and its axes; no window, no global state."""
+    with rc_context(STYLE):
+        drawn = Figure((width, height), layout="constrained")
+        yield drawn, drawn.subplots(1, columns, **options)
+
+
+def save_figure(drawn: Figure, path: str | Path) -> None:
+    """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
+    metadata = {"CreationDate": None} if str(path).endswith(".pdf") else None
+    with whole_file(path) as temporary, rc_context(STYLE):
+        drawn.savefig(temporary, metadata=metadata)
+
+
+def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
+    """Draw robots (numbered discs, shaded ranges of observation) and tasks (triangles), as the paper's Fig. 1.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        Whose present step to draw; the fill of a robot is its opinion.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+    """
+    ax = _axes(ax, 3.4, 3.4)
+    side, reach = swarm.scenario.arena.side, swarm.scenario.sensing.range
+    names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible"}
+    for number, (place, opinion) in enumerate(zip(swarm.positions, swarm.opinions, strict=True), start=1):
+        for x, y in _images(place, reach, side):
+            ax.add_patch(Circle((x, y), reach, color="0.5", alpha=0.13, linewidth=0))
+            colour = COLOURS[names[int(opinion)]]
+            ax.add_patch(Circle((x, y), ROBOT_DIAMETER / 2, color=colour, linewidth=0, zorder=3))
+            ax.annotate(
+                str(number), (x, y), color="white", fontsize=5.5, ha="center", va="center_baseline", zorder=4, clip_on=True
+            )
+    ax.scatter(*swarm.tasks.T, marker="^", s=26, color=TASK, edgecolor="black", linewidth=0.4, zorder=2)
+    ax.set(xlim=(0, side), ylim=(0, side), xlabel="x (units)", ylabel="y (units)", aspect="equal")
+    ax.set(xticks=ax.get_xticks(), yticks=ax.get_xticks())
+    ax.spines[:].set_visible(True)
+    _arena_legend(ax)
+    return ax
+
+
+def plot_opinions(
+    results: xr.Dataset | Mapping[str, xr.Dataset], ax: Axes | None = None, until: int | None = None
+) -> Axes:
+    """Draw the percentage of robots with opinion 1 over time: median over runs and quartile band (Fig. 2).
+
+    Parameters
+    ----------
+    results : Dataset, or mapping of str to Dataset
+        With curves; one line each, the keys are its labels.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+    until : int, optional
+        The last step to show.
+    """
+    named = results if isinstance(results, Mapping) and not hasattr(results, "attrs") else {"": results}
+    bands = {
+        str(name): opinion_quartiles(dataset["feasible_count"], scenario_of(dataset).robots.count)
+        for name, dataset in named.items()
+    }
+    return draw_opinion_bands(bands, ax, until)
+
+
+def draw_opinion_bands(
+    bands: Mapping[str, NDArray[np.float64]],
+    ax: Axes | None = None,
+    until: int | None = None,
+    colours: Sequence[Any] = (),
+) -> Axes:
+    """Draw quartiles, each of shape (3, steps + 1), as `plot_opinions` does; a later line has longer dashes."""
+    ax = _axes(ax, 3.6, 2.7)
+    if not colours:
+        several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
+        colours = [COLOURS["feasible"]] if len(bands) == 1 else list(several)
+    for number, (name, (low, median, high)) in enumerate(bands.items()):
+        steps = np.arange(median.size)
+        ax.fill_between(steps, low, high, color=colours[number], alpha=0.15, linewidth=0)
+        dashes = "-" if number == 0 else (0, (1 + 2 * number, 1.2))
+        ax.plot(steps, median, color=colours[number], linewidth=1.4, linestyle=dashes, label=name)
+    ax.set(xlabel="time (steps)", ylabel="opinion feasible (% of robots)", ylim=(-2, 102))
+    ax.set_xlim(0, until or max(median.size - 1 for _, median, _ in bands.values()))
+    return ax
+
+
+def plot_decisions(
+    ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]], ax: Axes | None = None
+) -> Axes:
+    """Draw the percentage of runs by their decision against the ratio of robots to tasks (Fig. 3).
+
+    Parameters
+    ----------
+    ratios : sequence of float
+        Robots per task.
+    rates : mapping of str to sequence of Interval
+        For ``"feasible"``, ``"infeasible"`` and ``"undecided"``, one interval a ratio.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+    """
+    ax = _axes(ax, 3.8, 2.8)
+    ax.axvline(1, color="0.8", linewidth=0.8, zorder=0)
+    for name, intervals in rates.items():
+        middle, low, high = 100 * np.array(intervals).T
+        ax.errorbar(
+            ratios,
+            middle,
+            yerr=(middle - low, high - middle),
+            color=COLOURS[name],
+            marker=MARKERS[name],
+            markersize=3.5,
+            linewidth=1.0,
+            elinewidth=0.8,
+            label=name,
+        )
+    ax.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
+    ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
+    ax.xaxis.set_major_locator(FixedLocator(ticks))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.legend(loc="center left", title="decision", bbox_to_anchor=(1.0, 0.5))
+    return ax
+
+
+def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw when the runs decided, by decision: how many of all runs had decided so by each step.
+
+    Parameters
+    ----------
+    results : Dataset
+        From `feasibee.simulate`.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+    """
+    ax = _axes(ax, 3.6, 2.7)
+    runs, steps = results.sizes["run"], scenario_of(results).run.steps
+    for code, name in DECISIONS.items():
+        if code == UNDECIDED:
+            continue
+        taken = np.sort(results["decision_step"].values[results["decision"].values == code])
+        share = 100 * np.arange(taken.size + 1) / runs
+        ax.step(
+            np.r_[0, taken, steps],
+            np.r_[share, share[-1]],
+            where="post",
+            color=COLOURS[name],
+            linestyle="-" if code == FEASIBLE else "--",
+            label=name,
+        )
+    median = decision_times(results["decision_step"].values).median
+    if median is not None:
+        ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=f"half of the runs: step {median}")
+    ax.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
+    ax.legend(loc="center right")
+    return ax
+
+
+def _axes(ax: Axes | None, width: float, height: float) -> Axes:
+    if ax is None:
+        with figure(width, height) as (_, made):
+            ax = made
+    return ax
+
+
+def _images(place: NDArray[np.float64], reach: float, side: float) -> Iterator[tuple[float, float]]:
+    """Yield a place and those of its copies beyond the torus's edges whose range reaches into view."""
+    for dx in (-side, 0.0, side):
+        for dy in (-side, 0.0, side):
+            x, y = place[0] + dx, place[1] + dy
+            if -reach < x < side + reach and -reach < y < side + reach:
+                yield x, y
+
+
+def _arena_legend(ax: Axes) -> None:
+    def sample(marker: str, size: float, **colour: Any) -> Any:
+        return ax.plot([], [], linestyle="", marker=marker, markersize=size, **colour)[0]
+
+    handles = {
+        "feasible": sample("o", 6, color=COLOURS["feasible"]),
+        "infeasible": sample("o", 6, color=COLOURS["infeasible"]),
+        "task": sample("^", 6, color=TASK, markeredgecolor="black", markeredgewidth=0.4),
+        "range": sample("o", 9, color="0.87"),
+    }
+    ax.legend(handles.values(), handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, columnspacing=1, handletextpad=0.2)
