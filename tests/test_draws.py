@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numba import float64, int32, uint32, types
+from numba import float64, int32, types, uint32
 
 from feasibee import reference, vocabulary
 from feasibee.engine import draws

@@ -56,7 +56,7 @@ def test_engine_equals_reference_on_the_papers_runs(tasks):
 @pytest.mark.parametrize("listen", ["always", "dissemination"])
 @pytest.mark.parametrize("inbox", ["latest-per-robot", "every-message"])
 def test_engine_equals_reference_in_a_crowd_where_inbox_tables_grow(listen, inbox):
-    """70 robots that all hear each other for long fill tables of 16 slots several times over."""
+    """70 robots that all hear each other for long fill tables of 64 slots."""
     scenario = Scenario(
         arena={"side": 4.0},
         robots={"count": 70},
@@ -74,10 +74,14 @@ def test_a_swarm_step_by_step_is_the_references_swarm(count):
     plain = reference.Swarm(scenario, seed=5, run=3)
     unit = 6.0 / 2**32
     for _ in range(60):
-        np.testing.assert_array_equal(swarm.positions, np.array([robot.place for robot in plain.robots]) * unit)
+        np.testing.assert_array_equal(
+            swarm.positions, np.array([robot.place for robot in plain.robots]) * unit
+        )
         np.testing.assert_array_equal(swarm.tasks, np.array(plain.tasks) * unit)
         np.testing.assert_array_equal(swarm.opinions, [robot.mind.opinion for robot in plain.robots])
-        np.testing.assert_array_equal(swarm.disseminating, [robot.mind.disseminating for robot in plain.robots])
+        np.testing.assert_array_equal(
+            swarm.disseminating, [robot.mind.disseminating for robot in plain.robots]
+        )
         assert swarm.feasible_count == plain.feasible_count
         assert swarm.decision == plain.decision
         swarm.advance()

@@ -37,7 +37,9 @@ def test_any_subset_of_runs_is_the_same(name):
 def test_curves_change_no_decision():
     without = simulate_record(SCENARIOS["few"], 10, 4)
     assert without.feasible_count.shape == (10, 0)
-    np.testing.assert_array_equal(without.decision_step, simulate_record(SCENARIOS["few"], 10, 4, curves=True).decision_step)
+    np.testing.assert_array_equal(
+        without.decision_step, simulate_record(SCENARIOS["few"], 10, 4, curves=True).decision_step
+    )
 
 
 def test_stopping_at_the_decision_changes_no_decision():
@@ -47,7 +49,9 @@ def test_stopping_at_the_decision_changes_no_decision():
     np.testing.assert_array_equal(stopped.decision, whole.decision)
     np.testing.assert_array_equal(stopped.decision_step, whole.decision_step)
     for row, last in enumerate(stopped.decision_step):
-        np.testing.assert_array_equal(stopped.feasible_count[row, : last + 1], whole.feasible_count[row, : last + 1])
+        np.testing.assert_array_equal(
+            stopped.feasible_count[row, : last + 1], whole.feasible_count[row, : last + 1]
+        )
         assert (stopped.feasible_count[row, last + 1 :] == -1).all()
 
 

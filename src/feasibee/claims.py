@@ -91,10 +91,16 @@ def check_claims(points: Sequence[Point], seed: int) -> list[Claim]:
     """
     ordered = sorted(points, key=lambda point: point.ratio)
     return [
-        _correct("more than 75 % of runs decide feasible at ratios larger than 2", FEASIBLE,
-                 [point for point in ordered if point.ratio > 2]),
-        _correct("more than 75 % of runs decide infeasible at ratios smaller than 0.5", INFEASIBLE,
-                 [point for point in ordered if point.ratio < 0.5]),
+        _correct(
+            "more than 75 % of runs decide feasible at ratios larger than 2",
+            FEASIBLE,
+            [point for point in ordered if point.ratio > 2],
+        ),
+        _correct(
+            "more than 75 % of runs decide infeasible at ratios smaller than 0.5",
+            INFEASIBLE,
+            [point for point in ordered if point.ratio < 0.5],
+        ),
         _symmetrical(ordered),
         _diverging(_at(ordered, 1.0)),
         _earlier([point for point in ordered if point.ratio >= 2]),
@@ -134,7 +140,9 @@ def _diverging(point: Point) -> Claim:
     """Compare the rarer decision's share at ratio 1 with the 25 % that a reliable swarm would stay under."""
     rarer = min((point.rate(FEASIBLE), point.rate(INFEASIBLE)), key=lambda rate: rate.estimate)
     claim = "the opinions diverge when the ratio is close to 1"
-    return _claim(claim, "section III, Fig. 2b", "share of the rarer decision at ratio 1", rarer, 0.25, above=True)
+    return _claim(
+        claim, "section III, Fig. 2b", "share of the rarer decision at ratio 1", rarer, 0.25, above=True
+    )
 
 
 def _earlier(points: Sequence[Point]) -> Claim:

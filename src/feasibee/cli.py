@@ -61,12 +61,18 @@ def main() -> None:
 def _scenario_options(command: Callable[..., None]) -> Callable[..., None]:
     file = click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
     changes = click.option(
-        "--set", "changes", multiple=True, metavar="FIELD=VALUE", help="Change a field, such as tasks.count=50."
+        "--set",
+        "changes",
+        multiple=True,
+        metavar="FIELD=VALUE",
+        help="Change a field, such as tasks.count=50.",
     )
     return file(changes(command))
 
 
-_seed = click.option("--seed", type=int, default=0, show_default=True, help="64 bits; the same seed, the same runs.")
+_seed = click.option(
+    "--seed", type=int, default=0, show_default=True, help="64 bits; the same seed, the same runs."
+)
 _threads = click.option(
     "--threads", type=click.IntRange(1, 1024), help="Runs at a time; by default one for each processor."
 )
@@ -76,11 +82,15 @@ _threads = click.option(
 @_scenario_options
 @click.option("--runs", type=click.IntRange(1), default=100, show_default=True, help="How many swarms.")
 @_seed
-@click.option("--first-run", type=click.IntRange(0), default=0, show_default=True, help="Number of the first run.")
+@click.option(
+    "--first-run", type=click.IntRange(0), default=0, show_default=True, help="Number of the first run."
+)
 @click.option("--steps", type=int, help="Steps a run: short for --set run.steps=...")
 @_threads
 @click.option("--save", type=click.Path(path_type=Path), metavar="FILE.nc", help="Save all runs as NetCDF.")
-@click.option("--plot", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw opinions and decision steps.")
+@click.option(
+    "--plot", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw opinions and decision steps."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def run(
     file: Path | None,
@@ -110,7 +120,13 @@ def run(
     _check_outputs(save, plot)
     with _progress("Simulating") as progress:
         record = simulate_record(
-            scenario, runs, seed, first_run=first_run, curves=bool(save or plot), threads=threads, progress=progress
+            scenario,
+            runs,
+            seed,
+            first_run=first_run,
+            curves=bool(save or plot),
+            threads=threads,
+            progress=progress,
         )
     if save or plot:
         _write_results(record, scenario, seed, save, plot)
@@ -122,8 +138,13 @@ def run(
 
 
 @main.command()
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), default=Path("paper"), show_default=True,
-              help="Folder for figures, data and claims.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("paper"),
+    show_default=True,
+    help="Folder for figures, data and claims.",
+)
 @click.option("--runs", type=click.IntRange(4), default=100, show_default=True, help="Swarms at each ratio.")
 @_seed
 @_threads
@@ -206,7 +227,9 @@ def _check_outputs(save: Path | None, plot: Path | None) -> None:
             path.unlink()
 
 
-def _write_results(record: Record, scenario: Scenario, seed: int, save: Path | None, plot: Path | None) -> None:
+def _write_results(
+    record: Record, scenario: Scenario, seed: int, save: Path | None, plot: Path | None
+) -> None:
     from feasibee.results import label, save_results
 
     dataset = label(record, scenario, seed)
@@ -249,8 +272,15 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     from rich.table import Table
 
     robots, tasks = scenario.robots.count, scenario.tasks.count
-    table = Table(title=f"{robots} robots, {tasks} tasks, {scenario.decision.strategy}: {summary['runs']} runs")
-    for column, side in (("decision", "left"), ("runs", "right"), ("share", "right"), ("95 % interval", "right")):
+    table = Table(
+        title=f"{robots} robots, {tasks} tasks, {scenario.decision.strategy}: {summary['runs']} runs"
+    )
+    for column, side in (
+        ("decision", "left"),
+        ("runs", "right"),
+        ("share", "right"),
+        ("95 % interval", "right"),
+    ):
         table.add_column(column, justify=side)  # type: ignore[arg-type]
     for name, rate in summary["rates"].items():
         right = " (true)" if name == summary["truth"] else ""

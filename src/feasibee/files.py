@@ -27,12 +27,14 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
         os.close(handle)
     except OSError as error:
-        raise FeasibeeError(f"{target}: can't be written: {error.strerror}; name a folder that you may write to") from None
+        raise FeasibeeError(
+            f"{target}: can't be written: {error.strerror}; name a folder that you may write to"
+        ) from None
     temporary = Path(name)
     try:
         yield temporary
         _give_usual_permissions(temporary)
-        os.replace(temporary, target)
+        temporary.replace(target)
     except OSError as error:
         raise FeasibeeError(f"{target}: can't be written: {error.strerror or error}") from None
     finally:

@@ -69,7 +69,12 @@ def reproduce(
     _write_arena(folder, swarm)
     _write_opinions(folder, points)
     _write_decisions(folder, points)
-    about = {"runs_per_ratio": runs, "seed": seed, "model_version": MODEL_VERSION, "robots": swarm.scenario.robots.count}
+    about = {
+        "runs_per_ratio": runs,
+        "seed": seed,
+        "model_version": MODEL_VERSION,
+        "robots": swarm.scenario.robots.count,
+    }
     with whole_file(folder / "claims.json") as path:
         path.write_text(json.dumps({**about, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n")
     return claims

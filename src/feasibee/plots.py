@@ -1,13 +1,14 @@
-"""Figures: results in, matplotlib Axes out. Colours are Okabe and Ito's, told apart by colour-blind people."""
+"""Figures: results in, matplotlib Axes out. The colours, Okabe and Ito's, suit colour-blind people too."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -21,14 +22,11 @@ from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 COLOURS = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
 TASK = "#E69F00"
 ROBOT_DIAMETER = 1.0  # units (model.md 1.2); drawn, and without effect in the paper's setting
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -58,7 +56,7 @@ def save_figure(drawn: Figure, path: str | Path) -> None:
 
 
 def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
-    """Draw robots (numbered discs, shaded ranges of observation) and tasks (triangles), as the paper's Fig. 1.
+    """Draw robots (numbered discs, shaded ranges) and tasks (triangles), as the paper's Fig. 1.
 
     Parameters
     ----------
@@ -76,9 +74,25 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
             colour = COLOURS[names[int(opinion)]]
             ax.add_patch(Circle((x, y), ROBOT_DIAMETER / 2, color=colour, linewidth=0, zorder=3))
             ax.annotate(
-                str(number), (x, y), color="white", fontsize=5.5, ha="center", va="center_baseline", zorder=4, clip_on=True
+                str(number),
+                (x, y),
+                color="white",
+                fontsize=5.5,
+                ha="center",
+                va="center_baseline",
+                zorder=4,
+                clip_on=True,
             )
-    ax.scatter(*swarm.tasks.T, marker="^", s=26, color=TASK, edgecolor="black", linewidth=0.4, zorder=2)
+    ax.scatter(
+        swarm.tasks[:, 0],
+        swarm.tasks[:, 1],
+        marker="^",
+        s=26,
+        color=TASK,
+        edgecolor="black",
+        linewidth=0.4,
+        zorder=2,
+    )
     ax.set(xlim=(0, side), ylim=(0, side), xlabel="x (units)", ylabel="y (units)", aspect="equal")
     ax.set(xticks=ax.get_xticks(), yticks=ax.get_xticks())
     ax.spines[:].set_visible(True)
@@ -100,7 +114,7 @@ def plot_opinions(
     until : int, optional
         The last step to show.
     """
-    named = results if isinstance(results, Mapping) and not hasattr(results, "attrs") else {"": results}
+    named = {"": results} if isinstance(results, xr.Dataset) else results  # a Dataset is a Mapping too
     bands = {
         str(name): opinion_quartiles(dataset["feasible_count"], scenario_of(dataset).robots.count)
         for name, dataset in named.items()
@@ -114,7 +128,7 @@ def draw_opinion_bands(
     until: int | None = None,
     colours: Sequence[Any] = (),
 ) -> Axes:
-    """Draw quartiles, each of shape (3, steps + 1), as `plot_opinions` does; a later line has longer dashes."""
+    """Draw quartiles, each of shape (3, steps + 1); a later line has longer dashes."""
     ax = _axes(ax, 3.6, 2.7)
     if not colours:
         several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
@@ -194,7 +208,9 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         )
     median = decision_times(results["decision_step"].values).median
     if median is not None:
-        ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=f"half of the runs: step {median}")
+        ax.axvline(
+            median, color="0.6", linewidth=0.8, linestyle=":", label=f"half of the runs: step {median}"
+        )
     ax.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
     ax.legend(loc="center right")
     return ax
@@ -226,4 +242,12 @@ def _arena_legend(ax: Axes) -> None:
         "task": sample("^", 6, color=TASK, markeredgecolor="black", markeredgewidth=0.4),
         "range": sample("o", 9, color="0.87"),
     }
-    ax.legend(handles.values(), handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, columnspacing=1, handletextpad=0.2)
+    ax.legend(
+        handles.values(),
+        handles,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=4,
+        columnspacing=1,
+        handletextpad=0.2,
+    )

@@ -40,11 +40,16 @@ def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
         data["feasible_count"] = (
             ("run", "step"),
             record.feasible_count,
-            {"long_name": "robots with opinion 1 (feasible); -1: after the end of the run", "units": "robots"},
+            {
+                "long_name": "robots with opinion 1 (feasible); -1: after the end of the run",
+                "units": "robots",
+            },
         )
         steps = np.arange(record.feasible_count.shape[1], dtype=np.int64)
         coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
-    return xr.Dataset(data, coordinates, {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))})
+    return xr.Dataset(
+        data, coordinates, {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
+    )
 
 
 def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:

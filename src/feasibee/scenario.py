@@ -11,7 +11,7 @@ import json
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, ValidationError, model_validator
@@ -33,7 +33,9 @@ class Arena(Section):
     """The world (model.md 1.1)."""
 
     side: Length = Field(20.0, description="Side of the square arena, in units.")
-    boundary: Literal["torus"] = Field("torus", description="What happens at the edge: it meets the opposite one.")
+    boundary: Literal["torus"] = Field(
+        "torus", description="What happens at the edge: it meets the opposite one."
+    )
 
 
 class Robots(Section):
@@ -59,7 +61,9 @@ class Sensing(Section):
     """What robots see (model.md 1.4, 4.2)."""
 
     range: Length = Field(2.0, description="Range of observation d, in units, centre to centre.")
-    observation: Literal["repeated"] = Field("repeated", description="Whether a thing counts again in each step.")
+    observation: Literal["repeated"] = Field(
+        "repeated", description="Whether a thing counts again in each step."
+    )
     count_self: bool = Field(False, description="Whether a robot counts itself in each step.")
 
 
@@ -67,7 +71,7 @@ class Radio(Section):
     """What robots hear (model.md 1.4)."""
 
     range: Length = Field(
-        default=None,
+        default=None,  # type: ignore[assignment]  # resolved by Scenario
         description="Range of messages, in units; by default that of sensing.",
     )
 
@@ -91,7 +95,9 @@ class Decision(Section):
 class Run(Section):
     """How long a run takes (model.md 4.7)."""
 
-    steps: int = Field(1000, ge=1, le=1_000_000_000, description="Steps after which an undecided run stays so.")
+    steps: int = Field(
+        1000, ge=1, le=1_000_000_000, description="Steps after which an undecided run stays so."
+    )
     stop_at_decision: bool = Field(False, description="Whether a run ends at its decision.")
 
 
@@ -126,6 +132,21 @@ class Scenario(BaseModel):
     decision: Decision = Decision()
     run: Run = Run()
 
+    if TYPE_CHECKING:  # pydantic takes a table for a section, which its derived signature doesn't say
+
+        def __init__(
+            self,
+            *,
+            arena: Arena | Mapping[str, Any] = ...,
+            robots: Robots | Mapping[str, Any] = ...,
+            tasks: Tasks | Mapping[str, Any] = ...,
+            walk: Walk | Mapping[str, Any] = ...,
+            sensing: Sensing | Mapping[str, Any] = ...,
+            radio: Radio | Mapping[str, Any] = ...,
+            decision: Decision | Mapping[str, Any] = ...,
+            run: Run | Mapping[str, Any] = ...,
+        ) -> None: ...
+
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
@@ -133,7 +154,9 @@ class Scenario(BaseModel):
         if isinstance(given, cls):
             return given
         if not isinstance(given, Mapping):
-            raise ScenarioError([Problem("", given, "must be a table of sections", "see `feasibee scenario`")])
+            raise ScenarioError(
+                [Problem("", given, "must be a table of sections", "see `feasibee scenario`")]
+            )
         try:
             scenario = handler(given)
         except ValidationError as error:
@@ -236,7 +259,9 @@ def _conflicts(explicit: dict[str, dict[str, Any]], wrong: set[str]) -> Iterator
     speed = explicit["robots"]["speed"]
     if not unfit("robots.speed", "arena.side") and speed > side / 2:
         rule = f"must be at most half the side of the torus a step, {side / 2:g} units"
-        yield Problem("robots.speed", speed, rule, "a faster robot would seem to go backwards: enlarge arena.side")
+        yield Problem(
+            "robots.speed", speed, rule, "a faster robot would seem to go backwards: enlarge arena.side"
+        )
 
 
 def _problem(details: ErrorDetails) -> Problem:
@@ -251,11 +276,18 @@ def _problem(details: ErrorDetails) -> Problem:
     rule = details["msg"].replace("Input should be ", "must be ").replace("a valid ", "a ")
     for words, sign in _COMPARISONS.items():
         rule = rule.replace(words, sign)
-    remedy = f"the paper uses {_toml(field.default)}" if field is not None and field.default is not None else ""
+    remedy = (
+        f"the paper uses {_toml(field.default)}" if field is not None and field.default is not None else ""
+    )
     return Problem(path, details["input"], rule, remedy or "leave it out for the default")
 
 
-_COMPARISONS = {"greater than or equal to": "≥", "less than or equal to": "≤", "greater than": ">", "less than": "<"}
+_COMPARISONS = {
+    "greater than or equal to": "≥",
+    "less than or equal to": "≤",
+    "greater than": ">",
+    "less than": "<",
+}
 
 
 def _field(path: str) -> Any:
@@ -273,7 +305,7 @@ def _suggestion(path: str) -> str:
     ]
     names = known if "." in path else list(Scenario.model_fields)
     close = difflib.get_close_matches(path, names, 1, 0.6)
-    section = path.split(".")[0]
+    section = path.split(".", maxsplit=1)[0]
     siblings = [name.split(".")[1] for name in known if name.startswith(f"{section}.")]
     if close:
         return f"did you mean {close[0]}?"

@@ -75,7 +75,14 @@ def simulate(
 
     scenario = Scenario() if scenario is None else scenario
     record = simulate_record(
-        scenario, runs, seed, first_run=first_run, curves=curves, threads=threads, backend=backend, progress=progress
+        scenario,
+        runs,
+        seed,
+        first_run=first_run,
+        curves=curves,
+        threads=threads,
+        backend=backend,
+        progress=progress,
     )
     return label(record, scenario, seed)
 
@@ -92,7 +99,7 @@ def simulate_record(
     backend: Literal["engine", "reference"] = "engine",
     progress: Callable[[float], None] | None = None,
 ) -> Record:
-    """Simulate without labels: see `simulate`; ``chunk`` is the number of runs that a thread plays at a time."""
+    """Simulate without labels: see `simulate`; ``chunk`` is how many runs a thread plays at a time."""
     _check("runs", runs, 1, RUN_LIMIT)
     _check("seed", seed, 0, SEED_LIMIT - 1)
     _check("first_run", first_run, 0, RUN_LIMIT - runs)
@@ -118,10 +125,14 @@ def simulate_record(
 
 def load_engine() -> None:
     """Load the compiled engine; the first time on a machine, say that it takes a while."""
-    from feasibee.engine import compile
+    from feasibee.engine.compile import is_compiled
 
-    if not compile.is_compiled():
-        print("feasibee: compiling the engine, once for this machine; about 10 s ...", file=sys.stderr, flush=True)
+    if not is_compiled():
+        print(
+            "feasibee: compiling the engine, once for this machine; 10 to 20 s ...",
+            file=sys.stderr,
+            flush=True,
+        )
     from feasibee.engine import runner
 
     runner.strategy_functions("dmmd")

@@ -23,7 +23,7 @@ class Interval(NamedTuple):
 
 
 class DecisionTimes(NamedTuple):
-    """By which step a quarter, a half and three quarters of all runs had decided; None: not within the run."""
+    """By which step a quarter, half and three quarters of all runs had decided; None: not in time."""
 
     q25: int | None
     median: int | None
@@ -56,7 +56,8 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
 
     Examples
     --------
-    >>> low, high = feasibee.wilson(0, 100)[1:]
+    >>> from feasibee import wilson
+    >>> _, low, high = wilson(0, 100)
     >>> round(low, 3), round(high, 3)
     (0.0, 0.037)
     """

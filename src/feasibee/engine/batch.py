@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from numba import boolean, float64, int8, int32, int64, types, typeof
+from numba import boolean, float64, int8, int32, int64, typeof, types
 
 from feasibee.engine import step
 from feasibee.engine.compile import entry, kernel
@@ -47,12 +47,10 @@ def note(params, state, r, decisions, decision_steps, curves):
             decision_steps[r] = state.clock[STEP]
 
 
-@entry(
-    int64(
-        PARAMS, STATE, int64, int8[::1], int32[::1], int32[:, ::1], int64[::1], boolean[::1], *STRATEGY
-    )
-)
-def play(params, state, first_run, decisions, decision_steps, curves, done, cancel, quality, dissemination, decide):
+@entry(int64(PARAMS, STATE, int64, int8[::1], int32[::1], int32[:, ::1], int64[::1], boolean[::1], *STRATEGY))
+def play(
+    params, state, first_run, decisions, decision_steps, curves, done, cancel, quality, dissemination, decide
+):
     """Play the runs from ``first_run`` on, one for each place of ``decisions``; return how many are whole.
 
     Fewer are whole than asked for when an inbox table ran full (the caller gives more room and goes on), or

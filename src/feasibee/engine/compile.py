@@ -14,11 +14,11 @@ import llvmlite
 import numba
 import numpy
 import platformdirs
-from numba.core import config
 
+CONFIG: Any = numba.config
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
 # function would otherwise touch every array's count atomically, which doubled the cost of a step.
-OPTIONS = {"nogil": True, "_nrt": False, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -32,12 +32,12 @@ def entry(signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         # The cache folder is fixed while numba decorates; the user's own setting is put back at once.
-        users_folder = config.CACHE_DIR
-        config.CACHE_DIR = str(cache_folder())
+        users_folder = CONFIG.CACHE_DIR
+        CONFIG.CACHE_DIR = str(cache_folder())
         try:
             compiled: Callable[..., Any] = numba.njit(signature, cache=True, **OPTIONS)(function)
         finally:
-            config.CACHE_DIR = users_folder
+            CONFIG.CACHE_DIR = users_folder
         return compiled
 
     return decorate
@@ -52,7 +52,9 @@ def cache_folder() -> Path:
     """
     package = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    for source in sorted([*package.glob("engine/*.py"), *package.glob("strategies/*.py"), package / "vocabulary.py"]):
+    for source in sorted(
+        [*package.glob("engine/*.py"), *package.glob("strategies/*.py"), package / "vocabulary.py"]
+    ):
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):

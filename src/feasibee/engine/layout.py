@@ -143,20 +143,44 @@ def empty_state(params: Params, slots: int) -> State:
     words = -(-params.robots // WORD)
     padded = words * WORD
     small = words == 1
+
+    def int32s(size: int = padded) -> Int32s:
+        return np.zeros(size, np.int32)
+
+    def int64s(size: int = padded) -> Int64s:
+        return np.zeros(size, np.int64)
+
+    def sets(size: int) -> Words:
+        return np.zeros(size, np.uint32)
+
     return State(
-        *(np.zeros(padded, np.int32) for _ in range(6)),
-        *(np.zeros(padded, np.uint32) for _ in range(2)),
-        *(np.zeros(words, np.uint32) for _ in range(4)),
-        *(np.zeros(padded, np.int64) for _ in range(4)),
-        *(np.zeros(WORD, np.uint32) for _ in range(3)),
-        labels=np.zeros(padded, np.int32),
+        x=int32s(),
+        y=int32s(),
+        step_x=int32s(),
+        step_y=int32s(),
+        walk_left=int32s(),
+        phase_left=int32s(),
+        walks=sets(padded),
+        phases=sets(padded),
+        opinions=sets(words),
+        disseminating=sets(words),
+        turning=sets(words),
+        ending=sets(words),
+        robots_seen=int64s(),
+        tasks_seen=int64s(),
+        votes=int64s(),
+        feasible_votes=int64s(),
+        sight=sets(WORD),
+        heard=sets(WORD),
+        heard_feasible=sets(WORD),
+        labels=int32s(),
         inbox=np.full((0 if small else padded, slots), -1, np.int32),
-        task_x=np.zeros(params.tasks, np.int32),
-        task_y=np.zeros(params.tasks, np.int32),
+        task_x=int32s(params.tasks),
+        task_y=int32s(params.tasks),
         task_labels=np.arange(params.tasks, dtype=np.int32),
         task_cells=empty_cells(params.tasks, params.task_bits),
         robot_cells=empty_cells(0 if small else params.robots, params.robot_bits),
-        clock=np.zeros(4, np.int64),
+        clock=int64s(4),
     )
 
 

@@ -18,7 +18,7 @@ from feasibee.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
-FIRST_SLOTS = 16
+FIRST_SLOTS = 64
 POLL = 0.1  # seconds between two looks at the progress
 
 
@@ -63,9 +63,11 @@ def simulate(
     parts = list(_parts(record, chunk or _chunk_length(params, record.runs, threads)))
     done = np.zeros((len(parts), 1), np.int64)
     cancel = np.zeros(1, np.bool_)
+    slots = [FIRST_SLOTS]
     with ThreadPoolExecutor(threads) as pool:
         futures = [
-            pool.submit(_play, params, part, functions, done[row], cancel) for row, part in enumerate(parts)
+            pool.submit(_play, params, part, functions, done[row], cancel, slots)
+            for row, part in enumerate(parts)
         ]
         try:
             _watch(futures, done, parts, params, progress)
@@ -115,15 +117,18 @@ def _play(
     functions: tuple[Callable[..., float], Callable[..., float], Callable[..., int]],
     done: NDArray[np.int64],
     cancel: NDArray[np.bool_],
+    slots: list[int],
 ) -> None:
-    """Play one chunk; when an inbox table runs full, play that run again with twice the room."""
-    slots = FIRST_SLOTS
+    """Play one chunk; when an inbox table runs full, play that run again with twice the room.
+
+    ``slots[0]`` is the room that has sufficed so far, for all chunks; it changes no result.
+    """
     whole = 0
     while whole < record.runs and not cancel[0]:
         rest = record.part(whole, record.runs)
         whole += batch.play(
             params,
-            empty_state(params, slots),
+            empty_state(params, slots[0]),
             rest.first_run,
             rest.decision,
             rest.decision_step,
@@ -132,4 +137,5 @@ def _play(
             cancel,
             *functions,
         )
-        slots *= 2
+        if whole < record.runs:
+            slots[0] *= 2

@@ -6,7 +6,7 @@ Beyond, robots stand in cells, and an inbox is a small hash table.
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32, uint64
+from numba import int32, int64, uint32
 
 from feasibee.engine.cells import block, count_within, fill, first_bits, lowest, popcount, within
 from feasibee.engine.compile import kernel
@@ -38,7 +38,8 @@ def sense_few(params, state):
         )
         looking = uint32(looking & uint32(looking - uint32(1)))
     for i in range(32):
-        state.robots_seen[i] += popcount(state.sight[i]) + params.count_self
+        explores = int64(uint32(~speaking >> uint32(i)) & uint32(1))
+        state.robots_seen[i] += -explores & (popcount(state.sight[i]) + params.count_self)
     if params.radio_limit != params.sight_limit:
         for i in range(params.robots):
             others = uint32(swarm & ~uint32(uint32(1) << uint32(i)))
@@ -132,7 +133,7 @@ def hear(params, state, i, message):
     known = inbox[place]
     if known >= 0:
         state.feasible_votes[i] += opinion - (int64(known >> int32(1)) & 1)
-    elif 2 * state.votes[i] >= slots:  # half full; the caller plays this run again with more room
+    elif 4 * state.votes[i] >= 3 * slots:  # nearly full; the caller plays this run again with more room
         state.clock[FULL] = 1
         return
     else:

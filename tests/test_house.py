@@ -1,0 +1,131 @@
+"""The rules of the house, each with its guard."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import feasibee
+from feasibee import strategies
+
+PACKAGE = Path(feasibee.__file__).parent
+ROOT = PACKAGE.parent.parent
+
+PUBLIC = [
+    "FeasibeeError",
+    "Scenario",
+    "ScenarioError",
+    "Swarm",
+    "decision_counts",
+    "decision_rates",
+    "decision_times",
+    "open_results",
+    "plot_arena",
+    "plot_decision_steps",
+    "plot_decisions",
+    "plot_opinions",
+    "save_results",
+    "scenario_of",
+    "simulate",
+    "truth",
+    "wilson",
+]
+
+
+def modules():
+    return [
+        info.name
+        for info in pkgutil.walk_packages([str(PACKAGE)], "feasibee.")
+        if not info.name.endswith("__main__")
+    ]
+
+
+def loaded_by(code):
+    """Return the modules that a fresh interpreter has loaded after some code."""
+    script = f"import sys\n{code}\nprint(*sorted(sys.modules))"
+    return set(
+        subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, text=True, check=True
+        ).stdout.split()
+    )
+
+
+def test_the_public_names_are_these_and_no_others():
+    assert sorted(feasibee.__all__) == PUBLIC == dir(feasibee)
+    assert len(PUBLIC) <= 25
+    assert all(getattr(feasibee, name).__doc__ for name in PUBLIC)
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'simulte'"):
+        feasibee.simulte  # noqa: B018
+
+
+def test_importing_does_nothing():
+    heavy = {"numpy", "numba", "xarray", "matplotlib", "pydantic", "pandas", "rich"}
+    assert not heavy & loaded_by("import feasibee")
+    assert not heavy & loaded_by("import feasibee.cli")
+
+
+def test_a_robots_mind_needs_neither_numpy_nor_numba():
+    code = "import feasibee.robot, feasibee.strategies.dmmd"
+    assert not {"numpy", "numba", "pydantic"} & loaded_by(code)
+
+
+def test_strategies_import_nothing_but_math():
+    for name, strategy in strategies.STRATEGIES.items():
+        tree = ast.parse(Path(strategy.__file__).read_text())
+        imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
+        names = {alias.name for node in imports for alias in node.names}
+        assert names <= {"math"}, name
+        assert {"quality", "dissemination", "decide"} <= set(dir(strategy))
+        assert name == strategy.__name__.rpartition(".")[2].replace("_", "-")
+
+
+def test_only_the_one_decorator_says_njit():
+    saying = [path.name for path in PACKAGE.rglob("*.py") if "njit" in path.read_text()]
+    assert saying == ["compile.py"]
+    assert "fastmath" not in (PACKAGE / "engine" / "compile.py").read_text()
+
+
+def test_no_generator_with_state_in_the_model():
+    for path in [
+        *PACKAGE.glob("engine/*.py"),
+        PACKAGE / "reference.py",
+        PACKAGE / "robot.py",
+        *PACKAGE.glob("strategies/*.py"),
+    ]:
+        tree = ast.parse(path.read_text())
+        names = {
+            alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names
+        }
+        assert "random" not in names, path
+        assert "np.random" not in path.read_text(), path
+
+
+@pytest.mark.parametrize("name", modules())
+def test_modules_are_short_and_documented(name):
+    module = importlib.import_module(name)
+    lines = inspect.getsource(module).splitlines()
+    assert module.__doc__
+    assert len(lines) <= 400
+    for function in [
+        node for node in ast.walk(ast.parse("\n".join(lines))) if isinstance(node, ast.FunctionDef)
+    ]:
+        length = function.end_lineno - function.body[0].lineno + 1
+        assert length <= 60, f"{name}.{function.name} has a body of {length} lines"
+
+
+def test_the_readme_and_the_version_agree():
+    changelog = (ROOT / "CHANGELOG.md").read_text()
+    version = importlib.metadata.version("feasibee")
+    assert f"## {version}" in changelog
+    assert "Results changed" in changelog
+    assert f"version: {version}" in (ROOT / "CITATION.cff").read_text()

@@ -1,0 +1,112 @@
+"""Statistical laws: fixed seeds, bounds at alpha of about 1e-7 each, the smallest error each catches named.
+
+The rates and times of model.md section 5 come from an independent brute-force simulation of 2,000 runs a row.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, Swarm, decision_times
+from feasibee.simulate import simulate_record
+
+RUNS = 2000
+Z = 5.3  # two-sided alpha of 1.2e-7
+
+# model.md section 5: tasks, share deciding feasible, quartiles and median of the decision step.
+SECTION_5 = [
+    (2, 0.945, (80, 105, 140)),
+    (4, 0.89, (82, 111, 153)),
+    (8, 0.80, (91, 125, 169)),
+    (10, 0.74, (92, 128, 178)),
+    (16, 0.59, (95, 132, 185)),
+    (20, 0.51, (97, 132, 183)),
+    (25, 0.44, (98, 136, 188)),
+    (40, 0.23, (93, 124, 170)),
+    (50, 0.16, (86, 115, 158)),
+    (100, 0.05, (76, 102, 136)),
+    (200, 0.02, (72, 94, 123)),
+]
+
+
+def feasible_share(changes, runs=RUNS, seed=11):
+    record = simulate_record(Scenario().replace(changes), runs, seed)
+    return (record.decision == 1).mean(), record
+
+
+def bound(share, runs=RUNS, other_runs=2000):
+    """Z standard errors of the difference from a published share, itself rounded to half a per cent."""
+    return Z * np.sqrt(share * (1 - share) * (1 / runs + 1 / other_runs)) + 0.005
+
+
+@pytest.mark.parametrize(("tasks", "share", "quartiles"), SECTION_5)
+def test_rates_and_times_are_those_of_section_5(tasks, share, quartiles):
+    """Catches a share off by 0.08 near 1/2, by 0.03 at the ends, and a quartile off by a tenth."""
+    found, record = feasible_share({"tasks.count": tasks})
+    assert abs(found - share) < bound(share)
+    np.testing.assert_allclose(decision_times(record.decision_step), quartiles, rtol=0.11)
+
+
+@pytest.mark.parametrize(
+    ("changes", "share"),
+    [
+        ({"decision.own_vote": False}, 0.94),
+        ({"decision.inbox": "every-message"}, 0.95),
+        ({"decision.listen": "dissemination"}, 0.59),
+        ({"sensing.count_self": True}, 0.96),
+        ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 0.74),
+    ],
+)
+def test_choices_matter_as_section_5_says(changes, share):
+    """Catches a choice that has no effect, or another: shares off by 0.05 to 0.1 at ratio 2."""
+    found, _ = feasible_share({"tasks.count": 10, **changes})
+    assert abs(found - share) < bound(share, other_runs=1000)
+
+
+def test_counting_oneself_leans_to_feasible_at_ratio_one_half():
+    found, _ = feasible_share({"tasks.count": 40, "sensing.count_self": True})
+    assert abs(found - 0.65) < bound(0.65, other_runs=1000)
+
+
+@pytest.mark.parametrize(
+    ("changes", "times"),
+    [
+        ({"decision.listen": "dissemination", "run.steps": 3000}, 3),
+        ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 3),
+    ],
+)
+def test_slow_choices_are_about_three_times_as_slow(changes, times):
+    _, usual = feasible_share({"tasks.count": 10})
+    _, slow = feasible_share({"tasks.count": 10, **changes})
+    ratio = decision_times(slow.decision_step).median / decision_times(usual.decision_step).median
+    assert times - 0.6 < ratio < times + 0.9
+
+
+def test_starts_are_uniform_in_place_heading_and_opinion():
+    """Catches a density off by 6 % in any sixteenth of the arena, and a bias of 1.2 % in the opinion."""
+    swarms = [Swarm(Scenario(tasks={"count": 20}), seed=3, run=run) for run in range(2500)]
+    for places in (np.concatenate([s.positions for s in swarms]), np.concatenate([s.tasks for s in swarms])):
+        counts, *_ = np.histogram2d(*places.T, bins=4, range=[[0, 20], [0, 20]])
+        expected = len(places) / 16
+        assert np.abs(counts - expected).max() < Z * np.sqrt(expected)
+    opinions = np.concatenate([s.opinions for s in swarms])
+    assert abs(opinions.mean() - 0.5) < Z * 0.5 / np.sqrt(opinions.size)
+
+
+def test_robots_walk_straight_runs_of_mean_ten_at_speed_one():
+    """Catches a mean run off by 3 %, a speed off by one part in 10**8, and headings that aren't uniform."""
+    scenario = Scenario(robots={"count": 1000}, arena={"side": 100.0}, tasks={"count": 0})
+    swarm = Swarm(scenario, seed=4)
+    places = [swarm.positions]
+    for _ in range(400):
+        swarm.advance()
+        places.append(swarm.positions)
+    moves = (np.diff(np.array(places), axis=0) + 50) % 100 - 50
+    np.testing.assert_allclose(np.hypot(*np.moveaxis(moves, -1, 0)), 1.0, atol=5e-8)
+    turned = (np.abs(np.diff(moves, axis=0)) > 1e-9).any(axis=-1)
+    chance = 1 - np.exp(-1 / 10)  # an exponential rounded up ends after each step with this chance
+    assert abs(turned.mean() - chance) < Z * np.sqrt(chance * (1 - chance) / turned.size)
+    headings = np.arctan2(moves[1:, :, 1][turned], moves[1:, :, 0][turned])
+    counts, _ = np.histogram(headings, bins=16, range=(-np.pi, np.pi))
+    assert np.abs(counts - headings.size / 16).max() < Z * np.sqrt(headings.size / 16)
