@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feasibee import Scenario, Swarm, reference
-from feasibee.simulate import simulate_record
+from feasibee.simulation import simulate_record
 
 
 def assert_equal(scenario, seed, runs=1, first_run=0):

@@ -8,7 +8,7 @@ import pytest
 from feasibee import Scenario, reference
 from feasibee.engine import batch, layout, runner
 from feasibee.robot import Controller
-from feasibee.simulate import simulate_record
+from feasibee.simulation import simulate_record
 from feasibee.strategies import dmmd
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point

@@ -63,6 +63,11 @@ def test_the_public_names_are_these_and_no_others():
     assert all(getattr(feasibee, name).__doc__ for name in PUBLIC)
 
 
+def test_no_public_name_is_a_modules_name():
+    """Importing a submodule sets it as an attribute of the package, over a function of the same name."""
+    assert not {name.rpartition(".")[2] for name in modules()} & set(PUBLIC)
+
+
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'simulte'"):
         feasibee.simulte  # noqa: B018

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from feasibee.errors import FeasibeeError, ScenarioError
+    from feasibee.feasibility import truth
     from feasibee.plots import plot_arena, plot_decision_steps, plot_decisions, plot_opinions
     from feasibee.results import open_results, save_results, scenario_of
     from feasibee.scenario import Scenario
-    from feasibee.simulate import simulate
+    from feasibee.simulation import simulate
     from feasibee.stats import decision_counts, decision_rates, decision_times, wilson
     from feasibee.swarm import Swarm
-    from feasibee.truth import truth
 
 _HOMES = {
     "FeasibeeError": "errors",
@@ -36,8 +36,8 @@ _HOMES = {
     "plot_opinions": "plots",
     "save_results": "results",
     "scenario_of": "results",
-    "simulate": "simulate",
-    "truth": "truth",
+    "simulate": "simulation",
+    "truth": "feasibility",
     "wilson": "stats",
 }
 

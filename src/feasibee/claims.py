@@ -38,8 +38,8 @@ class Point:
         -1 if undecided.
     quartiles : float64 array, shape (3, steps + 1)
         Quartiles over the runs of the percentage of robots with opinion 1.
-    thinned : float32 array, shape (runs, steps // 10 + 1)
-        The percentage in each run at every tenth step.
+    thinned : float32 array, shape (runs, steps // 25 + 1)
+        The percentage in each run at every 25th step.
     """
 
     robots: int

@@ -32,6 +32,9 @@ class Commands(click.Group):
             return super().invoke(context)
         except FeasibeeError as error:
             _fail(str(error))
+        except click.UsageError as error:
+            path = error.ctx.command_path if error.ctx else context.command_path
+            _fail(f"{error.format_message()} See '{path} --help'.")
         except MemoryError:
             _fail("not enough memory; ask for fewer runs, steps or robots")
         except KeyboardInterrupt:
@@ -113,7 +116,7 @@ def run(
       feasibee run --set tasks.count=50 --runs 1000 --seed 1
       feasibee run mine.toml --plot mine.png --save mine.nc
     """
-    from feasibee.simulate import simulate_record
+    from feasibee.simulation import simulate_record
 
     more = () if steps is None else (f"run.steps={steps}",)
     scenario = _read_scenario(file, (*changes, *more))
@@ -247,8 +250,8 @@ def _write_results(
 
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
+    from feasibee.feasibility import truth
     from feasibee.stats import decision_counts, decision_rates, decision_times
-    from feasibee.truth import truth
     from feasibee.vocabulary import MODEL_VERSION
 
     times = decision_times(record.decision_step)

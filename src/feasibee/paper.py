@@ -20,7 +20,7 @@ from feasibee.claims import Claim, Point, check_claims
 from feasibee.files import make_folder, whole_file
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_figure
 from feasibee.scenario import Scenario
-from feasibee.simulate import simulate_record
+from feasibee.simulation import simulate_record
 from feasibee.stats import decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, MODEL_VERSION
@@ -93,7 +93,7 @@ def run_study(
         )
         robots = scenario.robots.count
         quartiles = opinion_quartiles(record.feasible_count, robots)
-        thinned = (record.feasible_count[:, ::10] * (100.0 / robots)).astype("float32")
+        thinned = (record.feasible_count[:, ::25] * (100.0 / robots)).astype("float32")
         points.append(
             Point(robots, tasks, record.first_run, record.decision, record.decision_step, quartiles, thinned)
         )

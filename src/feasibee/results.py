@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 from feasibee.errors import FeasibeeError
+from feasibee.feasibility import truth
 from feasibee.files import whole_file
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.truth import truth
 from feasibee.vocabulary import DECISIONS, MODEL_VERSION
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")

@@ -188,7 +188,8 @@ class Scenario(BaseModel):
         try:
             text = Path(path).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise FeasibeeError(f"{path}: can't be read: {error}") from None
+            why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+            raise FeasibeeError(f"{path}: can't be read: {why}; name a scenario in TOML") from None
         return cls.from_toml(text, source=str(path))
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
@@ -273,20 +274,24 @@ def _problem(details: ErrorDetails) -> Problem:
         return Problem(path, details["input"], "unknown key", _suggestion(path))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
-    rule = details["msg"].replace("Input should be ", "must be ").replace("a valid ", "a ")
-    for words, sign in _COMPARISONS.items():
-        rule = rule.replace(words, sign)
+    rule = details["msg"]
+    for theirs, ours in _WORDS.items():
+        rule = rule.replace(theirs, ours)
     remedy = (
         f"the paper uses {_toml(field.default)}" if field is not None and field.default is not None else ""
     )
     return Problem(path, details["input"], rule, remedy or "leave it out for the default")
 
 
-_COMPARISONS = {
+_WORDS = {
+    "Input should be": "must be",
     "greater than or equal to": "≥",
     "less than or equal to": "≤",
     "greater than": ">",
     "less than": "<",
+    "a valid integer": "a whole number",
+    "a valid boolean": "true or false",
+    "a valid ": "a ",
 }
 
 

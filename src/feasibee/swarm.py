@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.scenario import Scenario
-from feasibee.simulate import load_engine
+from feasibee.simulation import load_engine
 from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
 
 

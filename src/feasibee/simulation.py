@@ -145,4 +145,4 @@ def processors() -> int:
 
 def _check(name: str, value: int, low: int, high: int) -> None:
     if isinstance(value, bool) or not hasattr(value, "__index__") or not low <= value <= high:
-        raise FeasibeeError(f"{name} = {value!r}: must be a whole number from {low} to {high}")
+        raise FeasibeeError(f"{name} = {value!r}: must be a whole number from {low} to {high}; choose one")
