@@ -7,6 +7,7 @@ import pytest
 
 from feasibee import Scenario, reference
 from feasibee.engine import batch, layout, runner
+from feasibee.record import Record
 from feasibee.robot import Controller
 from feasibee.simulation import simulate_record
 from feasibee.strategies import dmmd
@@ -45,7 +46,11 @@ class Engine:
         self.state.phase_left[i] = 1
 
     def step(self):
-        batch.advance(self.params, self.state, *self.functions)
+        until = self.state.clock[layout.STEP] + 1
+        record = Record.empty(0, 1, 0)
+        unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
+        outcome = record.decision, record.decision_step, record.feasible_count[0]
+        batch.advance(self.params, self.state, until, *outcome, *unwatched, *self.functions)
 
     def seen(self, i):
         return self.state.robots_seen[i], self.state.tasks_seen[i]

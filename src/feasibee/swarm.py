@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import load_engine
 from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
@@ -37,7 +38,7 @@ class Swarm:
         self._run = run
         self._engine = batch
         self._layout = layout
-        self._params = layout.params_of(self.scenario, seed)
+        self._params = layout.params_of(self.scenario, seed)._replace(stop_at_decision=False)
         self._functions = runner.strategy_functions(self.scenario.decision.strategy)
         self._begin(runner.FIRST_SLOTS)
 
@@ -48,9 +49,20 @@ class Swarm:
 
     def advance(self, steps: int = 1) -> None:
         """Let some steps pass."""
-        target = self.step + steps
-        while self.step < target:
-            self._engine.advance(self._params, self._state, *self._functions)
+        until = self.step + steps
+        record = Record.empty(self._run, 1, 0)
+        unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
+        while self.step < until:
+            self._engine.advance(
+                self._params,
+                self._state,
+                until,
+                record.decision,
+                record.decision_step,
+                record.feasible_count[0],
+                *unwatched,
+                *self._functions,
+            )
             if self._state.clock[self._layout.FULL]:
                 self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
 

@@ -17,6 +17,7 @@ DECIDE = int64(int64, int64, int64)
 _params = params_of(Scenario(), 0)
 PARAMS = typeof(_params)
 STATE = typeof(empty_state(_params, 2))
+DECISIONS, STEPS, CURVES, DONE, CANCEL = int8[::1], int32[::1], int32[:, ::1], int64[::1], boolean[::1]
 STRATEGY = (types.FunctionType(QUALITY), types.FunctionType(DISSEMINATION), types.FunctionType(DECIDE))
 
 
@@ -26,47 +27,68 @@ def start(params, state, run):
     step.start(params, state, run)
 
 
-@entry(types.void(PARAMS, STATE, *STRATEGY))
-def advance(params, state, quality, dissemination, decide):
-    """Do one step."""
-    step.advance(params, state, quality, dissemination, decide)
-
-
 @kernel
-def note(params, state, r, decisions, decision_steps, curves):
-    """Write down the state of a run: its curve, and its decision if it is the first (model.md 4.7)."""
+def note(params, state, decision, decision_step, curve):
+    """Write down a run's present step: its curve, and its decision if it is the first (model.md 4.7)."""
     feasible = state.clock[FEASIBLE_COUNT]
-    if curves.shape[1] > 0:
-        curves[r, state.clock[STEP]] = feasible
-    if decisions[r] == UNDECIDED:
+    if curve.size > 0:
+        curve[state.clock[STEP]] = feasible
+    if decision[0] == UNDECIDED:
         if feasible >= params.quorum:
-            decisions[r] = FEASIBLE
-            decision_steps[r] = state.clock[STEP]
+            decision[0] = FEASIBLE
+            decision_step[0] = state.clock[STEP]
         elif params.robots - feasible >= params.quorum:
-            decisions[r] = INFEASIBLE
-            decision_steps[r] = state.clock[STEP]
+            decision[0] = INFEASIBLE
+            decision_step[0] = state.clock[STEP]
 
 
-@entry(int64(PARAMS, STATE, int64, int8[::1], int32[::1], int32[:, ::1], int64[::1], boolean[::1], *STRATEGY))
+@entry(types.void(PARAMS, STATE, int64, DECISIONS, STEPS, STEPS, DONE, CANCEL, *STRATEGY))
+def advance(
+    params, state, until, decision, decision_step, curve, done, cancel, quality, dissemination, decide
+):
+    """Play one run on, up to a step or to its end.
+
+    ``decision`` and ``decision_step`` hold one number each; ``curve`` is empty when nobody wants it.
+    ``done[0]`` counts steps; setting ``cancel[0]`` ends the run, as does an inbox table that is full.
+    """
+    if state.clock[STEP] == 0:
+        note(params, state, decision, decision_step, curve)
+    while state.clock[STEP] < until:
+        if params.stop_at_decision and decision[0] != UNDECIDED:
+            break
+        step.advance(params, state, quality, dissemination, decide)
+        note(params, state, decision, decision_step, curve)
+        done[0] += 1
+        if state.clock[FULL] or cancel[0]:
+            break
+
+
+@entry(int64(PARAMS, STATE, int64, DECISIONS, STEPS, CURVES, DONE, CANCEL, *STRATEGY))
 def play(
     params, state, first_run, decisions, decision_steps, curves, done, cancel, quality, dissemination, decide
 ):
     """Play the runs from ``first_run`` on, one for each place of ``decisions``; return how many are whole.
 
     Fewer are whole than asked for when an inbox table ran full (the caller gives more room and goes on), or
-    when ``cancel[0]`` was set. ``curves`` has no columns when nobody wants them. ``done[0]`` counts steps.
+    when ``cancel[0]`` was set. ``curves`` has no columns when nobody wants them.
     """
     for r in range(decisions.size):
-        step.start(params, state, first_run + r)
+        start(params, state, first_run + r)
         decisions[r] = UNDECIDED
         decision_steps[r] = -1
-        note(params, state, r, decisions, decision_steps, curves)
-        while state.clock[STEP] < params.steps:
-            if params.stop_at_decision and decisions[r] != UNDECIDED:
-                break
-            step.advance(params, state, quality, dissemination, decide)
-            note(params, state, r, decisions, decision_steps, curves)
-            done[0] += 1
-            if state.clock[FULL] or cancel[0]:
-                return r
+        advance(
+            params,
+            state,
+            params.steps,
+            decisions[r : r + 1],
+            decision_steps[r : r + 1],
+            curves[r],
+            done,
+            cancel,
+            quality,
+            dissemination,
+            decide,
+        )
+        if state.clock[FULL] or cancel[0]:
+            return r
     return decisions.size
