@@ -150,9 +150,12 @@ def _earlier(points: Sequence[Point]) -> Claim:
     ratio = np.concatenate([np.full(point.runs, point.ratio) for point in points])
     step = np.concatenate([point.decision_step for point in points])
     step = np.where(step < 0, np.iinfo(np.int32).max, step)
-    r = float(np.corrcoef(_ranks(ratio), _ranks(step))[0, 1])
-    # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
-    half = _z() * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
+    if np.ptp(step) == 0:
+        r, half = 0.0, math.inf  # all at once, or none at all: nothing to tell
+    else:
+        r = float(np.clip(np.corrcoef(_ranks(ratio), _ranks(step))[0, 1], -1 + 1e-12, 1 - 1e-12))
+        # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
+        half = _z() * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
     interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))
     claim = "consensus is reached earlier when the ratio is larger"
     statistic = "rank correlation of ratio and decision step, ratios from 2 up"

@@ -206,28 +206,21 @@ def _parse_change(change: str) -> tuple[str, Any]:
         raise FeasibeeError(f"--set {change}: must be FIELD=VALUE; such as --set tasks.count=50")
     try:
         return path.strip(), tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return path.strip(), text.strip()
 
 
 def _check_outputs(save: Path | None, plot: Path | None) -> None:
     """Find out before a long computation that its outcome couldn't be written."""
-    from feasibee.files import whole_file
+    from feasibee.files import check_writable
 
+    if plot is not None and plot.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise FeasibeeError(f"--plot {plot}: unknown kind of figure; end it with .png, .pdf or .svg")
+    if save is not None and plot is not None and save.resolve() == plot.resolve():
+        raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; name two")
     for path in (save, plot):
-        if path is not None and path.is_dir():
-            raise FeasibeeError(f"{path}: is a folder; name a file in it")
-    if plot is not None:
-        from matplotlib.figure import Figure
-
-        known = Figure().canvas.get_supported_filetypes()
-        if plot.suffix.lstrip(".") not in known:
-            raise FeasibeeError(f"--plot {plot}: unknown kind of figure; end it with .png, .pdf or .svg")
-    for path in (save, plot):
-        if path is not None and not path.exists():
-            with whole_file(path):
-                pass
-            path.unlink()
+        if path is not None:
+            check_writable(path)
 
 
 def _write_results(

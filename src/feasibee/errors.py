@@ -23,8 +23,18 @@ class Problem(NamedTuple):
     """What to do."""
 
     def __str__(self) -> str:
-        shown = f"{self.path} = {self.value!r}" if self.path else "scenario"
+        path = self.path if self.path.isprintable() else repr(self.path)
+        shown = f"{path} = {_shown(self.value)}" if path else "scenario"
         return f"{shown}: {self.rule}; {self.remedy}"
+
+
+def _shown(value: object) -> str:
+    """Return a value on a line, cut short if it is long."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python prints no number of thousands of digits
+        return "a number too long to print"
+    return text if len(text) <= 100 else f"{text[:100]}..."
 
 
 class ScenarioError(FeasibeeError):

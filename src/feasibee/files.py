@@ -15,30 +15,46 @@ from feasibee.errors import FeasibeeError
 def whole_file(path: str | Path) -> Iterator[Path]:
     """Give a temporary path beside ``path`` to write to, and rename it at the end.
 
-    An error or an interruption leaves what was there before.
+    An error or an interruption leaves what was there before. A link stays one: its file is replaced.
 
     Raises
     ------
     FeasibeeError
-        If the folder doesn't exist or can't be written to.
+        If it isn't a plain file, or the folder doesn't exist or can't be written to.
     """
-    target = Path(path)
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
-        os.close(handle)
-    except OSError as error:
-        raise FeasibeeError(
-            f"{target}: can't be written: {error.strerror}; name a folder that you may write to"
-        ) from None
-    temporary = Path(name)
+    target, temporary = _beside(path)
     try:
         yield temporary
         _give_usual_permissions(temporary)
         temporary.replace(target)
     except OSError as error:
-        raise FeasibeeError(f"{target}: can't be written: {error.strerror or error}") from None
+        raise FeasibeeError(
+            f"{target}: can't be written: {error.strerror or error}; free some room"
+        ) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def check_writable(path: str | Path) -> None:
+    """Raise the error of `whole_file` now, before the work whose outcome couldn't be written."""
+    _beside(path)[1].unlink()
+
+
+def _beside(path: str | Path) -> tuple[Path, Path]:
+    """Return the file that a path names, and an empty temporary one in its folder."""
+    target = Path(path)
+    if target.exists() and not target.is_file():
+        raise FeasibeeError(f"{target}: isn't a plain file; name another")
+    target = target.resolve() if target.is_symlink() else target
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+    except OSError as error:
+        why = error.strerror
+        raise FeasibeeError(
+            f"{target}: can't be written: {why}; name a folder that you may write to"
+        ) from None
+    os.close(handle)
+    return target, Path(name)
 
 
 def make_folder(path: str | Path) -> Path:

@@ -20,7 +20,7 @@ from feasibee.claims import Claim, Point, check_claims
 from feasibee.files import make_folder, whole_file
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_figure
 from feasibee.scenario import Scenario
-from feasibee.simulation import simulate_record
+from feasibee.simulation import check_numbers, simulate_record
 from feasibee.stats import decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, MODEL_VERSION
@@ -62,6 +62,7 @@ def reproduce(
     list of Claim
         As in ``claims.json``.
     """
+    check_numbers(runs, seed, max(TASKS) * RUNS_APART)
     folder = make_folder(out)
     points = run_study(runs, seed, threads, progress)
     claims = check_claims(points, seed)

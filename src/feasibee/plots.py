@@ -16,6 +16,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
+from feasibee.errors import FeasibeeError
 from feasibee.files import whole_file
 from feasibee.results import scenario_of
 from feasibee.stats import Interval, decision_times, opinion_quartiles
@@ -37,6 +38,7 @@ STYLE: dict[Any, Any] = {
     "figure.dpi": 150,
     "savefig.dpi": 200,
     "pdf.fonttype": 42,
+    "svg.hashsalt": "feasibee",
 }
 
 
@@ -50,7 +52,7 @@ def figure(width: float, height: float, columns: int = 1, **options: Any) -> Ite
 
 def save_figure(drawn: Figure, path: str | Path) -> None:
     """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
-    metadata = {"CreationDate": None} if str(path).endswith(".pdf") else None
+    metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
     with whole_file(path) as temporary, rc_context(STYLE):
         drawn.savefig(temporary, metadata=metadata)
 
@@ -94,7 +96,8 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         zorder=2,
     )
     ax.set(xlim=(0, side), ylim=(0, side), xlabel="x (units)", ylabel="y (units)", aspect="equal")
-    ax.set(xticks=ax.get_xticks(), yticks=ax.get_xticks())
+    ticks = [tick for tick in ax.get_xticks() if 0 <= tick <= side]
+    ax.set(xticks=ticks, yticks=ticks)
     ax.spines[:].set_visible(True)
     _arena_legend(ax)
     return ax
@@ -113,8 +116,15 @@ def plot_opinions(
         By default a new figure's.
     until : int, optional
         The last step to show.
+
+    Raises
+    ------
+    FeasibeeError
+        If the results have no curves.
     """
     named = {"": results} if isinstance(results, xr.Dataset) else results  # a Dataset is a Mapping too
+    if any("feasible_count" not in dataset for dataset in named.values()):
+        raise FeasibeeError("the results have no curves; simulate with curves=True")
     bands = {
         str(name): opinion_quartiles(dataset["feasible_count"], scenario_of(dataset).robots.count)
         for name, dataset in named.items()

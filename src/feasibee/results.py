@@ -71,9 +71,11 @@ def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
 def recipe_of(dataset: xr.Dataset) -> dict[str, Any]:
     """Return the recipe that a dataset carries."""
     try:
-        found: dict[str, Any] = json.loads(dataset.attrs["recipe"])
+        found = json.loads(dataset.attrs["recipe"])
     except (KeyError, TypeError, ValueError):
-        raise FeasibeeError("these aren't results of feasibee: no recipe in the attributes") from None
+        found = None
+    if not isinstance(found, dict) or "scenario" not in found:
+        raise FeasibeeError("these aren't results of feasibee: no recipe in the attributes")
     return found
 
 
@@ -113,9 +115,12 @@ def open_results(path: str | Path) -> xr.Dataset:
     try:
         with xr.open_dataset(path, engine="h5netcdf") as opened:
             dataset = opened.load()
-    except (OSError, ValueError) as error:
-        raise FeasibeeError(f"{path}: can't be read as NetCDF: {error}") from None
-    recipe_of(dataset)
+    except Exception as error:  # a damaged file raises whatever the HDF5 library thinks of
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: {error}; save it again") from None
+    try:
+        recipe_of(dataset)
+    except FeasibeeError as error:
+        raise FeasibeeError(f"{path}: {error}") from None
     return dataset
 
 

@@ -14,13 +14,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 
 Length = Annotated[float, Field(gt=0, le=1e6)]
 Duration = Annotated[float, Field(gt=0, le=1e6)]
+
+
+def _without_default(schema: dict[str, Any]) -> None:
+    """Leave a default that depends on another field out of the JSON Schema."""
+    schema.pop("default", None)
+
+
+def _without_minus(value: float) -> float:
+    """Return 0.0 for -0.0, which is equal but written otherwise."""
+    return value + 0.0
 
 
 class Section(BaseModel):
@@ -42,7 +60,9 @@ class Robots(Section):
     """The swarm (model.md 1.2)."""
 
     count: int = Field(20, ge=1, le=1_000_000, description="Number of robots, n.")
-    speed: float = Field(1.0, ge=0, le=1e6, description="Units a step.")
+    speed: Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)] = Field(
+        1.0, description="Units a step."
+    )
 
 
 class Tasks(Section):
@@ -73,6 +93,7 @@ class Radio(Section):
     range: Length = Field(
         default=None,  # type: ignore[assignment]  # resolved by Scenario
         description="Range of messages, in units; by default that of sensing.",
+        json_schema_extra=_without_default,
     )
 
 
@@ -128,7 +149,7 @@ class Scenario(BaseModel):
     tasks: Tasks = Tasks()
     walk: Walk = Walk()
     sensing: Sensing = Sensing()
-    radio: Radio = Radio()
+    radio: Radio = Field(default_factory=Radio)  # not a default in the schema: it depends on sensing
     decision: Decision = Decision()
     run: Run = Run()
 
@@ -177,10 +198,10 @@ class Scenario(BaseModel):
         """Read a scenario from TOML text; ``source`` names it in errors."""
         try:
             return cls.model_validate(tomllib.loads(text))
-        except tomllib.TOMLDecodeError as error:
-            raise FeasibeeError(f"{source or 'scenario'}: not TOML: {error}") from None
         except ScenarioError as error:
             raise ScenarioError(error.problems, source) from None
+        except (ValueError, RecursionError) as error:
+            raise FeasibeeError(f"{source or 'scenario'}: not TOML: {error}; mend it there") from None
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
@@ -201,7 +222,14 @@ class Scenario(BaseModel):
             By dotted path, such as ``{"tasks.count": 50}``. What was left to its default stays so: a new
             ``sensing.range`` takes an unset ``radio.range`` along.
         """
-        return type(self).model_validate(with_changes(self.model_dump(exclude_unset=True), changes))
+        tables, problems = _changed(self.model_dump(exclude_unset=True), changes)
+        try:
+            changed = type(self).model_validate(tables)
+        except ScenarioError as error:
+            raise ScenarioError([*problems, *error.problems]) from None
+        if problems:
+            raise ScenarioError(problems)
+        return changed
 
     def to_dict(self) -> dict[str, Any]:
         """Return the complete form as plain tables."""
@@ -218,16 +246,18 @@ class Scenario(BaseModel):
         return hashlib.sha256(text.encode()).hexdigest()
 
 
-def with_changes(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested tables with the values at some dotted paths replaced."""
-    changed = {name: dict(table) if isinstance(table, Mapping) else table for name, table in tables.items()}
+def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Return nested tables with the values at some dotted paths replaced, and the paths that lead nowhere."""
+    changed = {name: dict(table) for name, table in tables.items()}
+    problems = []
     for path, value in changes.items():
         section, _, key = path.partition(".")
-        if not key or not isinstance(changed.get(section, {}), dict):
+        if key:
+            changed.setdefault(section, {})[key] = value
+        else:
             rule = "isn't the path of a field"
-            raise ScenarioError([Problem(path, value, rule, "write section.field, such as tasks.count")])
-        changed.setdefault(section, {})[key] = value
-    return changed
+            problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
+    return changed, problems
 
 
 def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -237,7 +267,10 @@ def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         table = given.get(name, {})
         if isinstance(table, Section):
             table = table.model_dump(exclude_unset=True)
-        explicit[name] = {**field.default.model_dump(), **(table if isinstance(table, Mapping) else {})}
+        explicit[name] = {
+            **field.get_default(call_default_factory=True).model_dump(),
+            **(table if isinstance(table, Mapping) else {}),
+        }
     if explicit["radio"]["range"] is None:
         explicit["radio"]["range"] = explicit["sensing"]["range"]
     return explicit

@@ -100,9 +100,7 @@ def simulate_record(
     progress: Callable[[float], None] | None = None,
 ) -> Record:
     """Simulate without labels: see `simulate`; ``chunk`` is how many runs a thread plays at a time."""
-    _check("runs", runs, 1, RUN_LIMIT)
-    _check("seed", seed, 0, SEED_LIMIT - 1)
-    _check("first_run", first_run, 0, RUN_LIMIT - runs)
+    check_numbers(runs, seed, first_run)
     _check("threads", threads or 1, 1, 1024)
     if curves and 4 * runs * (scenario.run.steps + 1) > CURVES_LIMIT:
         raise FeasibeeError(
@@ -141,6 +139,13 @@ def load_engine() -> None:
 def processors() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def check_numbers(runs: int, seed: int, first_run: int = 0) -> None:
+    """Refuse numbers of runs that there aren't."""
+    _check("runs", runs, 1, RUN_LIMIT)
+    _check("seed", seed, 0, SEED_LIMIT - 1)
+    _check("first_run", first_run, 0, RUN_LIMIT - runs)
 
 
 def _check(name: str, value: int, low: int, high: int) -> None:

@@ -48,7 +48,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     Raises
     ------
     ValueError
-        If there are no trials, or not 0 <= successes <= trials.
+        If there are no trials, or not 0 <= successes <= trials, or not 0 < confidence < 1.
 
     References
     ----------
@@ -63,6 +63,8 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     """
     if trials < 1 or not 0 <= successes <= trials:
         raise ValueError(f"{successes} of {trials}: must be 0 <= successes <= trials, and at least one trial")
+    if not 0 < confidence < 1:
+        raise ValueError(f"confidence = {confidence}: must be between 0 and 1; 0.95 is usual")
     z = NormalDist().inv_cdf(0.5 + confidence / 2)
     rate = successes / trials
     centre = (rate + z * z / (2 * trials)) / (1 + z * z / trials)
@@ -103,7 +105,7 @@ def decision_times(decision_step: ArrayLike) -> DecisionTimes:
     DecisionTimes
         The first step by which at least that share of all runs had decided.
     """
-    steps = np.asarray(decision_step)
+    steps = np.asarray(decision_step, np.int64)
     if steps.size == 0:
         return DecisionTimes(None, None, None)
     ordered = np.sort(np.where(steps < 0, np.iinfo(np.int64).max, steps))

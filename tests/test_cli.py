@@ -1,0 +1,590 @@
+"""The command line: what it prints, what it writes, how it fails, how it stops."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+
+import pytest
+from click.testing import CliRunner
+
+from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
+from feasibee.cli import main
+
+KEYS = {
+    "runs",
+    "feasible",
+    "infeasible",
+    "undecided",
+    "decision_step",
+    "truth",
+    "seed",
+    "first_run",
+    "scenario",
+    "scenario_hash",
+    "version",
+    "model_version",
+    "rates",
+}
+"""What issue 2 promises of --json, and the number of the first run."""
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def summary_of(*arguments):
+    result = invoke("run", "--json", *arguments)
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def refused(*arguments):
+    """Return the lines on standard error of a command that must be refused."""
+    result = invoke(*arguments)
+    assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
+    assert result.stdout == ""
+    return result.stderr.splitlines()
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty current folder."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def no_simulation(monkeypatch):
+    """The engine, which must not be asked."""
+
+    def work(*arguments, **options):
+        pytest.fail("the simulation began")
+
+    monkeypatch.setattr("feasibee.engine.runner.simulate", work)
+
+
+# --- Help and version ---
+
+
+@pytest.mark.parametrize("option", ["--help", "-h"])
+@pytest.mark.parametrize("command", [None, *main.commands])
+def test_every_help_has_an_example(command, option):
+    result = invoke(*([] if command is None else [command]), option)
+    assert result.exit_code == 0
+    assert "Example" in result.stdout
+    assert f"feasibee {command or 'run'}" in result.stdout.split("Example")[1]
+
+
+def test_the_commands_are_those_of_the_issue():
+    assert {"paper", "run", "scenario", "schema"} <= set(main.commands)
+
+
+def test_the_version_is_the_packages():
+    result = invoke("--version")
+    assert result.exit_code == 0
+    assert result.stdout.split()[-1] == version("feasibee")
+
+
+def test_an_unknown_command_or_option_is_refused():
+    assert "nope" in refused("nope")[-1]
+    assert "--nope" in refused("run", "--nope")[-1]
+
+
+# --- run, for programs ---
+
+
+def test_json_has_exactly_the_promised_keys():
+    summary = summary_of("--runs", 30, "--seed", 5)
+    assert set(summary) == KEYS
+    assert set(summary["decision_step"]) == {"median", "q25", "q75"}
+    assert set(summary["rates"]) == {"feasible", "infeasible", "undecided"}
+    assert all(set(rate) == {"estimate", "low", "high"} for rate in summary["rates"].values())
+
+
+def test_json_says_what_the_library_says():
+    summary = summary_of("--set", "tasks.count=10", "--runs", 30, "--seed", 2**64 - 1, "--first-run", 100)
+    scenario = Scenario(tasks={"count": 10})
+    dataset = simulate(scenario, runs=30, seed=2**64 - 1, first_run=100)
+    counts = [summary[name] for name in ("feasible", "infeasible", "undecided")]
+    assert counts == [int((dataset.decision == code).sum()) for code in (1, 0, -1)]
+    assert all(type(count) is int for count in counts)
+    assert sum(counts) == summary["runs"] == 30
+    assert summary["decision_step"] == decision_times(dataset.decision_step.values.astype(int))._asdict()
+    assert all(type(step) is int for step in summary["decision_step"].values())
+    assert summary["rates"] == {
+        name: rate._asdict() for name, rate in decision_rates(dataset.decision).items()
+    }
+    assert (summary["seed"], summary["first_run"]) == (2**64 - 1, 100)
+    assert summary["truth"] == "feasible"
+    assert summary["scenario"] == scenario.to_dict()
+    assert summary["scenario_hash"] == scenario.hash
+    assert Scenario.model_validate(summary["scenario"]) == scenario
+    assert summary["version"] == version("feasibee")
+    assert type(summary["model_version"]) is int
+
+
+def test_quartiles_of_undecided_runs_are_null():
+    summary = summary_of("--steps", 1, "--runs", 20)
+    assert summary["undecided"] == 20
+    assert summary["decision_step"] == {"median": None, "q25": None, "q75": None}
+    assert summary["scenario"]["run"]["steps"] == 1
+
+
+def test_a_quartile_that_is_reached_is_told_beside_one_that_is_not():
+    arguments = ("--set", "tasks.count=2", "--runs", 40, "--seed", 1)
+    whole = summary_of(*arguments)["decision_step"]
+    cut = summary_of(*arguments, "--steps", whole["median"])["decision_step"]
+    assert cut == {"q25": whole["q25"], "median": whole["median"], "q75": None}
+
+
+def test_the_truth_is_told():
+    assert summary_of("--set", "tasks.count=20", "--runs", 1, "--steps", 1)["truth"] == "feasible"
+    assert summary_of("--set", "tasks.count=21", "--runs", 1, "--steps", 1)["truth"] == "infeasible"
+
+
+def test_threads_change_nothing():
+    one, two = (
+        invoke("run", "--json", "--runs", 50, "--seed", 3, "--threads", threads).stdout for threads in (1, 2)
+    )
+    assert one == two
+    assert json.loads(one)["runs"] == 50
+
+
+def test_as_many_threads_are_used_as_asked_for(monkeypatch):
+    asked = []
+
+    def watch(scenario, seed, record, threads, *more):
+        asked.append(threads)
+
+    monkeypatch.setattr("feasibee.engine.runner.simulate", watch)
+    for threads in (1, 2, 3):
+        assert invoke("run", "--runs", 5, "--threads", threads).exit_code == 0
+    assert asked == [1, 2, 3]
+
+
+def test_seeds_and_first_runs_matter():
+    runs = {
+        json.dumps(summary_of("--runs", 30, *more)["decision_step"])
+        for more in ((), ("--seed", 1), ("--first-run", 30))
+    }
+    assert len(runs) == 3
+
+
+# --- run, for people ---
+
+
+def test_a_table_says_counts_shares_and_steps():
+    arguments = ("--set", "tasks.count=2", "--runs", 40, "--seed", 1)
+    summary = summary_of(*arguments)
+    result = invoke("run", *arguments)
+    assert result.exit_code == 0
+    assert result.stderr == ""
+    words = " ".join(result.stdout.split())
+    for name in ("feasible", "infeasible", "undecided"):
+        row = next(line for line in result.stdout.splitlines() if f" {name}" in line)
+        assert str(summary[name]) in row
+        assert f"{summary['rates'][name]['estimate']:.1%}" in row
+        assert f"{summary['rates'][name]['high']:.1%}" in row
+    for step in summary["decision_step"].values():
+        assert f"step {step}" in words
+    assert "feasible (true)" in words
+    assert "infeasible (true)" not in words
+    assert summary["scenario_hash"][:12] in words
+
+
+def test_a_table_says_when_a_quartile_was_not_reached():
+    words = " ".join(invoke("run", "--steps", 1, "--runs", 5).stdout.split())
+    assert words.count("not reached") == 3
+    assert "step -1" not in words
+
+
+# --- Fields ---
+
+
+def test_set_takes_every_type():
+    summary = summary_of(
+        *("--set", "tasks.count=7"),
+        *("--set", "sensing.range=3"),
+        *("--set", "robots.speed = 0.5"),
+        *("--set", "decision.listen=dissemination"),
+        *("--set", 'decision.inbox="every-message"'),
+        *("--set", "decision.own_vote=false"),
+        *("--runs", 2, "--steps", 3),
+    )
+    scenario = Scenario(
+        tasks={"count": 7},
+        sensing={"range": 3.0},
+        robots={"speed": 0.5},
+        decision={"listen": "dissemination", "inbox": "every-message", "own_vote": False},
+        run={"steps": 3},
+    )
+    assert summary["scenario_hash"] == scenario.hash
+    assert summary["scenario"]["radio"]["range"] == 3.0
+
+
+def test_the_later_of_two_values_counts_and_steps_before_all():
+    summary = summary_of(
+        "--set", "tasks.count=7", "--set", "tasks.count=8", "--set", "run.steps=9", "--steps", 2, "--runs", 1
+    )
+    assert (summary["scenario"]["tasks"]["count"], summary["scenario"]["run"]["steps"]) == (8, 2)
+
+
+def test_a_file_and_changes_to_it(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("[tasks]\ncount = 7\n[sensing]\nrange = 1.5\n")
+    summary = summary_of(path, "--set", "tasks.count=8", "--runs", 1, "--steps", 2)
+    expected = Scenario(tasks={"count": 8}, sensing={"range": 1.5}, run={"steps": 2})
+    assert summary["scenario_hash"] == expected.hash
+
+
+@pytest.mark.usefixtures("no_simulation")
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        (["tasks.count"], [("tasks.count", "FIELD=VALUE")]),
+        (["tasks.count=many"], [("tasks.count = 'many'", "20")]),
+        (["tasks.count=1.5"], [("tasks.count = 1.5", "20")]),
+        (["tasks.count=true"], [("tasks.count = True", "20")]),
+        (["tasks.count="], [("tasks.count = ''", "20")]),
+        (["tasks.cuont=5"], [("tasks.cuont = 5", "did you mean tasks.count?")]),
+        (["task.count=5"], [("task", "did you mean tasks?")]),
+        (["tasks=5"], [("tasks = 5", "tasks.count")]),
+        (["=5"], [("", "tasks.count")]),
+        (["sensing.range=nan"], [("sensing.range = nan", "2.0")]),
+        (["sensing.range=11"], [("sensing.range = 11", "arena.side")]),
+        (["decision.listen=never"], [("decision.listen = 'never'", "always")]),
+        (
+            ["robots.count=0", "radio.range=-2.0", "decision.threshold=1.0"],
+            [
+                ("robots.count = 0", "20"),
+                ("radio.range = -2.0", "default"),
+                ("decision.threshold = 1.0", "0.9"),
+            ],
+        ),
+        (["tasks=5", "robots.count=0"], [("tasks = 5", "tasks.count"), ("robots.count = 0", "20")]),
+    ],
+)
+def test_bad_fields_are_refused_with_a_line_each(here, changes, expected):
+    lines = refused("run", "--json", *(word for change in changes for word in ("--set", change)))
+    assert len(lines) == len(expected)
+    for line, (path, remedy) in zip(sorted(lines), sorted(expected), strict=True):
+        assert line.startswith("feasibee: ")
+        assert path in line
+        assert remedy in line
+    assert names(here) == []
+
+
+@pytest.mark.usefixtures("no_simulation")
+@pytest.mark.parametrize("value", ["1" * 5000, "0x" + "f" * 5000, "[" * 5000])
+def test_absurd_values_are_refused_in_a_short_line(value):
+    (line,) = refused("run", "--set", f"tasks.count={value}")
+    assert "tasks.count" in line
+    assert len(line) < 250
+
+
+@pytest.mark.usefixtures("no_simulation")
+def test_a_bad_file_is_refused_with_its_name(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("[tasks]\ncount = -1\ncuont = 1\n[robots]\ncount = 0\n")
+    lines = refused("run", path)
+    assert [line.startswith(f"feasibee: {path}: ") for line in lines] == [True] * 3
+    path.write_text("[tasks\n")
+    (line,) = refused("run", path)
+    assert f"{path}: not TOML" in line
+    (line,) = refused("run", tmp_path / "missing.toml")
+    assert "missing.toml: can't be read" in line
+    assert str(tmp_path) in refused("run", tmp_path)[-1]
+
+
+@pytest.mark.usefixtures("no_simulation")
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["--seed", "-1"], "seed"),
+        (["--seed", str(2**64)], "seed"),
+        (["--seed", "x"], "seed"),
+        (["--runs", "0"], "runs"),
+        (["--runs", "-5"], "runs"),
+        (["--runs", str(2**32 + 1)], "runs"),
+        (["--first-run", "-1"], "first-run"),
+        (["--first-run", str(2**32)], "first_run"),
+        (["--steps", "0"], "run.steps"),
+        (["--threads", "0"], "threads"),
+        (["--save", "a.nc", "--runs", "100000000"], "curves"),
+    ],
+)
+def test_impossible_numbers_are_refused(here, arguments, word):
+    lines = refused("run", *arguments)
+    assert word in lines[-1]
+    assert names(here) == []
+
+
+# --- Files ---
+
+
+def test_save_and_plot_write_whole_files_and_nothing_else(here):
+    result = invoke(
+        "run", "--runs", 6, "--seed", 2, "--steps", 50, "--save", "a.nc", "--plot", "b.png", "--json"
+    )
+    assert result.exit_code == 0, result.stderr
+    assert names(here) == ["a.nc", "b.png"]
+    scenario = Scenario(run={"steps": 50})
+    opened = open_results(here / "a.nc")
+    assert opened.identical(simulate(scenario, runs=6, seed=2, curves=True))
+    assert scenario_of(opened).hash == json.loads(result.stdout)["scenario_hash"]
+    picture = (here / "b.png").read_bytes()
+    assert picture.startswith(b"\x89PNG")
+    assert picture.rstrip().endswith(b"IEND\xaeB`\x82")
+
+
+def test_saving_and_plotting_change_no_result(here):
+    arguments = ("--runs", 6, "--seed", 2, "--steps", 80)
+    assert summary_of(*arguments) == summary_of(*arguments, "--save", "a.nc", "--plot", "b.pdf")
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.pdf", "a.svg", "A.PNG"])
+def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
+    assert invoke("run", "--runs", 3, "--steps", 5, "--plot", name).exit_code == 0
+    start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[name.lower().rpartition(".")[2]]
+    assert (here / name).read_bytes().startswith(start)
+    assert names(here) == [name]
+
+
+def test_the_same_command_writes_the_same_plot(here):
+    for name in ("a.png", "b.png"):
+        assert invoke("run", "--runs", 3, "--steps", 30, "--plot", name).exit_code == 0
+    assert (here / "a.png").read_bytes() == (here / "b.png").read_bytes()
+
+
+@pytest.mark.usefixtures("no_simulation")
+@pytest.mark.parametrize("name", ["a.docx", "a.pgf", "a", "a.nc", "a.png.txt"])
+def test_an_unknown_kind_of_plot_is_refused_before_the_work(here, name):
+    (line,) = refused("run", "--plot", name)
+    assert name in line
+    assert ".png" in line
+    assert names(here) == []
+
+
+@pytest.mark.usefixtures("no_simulation")
+@pytest.mark.parametrize("option", ["--save", "--plot"])
+def test_what_can_not_be_written_is_refused_before_the_work(here, option):
+    (here / "folder.png").mkdir()
+    (here / "file").write_text("mine")
+    for path in ("missing/a.png", "file/a.png", "folder.png"):
+        (line,) = refused("run", option, path)
+        assert path in line
+    assert names(here) == ["file", "folder.png"]
+    assert names(here / "folder.png") == []
+
+
+@pytest.mark.usefixtures("no_simulation")
+def test_one_file_for_results_and_plot_is_refused_before_the_work(here):
+    (line,) = refused("run", "--save", "a.png", "--plot", "./a.png")
+    assert "a.png" in line
+    assert names(here) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes to stand for devices")
+@pytest.mark.usefixtures("no_simulation")
+def test_a_device_is_not_replaced_by_a_file(here):
+    """A superuser's --save /dev/null must not make a file of it."""
+    os.mkfifo("pipe.png")
+    for option in ("--save", "--plot"):
+        (line,) = refused("run", option, "pipe.png")
+        assert "pipe.png" in line
+    assert (here / "pipe.png").is_fifo()
+
+
+def test_a_link_stays_a_link_and_its_file_is_replaced(here):
+    (here / "real").mkdir()
+    (here / "real" / "a.nc").write_text("old")
+    (here / "link.nc").symlink_to("real/a.nc")
+    assert invoke("run", "--runs", 2, "--steps", 5, "--save", "link.nc").exit_code == 0
+    assert (here / "link.nc").is_symlink()
+    assert names(here / "real") == ["a.nc"]
+    assert open_results(here / "real" / "a.nc").sizes["run"] == 2
+
+
+def test_without_options_nothing_is_written(here):
+    for command in (["run", "--runs", 2, "--steps", 5], ["scenario"], ["schema"], ["--help"]):
+        assert invoke(*command).exit_code == 0
+    assert names(here) == []
+
+
+# --- scenario, schema, paper ---
+
+
+def test_scenario_prints_toml_that_run_accepts(tmp_path):
+    printed = invoke("scenario", "--set", "sensing.range=3.0", "--set", "tasks.count=7")
+    assert printed.exit_code == 0
+    assert Scenario.from_toml(printed.stdout) == Scenario(sensing={"range": 3.0}, tasks={"count": 7})
+    path = tmp_path / "mine.toml"
+    path.write_text(printed.stdout)
+    summary = summary_of(path, "--runs", 1)
+    assert summary["scenario_hash"] == Scenario.from_toml(printed.stdout).hash
+    assert invoke("scenario", path).stdout == printed.stdout
+
+
+def test_scenario_prints_the_papers_by_default():
+    assert invoke("scenario").stdout == Scenario().to_toml()
+
+
+def test_scenario_refuses_what_run_refuses():
+    (line,) = refused("scenario", "--set", "tasks.count=-1")
+    assert "tasks.count = -1" in line
+
+
+def test_schema_prints_the_schema_of_scenarios():
+    result = invoke("schema")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout) == Scenario.model_json_schema()
+
+
+def test_paper_writes_figures_and_says_of_each_claim_whether_it_holds(here):
+    result = invoke("paper", "--out", "out/figures", "--runs", 4, "--seed", 3)
+    assert result.exit_code == 0, result.stderr
+    assert names(here) == ["out"]
+    written = json.loads((here / "out/figures/claims.json").read_text())
+    assert len([name for name in names(here / "out/figures") if name.endswith((".png", ".pdf"))]) == 8
+    verdicts = [claim["verdict"] for claim in written["claims"]]
+    cells = [cell.strip() for line in result.stdout.splitlines() for cell in line.split("│")]
+    assert [cell for cell in cells if cell in {"holds", "fails", "can't tell"}] == verdicts
+    assert "out/figures" in result.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--runs", "3"], ["--seed", "-1"], ["--seed", str(2**64)], ["--threads", "0"]]
+)
+def test_paper_refuses_impossible_numbers_and_makes_no_folder(here, arguments):
+    assert arguments[0].strip("-") in refused("paper", *arguments)[-1]
+    assert names(here) == []
+
+
+def test_paper_refuses_a_file_for_a_folder(here):
+    (here / "file").write_text("mine")
+    for out in ("file", "file/below"):
+        assert "file" in refused("paper", "--out", out)[-1]
+    assert (here / "file").read_text() == "mine"
+
+
+def test_too_little_memory_is_told(monkeypatch):
+    def work(*arguments, **options):
+        raise MemoryError
+
+    monkeypatch.setattr("feasibee.engine.runner.simulate", work)
+    (line,) = refused("run")
+    assert "memory" in line
+
+
+# --- Real processes ---
+
+
+def start(*arguments, code=None, **options):
+    module = ["-m", "feasibee"] if code is None else ["-c", code]
+    return subprocess.Popen(
+        [sys.executable, *module, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+def test_as_a_module_standard_output_is_one_json_object_and_nothing_else(tmp_path):
+    expected = summary_of("--runs", 40, "--seed", 3, "--threads", 1)  # and the engine is compiled now
+    process = start("run", "--json", "--runs", 40, "--seed", 3, "--threads", 2, cwd=tmp_path)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    assert errors == ""
+    assert json.loads(output) == expected
+    assert names(tmp_path) == []
+
+
+def test_as_a_module_a_bad_field_is_one_line_and_status_2(tmp_path):
+    process = start("run", "--set", "tasks.cuont=5", cwd=tmp_path)
+    output, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert output == ""
+    assert errors.splitlines() == ["feasibee: tasks.cuont = 5: unknown key; did you mean tasks.count?"]
+
+
+def test_a_reader_that_goes_away_leaves_no_traceback():
+    process = start("schema")
+    process.stdout.close()
+    errors = process.stderr.read()
+    process.stderr.close()
+    process.wait(timeout=60)
+    assert "Traceback" not in errors
+
+
+TELL_WHEN_IT_BEGINS = """
+import signal, sys
+from feasibee.engine import runner
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
+begin = runner.simulate
+
+def simulate(*arguments, **options):
+    print("begun", file=sys.stderr, flush=True)
+    return begin(*arguments, **options)
+
+runner.simulate = simulate
+
+from feasibee.cli import main
+
+main(prog_name="feasibee")
+"""
+
+
+def start_simulating(*arguments, **options):
+    """Start a command, and return when its simulation has begun."""
+    process = start(*arguments, code=TELL_WHEN_IT_BEGINS, **options)
+    while (line := process.stderr.readline()) != "begun\n":
+        assert "compiling" in line
+    return process
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "--json", "--runs", 200_000),
+        ("run", "--json", "--runs", 2, "--steps", 100_000_000),
+        ("run", "--runs", 20_000, "--save", "a.nc", "--plot", "a.png", "--threads", 1),
+        ("paper", "--runs", 20_000, "--out", "out"),
+    ],
+)
+def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
+    process = start_simulating(*arguments, cwd=tmp_path)
+    time.sleep(0.3)
+    assert process.poll() is None
+    before = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=30)
+    assert time.monotonic() - before < 5
+    assert process.returncode == 130
+    assert output == ""
+    assert len(errors.splitlines()) == 1
+    assert "interrupted" in errors
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+def test_an_interrupt_leaves_an_older_file_as_it_was(tmp_path):
+    (tmp_path / "a.nc").write_text("old")
+    process = start_simulating("run", "--runs", 20_000, "--save", "a.nc", cwd=tmp_path)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert (tmp_path / "a.nc").read_text() == "old"
+    assert names(tmp_path) == ["a.nc"]

@@ -1,0 +1,122 @@
+"""Files are whole or not there."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+
+import pytest
+
+from feasibee import FeasibeeError
+from feasibee.files import make_folder, whole_file
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def write_half(target, error):
+    with whole_file(target) as temporary:
+        temporary.write_text("half")
+        raise error
+
+
+@pytest.fixture
+def umask():
+    """Give the means to set the umask, and put the old one back."""
+    before = os.umask(0o022)
+    yield os.umask
+    os.umask(before)
+
+
+def test_a_file_appears_whole_with_its_name(tmp_path):
+    target = tmp_path / "data.csv"
+    with whole_file(target) as temporary:
+        temporary.write_text("half")
+        assert not target.exists()
+        assert temporary.parent == tmp_path
+        assert temporary.suffix == ".csv"
+        temporary.write_text("whole")
+    assert target.read_text() == "whole"
+    assert names(tmp_path) == ["data.csv"]
+
+
+def test_a_file_is_replaced_only_at_the_end(tmp_path):
+    target = tmp_path / "data.csv"
+    target.write_text("old")
+    with whole_file(str(target)) as temporary:
+        temporary.write_text("new")
+        assert target.read_text() == "old"
+    assert target.read_text() == "new"
+    assert names(tmp_path) == ["data.csv"]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit, FeasibeeError])
+@pytest.mark.parametrize("old", [None, "old"])
+def test_an_error_or_interruption_leaves_what_was_there(tmp_path, error, old):
+    target = tmp_path / "data.csv"
+    if old is not None:
+        target.write_text(old)
+    with pytest.raises(error):
+        write_half(target, error)
+    assert names(tmp_path) == ([] if old is None else ["data.csv"])
+    assert old is None or target.read_text() == old
+
+
+def test_a_full_disk_is_an_error_of_feasibee_and_leaves_what_was_there(tmp_path):
+    target = tmp_path / "data.csv"
+    target.write_text("old")
+    with pytest.raises(FeasibeeError, match=r"data\.csv: .*No space left"):
+        write_half(target, OSError(errno.ENOSPC, "No space left on device"))
+    assert target.read_text() == "old"
+    assert names(tmp_path) == ["data.csv"]
+
+
+@pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o027, 0o640), (0o077, 0o600), (0, 0o666)])
+def test_permissions_follow_the_umask(tmp_path, umask, mask, mode):
+    umask(mask)
+    with whole_file(tmp_path / "data.csv") as temporary:
+        temporary.write_text("whole")
+    assert stat.S_IMODE((tmp_path / "data.csv").stat().st_mode) == mode
+    assert umask(0o022) == mask
+
+
+def test_a_missing_folder_is_told(tmp_path):
+    with (
+        pytest.raises(FeasibeeError, match=r"missing/data\.csv: can't be written: No such file.*folder"),
+        whole_file(tmp_path / "missing" / "data.csv"),
+    ):
+        pytest.fail("there is nothing to write to")
+    assert names(tmp_path) == []
+
+
+def test_a_file_in_place_of_the_folder_is_told(tmp_path):
+    (tmp_path / "file").write_text("old")
+    with pytest.raises(FeasibeeError, match="can't be written"), whole_file(tmp_path / "file" / "data.csv"):
+        pytest.fail("there is nothing to write to")
+    assert names(tmp_path) == ["file"]
+
+
+def test_a_folder_in_place_of_the_file_is_told_and_stays(tmp_path):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "inside").write_text("old")
+    with pytest.raises(FeasibeeError, match="data: "), whole_file(tmp_path / "data") as temporary:
+        temporary.write_text("whole")
+    assert names(tmp_path) == ["data"]
+    assert names(tmp_path / "data") == ["inside"]
+
+
+def test_a_folder_is_made_with_those_above_it_and_may_be_there(tmp_path):
+    folder = make_folder(tmp_path / "a" / "b")
+    (folder / "inside").write_text("old")
+    assert make_folder(str(tmp_path / "a" / "b")) == folder == tmp_path / "a" / "b"
+    assert names(folder) == ["inside"]
+
+
+def test_a_file_in_the_way_of_a_folder_is_told(tmp_path):
+    (tmp_path / "file").write_text("old")
+    for path in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(FeasibeeError, match=r"file.*: can't be made: .*; name another folder"):
+            make_folder(path)
+    assert (tmp_path / "file").read_text() == "old"

@@ -1,0 +1,216 @@
+"""The paper's study: every file, and in every file what the simulation says."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from feasibee import (
+    FeasibeeError,
+    Scenario,
+    Swarm,
+    decision_counts,
+    decision_rates,
+    decision_times,
+    simulate,
+)
+from feasibee.paper import reproduce
+
+RUNS, SEED = 8, 1
+FIGURES = ("fig1_arena", "fig2a_converging", "fig2b_diverging", "fig3_decisions")
+FILES = sorted([*(f"{name}.{suffix}" for name in FIGURES for suffix in ("png", "pdf", "csv")), "claims.json"])
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def rows(path):
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """The study on one thread: its folder, its claims, and the progress it told."""
+    folder = tmp_path_factory.mktemp("study") / "new" / "paper"
+    told = []
+    claims = reproduce(folder, RUNS, SEED, threads=1, progress=told.append)
+    return folder, claims, told
+
+
+@pytest.fixture(scope="module")
+def simulated(study):
+    """The same runs, simulated apart, by number of tasks."""
+    return {
+        int(row["tasks"]): simulate(
+            Scenario(tasks={"count": int(row["tasks"])}),
+            runs=RUNS,
+            seed=SEED,
+            first_run=int(row["tasks"]) * 1_000_000,
+            curves=True,
+        )
+        for row in rows(study[0] / "fig3_decisions.csv")
+    }
+
+
+def test_every_file_is_there_and_no_other(study):
+    assert names(study[0]) == FILES
+    assert names(study[0].parent) == ["paper"]
+
+
+def test_the_ratios_are_many_and_symmetrical_around_1(study):
+    tasks = [int(row["tasks"]) for row in rows(study[0] / "fig3_decisions.csv")]
+    assert tasks == sorted(set(tasks))
+    assert (tasks[0], tasks[-1]) == (2, 200)
+    assert len(tasks) >= 15
+    assert {4, 10, 20, 40, 100} <= set(tasks)
+    mirrored = [m * mirror / 20**2 for m, mirror in zip(tasks, tasks[::-1], strict=True)]
+    np.testing.assert_allclose(mirrored, 1, atol=0.02)
+
+
+def test_the_ratio_is_robots_by_tasks(study):
+    for row in rows(study[0] / "fig3_decisions.csv"):
+        assert float(row["ratio"]) == 20 / int(row["tasks"])
+        assert int(row["runs"]) == RUNS
+
+
+def test_fig_3_has_the_rates_with_intervals_and_the_times_of_the_simulation(study, simulated):
+    for row in rows(study[0] / "fig3_decisions.csv"):
+        dataset = simulated[int(row["tasks"])]
+        assert int(row["first_run"]) == dataset.run.values[0]
+        for name, rate in decision_rates(dataset.decision).items():
+            written = [float(row[f"{name}{part}"]) for part in ("", "_low", "_high")]
+            assert written == list(rate)
+            assert written[0] * RUNS == decision_counts(dataset.decision)[name]
+        times = decision_times(dataset.decision_step.values.astype(int))
+        written = [row[f"step_{name}"] for name in ("q25", "median", "q75")]
+        assert written == ["" if step is None else str(step) for step in times]
+
+
+@pytest.mark.parametrize("name", ["fig2a_converging", "fig2b_diverging"])
+def test_fig_2_has_the_quartiles_of_the_simulation(study, simulated, name):
+    written = rows(study[0] / f"{name}.csv")
+    by_tasks = {}
+    for row in written:
+        by_tasks.setdefault(int(row["tasks"]), []).append(row)
+    assert set(by_tasks) <= set(simulated)
+    for tasks, steps in by_tasks.items():
+        percentage = simulated[tasks].feasible_count.values / 20 * 100
+        assert [int(row["step"]) for row in steps] == list(range(1001))
+        for share, column in ((0.25, "q25"), (0.5, "median"), (0.75, "q75")):
+            values = [float(row[column]) for row in steps]
+            np.testing.assert_allclose(values, np.quantile(percentage, share, axis=0), atol=1e-9)
+        assert {float(row["ratio"]) for row in steps} == {20 / tasks}
+
+
+def test_fig_2a_converges_and_fig_2b_is_near_ratio_1(study):
+    far, near = (
+        {float(row["ratio"]) for row in rows(study[0] / f"{name}.csv")}
+        for name in ("fig2a_converging", "fig2b_diverging")
+    )
+    assert {0.1, 0.5, 2.0, 10.0} <= far
+    assert all(abs(math.log2(ratio)) >= 1 for ratio in far)
+    assert 1.0 in near
+    assert all(abs(math.log2(ratio)) < 0.5 for ratio in near)
+
+
+def test_fig_1_has_the_places_of_the_swarm(study):
+    swarm = Swarm(Scenario(), SEED)
+    written = rows(study[0] / "fig1_arena.csv")
+    for kind, places in (("robot", swarm.positions), ("task", swarm.tasks)):
+        of_kind = [row for row in written if row["kind"] == kind]
+        assert [int(row["number"]) for row in of_kind] == list(range(1, 21))
+        np.testing.assert_array_equal([(float(row["x"]), float(row["y"])) for row in of_kind], places)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_figures_are_pictures(study, name):
+    picture = imread(study[0] / f"{name}.png")
+    assert min(picture.shape[:2]) > 400
+    assert len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0)) > 50
+    pdf = (study[0] / f"{name}.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert pdf.rstrip().endswith(b"%%EOF")
+    assert b"CreationDate" not in pdf
+
+
+def test_the_claims_are_written_as_they_are_returned(study):
+    folder, claims, _ = study
+    written = json.loads((folder / "claims.json").read_text())
+    assert written["claims"] == [asdict(claim) for claim in claims]
+    assert (written["runs_per_ratio"], written["seed"]) == (RUNS, SEED)
+    assert len(claims) >= 5
+    assert {claim.verdict for claim in claims} <= {"holds", "fails", "can't tell"}
+
+
+def test_the_least_share_of_right_decisions_is_that_of_the_simulation(study, simulated):
+    claims = study[1]
+    feasible = [float((s.decision == 1).mean()) for tasks, s in simulated.items() if tasks < 10]
+    infeasible = [float((s.decision == 0).mean()) for tasks, s in simulated.items() if tasks > 40]
+    assert claims[0].estimate == min(feasible)
+    assert claims[1].estimate == min(infeasible)
+
+
+def test_the_progress_climbs_to_the_end(study):
+    told = study[2]
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(1)
+    assert 0 < told[0] < 0.1
+
+
+def test_two_threads_write_the_same_bytes_and_nothing_elsewhere(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    reproduce("again", RUNS, SEED, threads=2)
+    assert names(tmp_path) == ["again"]
+    assert names(tmp_path / "again") == FILES
+    different = [
+        name for name in FILES if (tmp_path / "again" / name).read_bytes() != (study[0] / name).read_bytes()
+    ]
+    assert different == []
+
+
+def test_a_study_replaces_an_older_one_and_leaves_what_isnt_its_own(study, tmp_path):
+    (tmp_path / "claims.json").write_text("old")
+    (tmp_path / "notes.txt").write_text("mine")
+    reproduce(tmp_path, 4, SEED + 1)
+    assert names(tmp_path) == sorted([*FILES, "notes.txt"])
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert json.loads((tmp_path / "claims.json").read_text())["seed"] == SEED + 1
+    for name in ("fig1_arena.csv", "fig3_decisions.csv"):
+        assert (tmp_path / name).read_bytes() != (study[0] / name).read_bytes()
+
+
+def test_a_file_in_the_way_of_the_folder_is_told_before_the_work(tmp_path, monkeypatch):
+    def work(*arguments, **options):
+        pytest.fail("the study began")
+
+    monkeypatch.setattr("feasibee.paper.run_study", work)
+    (tmp_path / "file").write_text("mine")
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(FeasibeeError, match=r"file.*: can't be made"):
+            reproduce(out, RUNS, SEED)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize(("runs", "seed", "word"), [(0, 0, "runs"), (8, -1, "seed"), (8, 2**64, "seed")])
+def test_impossible_numbers_are_told_and_make_no_folder(tmp_path, runs, seed, word):
+    with pytest.raises(FeasibeeError, match=word):
+        reproduce(tmp_path / "out", runs, seed)
+    assert names(tmp_path) == []
+
+
+def test_an_interrupted_study_leaves_no_part_of_a_file(tmp_path):
+    def interrupt(share):
+        if share > 0.1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        reproduce(tmp_path / "out", RUNS, SEED, progress=interrupt)
+    assert not (tmp_path / "out").exists() or names(tmp_path / "out") == []

@@ -1,0 +1,344 @@
+"""Figures show what the data say: read back from the Axes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib import pyplot, rcParams
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from feasibee import (
+    FeasibeeError,
+    Scenario,
+    Swarm,
+    decision_rates,
+    plot_arena,
+    plot_decision_steps,
+    plot_decisions,
+    plot_opinions,
+    simulate,
+    wilson,
+)
+from feasibee.plots import COLOURS, draw_opinion_bands, figure, save_figure
+from feasibee.record import Record
+from feasibee.results import label
+from feasibee.stats import opinion_quartiles
+
+SCENARIO = Scenario(robots={"count": 10}, run={"steps": 5})
+RESULTS = label(
+    Record(
+        first_run=0,
+        decision=np.array([1, 0, 1, -1], np.int8),
+        decision_step=np.array([4, 2, 0, -1], np.int32),
+        feasible_count=np.array(
+            [[5, 6, 7, 8, 10, 10], [4, 2, 0, 0, 0, 0], [10, 10, 10, 10, 10, 10], [5, 5, 5, 5, 5, 5]], np.int32
+        ),
+    ),
+    SCENARIO,
+    seed=0,
+)
+
+
+def swarm_at(places, targets=((1.0, 2.0),), opinions=None, **scenario):
+    """Make what plot_arena looks at, at places of our choice."""
+    return SimpleNamespace(
+        scenario=Scenario(**scenario),
+        positions=np.array(places, float),
+        tasks=np.array(targets, float).reshape(-1, 2),
+        opinions=np.array(opinions or [1] * len(places), np.int8),
+    )
+
+
+def discs(ax, radius):
+    return [patch for patch in ax.patches if isinstance(patch, Circle) and patch.radius == radius]
+
+
+def shown_numbers(ax):
+    return sorted(int(text.get_text()) for text in ax.texts)
+
+
+def legend_labels(ax):
+    return [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def lines_by_label(ax):
+    return {line.get_label(): line for line in ax.lines}
+
+
+def band(collection):
+    """Return lower and upper edge of a filled band, by step."""
+    edges = {}
+    for x, y in collection.get_paths()[0].vertices:
+        edges.setdefault(x, set()).add(round(float(y), 9))
+    return {x: (min(ys), max(ys)) for x, ys in sorted(edges.items())}
+
+
+# --- The arena ---
+
+
+def test_the_arena_shows_each_robot_once_with_number_range_and_opinion():
+    swarm = swarm_at([(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)], opinions=[1, 0, 1], sensing={"range": 2.5})
+    ax = plot_arena(swarm)
+    assert [patch.center for patch in discs(ax, 0.5)] == [(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)]
+    assert [patch.center for patch in discs(ax, 2.5)] == [(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)]
+    colours = [to_hex(patch.get_facecolor()).upper() for patch in discs(ax, 0.5)]
+    assert colours == [COLOURS["feasible"], COLOURS["infeasible"], COLOURS["feasible"]]
+    assert [(text.get_text(), text.xy) for text in ax.texts] == [
+        ("1", (5.0, 5.0)),
+        ("2", (10.0, 12.0)),
+        ("3", (17.0, 3.0)),
+    ]
+
+
+def test_the_arena_shows_each_task_where_it_is():
+    swarm = swarm_at([(5.0, 5.0)], targets=[(1.0, 2.0), (3.0, 4.0), (19.0, 0.5)])
+    (tasks,) = plot_arena(swarm).collections
+    np.testing.assert_array_equal(tasks.get_offsets(), swarm.tasks)
+    assert len(tasks.get_paths()[0].vertices) == 4  # a closed triangle
+
+
+def test_a_range_that_reaches_over_the_edge_comes_in_on_the_other_side():
+    ax = plot_arena(swarm_at([(19.5, 0.5)]))
+    expected = sorted([(19.5, 0.5), (-0.5, 0.5), (19.5, 20.5), (-0.5, 20.5)])
+    assert sorted(patch.center for patch in discs(ax, 2.0)) == expected
+    assert sorted(patch.center for patch in discs(ax, 0.5)) == expected
+    ax = plot_arena(swarm_at([(10.0, 1.0)]))
+    assert sorted(patch.center for patch in discs(ax, 2.0)) == [(10.0, 1.0), (10.0, 21.0)]
+
+
+def test_the_arena_of_a_real_swarm_is_whole():
+    swarm = Swarm(Scenario(tasks={"count": 50}), seed=3)
+    swarm.advance(30)
+    ax = plot_arena(swarm)
+    side = swarm.scenario.arena.side
+    inside = [patch for patch in discs(ax, 0.5) if min(patch.center) >= 0 and max(patch.center) < side]
+    np.testing.assert_allclose([patch.center for patch in inside], swarm.positions)
+    feasible = [to_hex(patch.get_facecolor()).upper() == COLOURS["feasible"] for patch in inside]
+    np.testing.assert_array_equal(feasible, swarm.opinions)
+    assert set(shown_numbers(ax)) == set(range(1, 21))
+    assert len(ax.collections[0].get_offsets()) == 50
+
+
+def test_an_arena_without_tasks_is_drawn():
+    ax = plot_arena(swarm_at([(5.0, 5.0)], targets=[]))
+    assert len(ax.collections[0].get_offsets()) == 0
+
+
+@pytest.mark.parametrize("side", [20.0, 7.3, 13.37, 0.7, 1e-3, 1e6])
+def test_the_axes_end_where_the_arena_ends(side):
+    swarm = swarm_at(
+        [(side / 2, side / 3)],
+        targets=[(side / 4, side / 4)],
+        arena={"side": side},
+        sensing={"range": side / 10},
+        robots={"speed": side / 20},
+    )
+    ax = plot_arena(swarm)
+    assert ax.get_xlim() == ax.get_ylim() == (0, side)
+    assert ax.get_aspect() == 1
+    np.testing.assert_array_equal(ax.get_xticks(), ax.get_yticks())
+    assert len([tick for tick in ax.get_xticks() if 0 <= tick <= side]) >= 3
+
+
+def test_the_arena_has_units_and_a_legend():
+    ax = plot_arena(swarm_at([(5.0, 5.0)]))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (units)", "y (units)")
+    labels = legend_labels(ax)
+    assert len(labels) == 4
+    for word, entry in zip(("feasible", "infeasible", "task", "range"), labels, strict=True):
+        assert word in entry
+
+
+# --- Opinions over time ---
+
+
+def test_opinions_are_the_median_and_the_quartile_band():
+    ax = plot_opinions(RESULTS)
+    low, median, high = opinion_quartiles(RESULTS.feasible_count.values, 10)
+    (line,) = ax.lines
+    np.testing.assert_array_equal(line.get_xdata(), np.arange(6))
+    np.testing.assert_array_equal(line.get_ydata(), median)
+    assert line.get_ydata()[0] == 50  # of 4, 5, 5, 10
+    expected = {step: (low[step], high[step]) for step in range(6)}
+    assert band(ax.collections[0]) == expected
+    assert "steps" in ax.get_xlabel()
+    assert "%" in ax.get_ylabel()
+    assert ax.get_xlim() == (0, 5)
+    assert ax.get_ylim()[0] <= 0
+    assert ax.get_ylim()[1] >= 100
+
+
+def test_several_results_are_several_lines_told_apart():
+    other = label(
+        Record(0, np.array([0], np.int8), np.array([1], np.int32), np.array([[9, 8, 7, 6, 5, 4]], np.int32)),
+        SCENARIO,
+        seed=0,
+    )
+    ax = plot_opinions({"first": RESULTS, "second": other})
+    assert [line.get_label() for line in ax.lines] == ["first", "second"]
+    np.testing.assert_allclose(lines_by_label(ax)["second"].get_ydata(), [90, 80, 70, 60, 50, 40])
+    assert len({to_hex(line.get_color()) for line in ax.lines}) == 2
+    assert len({str(line._unscaled_dash_pattern) for line in ax.lines}) == 2
+    for line, filled in zip(ax.lines, ax.collections, strict=True):
+        assert to_hex(line.get_color()) == to_hex(filled.get_facecolor()[0])
+
+
+def test_the_time_shown_can_be_cut():
+    assert plot_opinions(RESULTS, until=3).get_xlim() == (0, 3)
+
+
+def test_bands_of_different_lengths_are_all_in_view():
+    bands = {"short": np.full((3, 5), 50.0), "long": np.full((3, 9), 60.0), "middle": np.full((3, 7), 70.0)}
+    assert draw_opinion_bands(bands).get_xlim() == (0, 8)
+
+
+def test_a_run_that_stopped_at_its_decision_keeps_its_opinion_in_the_figure():
+    scenario = SCENARIO.replace({"run.stop_at_decision": True})
+    curve = np.array([[5, 8, 10, -1, -1, -1]], np.int32)
+    ax = plot_opinions(label(Record(0, np.array([1], np.int8), np.array([2], np.int32), curve), scenario, 0))
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), [50, 80, 100, 100, 100, 100])
+
+
+def test_results_without_curves_are_told():
+    with pytest.raises(FeasibeeError, match="curves"):
+        plot_opinions(simulate(Scenario(run={"steps": 2}), runs=2))
+
+
+# --- Decisions against the ratio ---
+
+RATIOS = [0.1, 0.5, 1.0, 2.0, 10.0]
+RATES = {
+    "feasible": [wilson(count, 100) for count in (0, 20, 50, 70, 100)],
+    "infeasible": [wilson(count, 100) for count in (97, 75, 45, 25, 0)],
+    "undecided": [wilson(count, 100) for count in (3, 5, 5, 5, 0)],
+}
+
+
+def test_decisions_are_the_rates_with_their_intervals():
+    ax = plot_decisions(RATIOS, RATES)
+    assert [container.get_label() for container in ax.containers] == list(RATES)
+    for container, intervals in zip(ax.containers, RATES.values(), strict=True):
+        line, _, (bars,) = container.lines
+        np.testing.assert_array_equal(line.get_xdata(), RATIOS)
+        np.testing.assert_allclose(line.get_ydata(), [100 * interval.estimate for interval in intervals])
+        ends = [[(x, 100 * i.low), (x, 100 * i.high)] for x, i in zip(RATIOS, intervals, strict=True)]
+        np.testing.assert_allclose(bars.get_segments(), ends, atol=1e-9)
+
+
+def test_decisions_are_told_apart_by_colour_and_by_marker():
+    ax = plot_decisions(RATIOS, RATES)
+    lines = [container.lines[0] for container in ax.containers]
+    assert (
+        len({to_hex(line.get_color()) for line in lines}) == len({line.get_marker() for line in lines}) == 3
+    )
+
+
+def test_the_ratio_is_on_a_logarithmic_axis_with_plain_numbers():
+    ax = plot_decisions(RATIOS, RATES)
+    assert ax.get_xscale() == "log"
+    ax.figure.canvas.draw()
+    shown = [text.get_text() for text in ax.get_xticklabels()]
+    assert shown == ["0.1", "0.2", "0.5", "1", "2", "5", "10"]
+    assert not any(text.get_text() for text in ax.get_xticklabels(minor=True))
+    assert "n/m" in ax.get_xlabel()
+    assert "%" in ax.get_ylabel()
+    assert legend_labels(ax) == ["feasible", "infeasible", "undecided"]
+
+
+def test_rates_of_results_are_drawn_as_they_come():
+    rates = {name: [rate] for name, rate in decision_rates(RESULTS.decision).items()}
+    ax = plot_decisions([0.5], rates)
+    heights = {c.get_label(): c.lines[0].get_ydata()[0] for c in ax.containers}
+    assert heights == {"feasible": 50, "infeasible": 25, "undecided": 25}
+
+
+# --- Decisions over time ---
+
+
+def test_decision_steps_climb_at_each_decision_to_its_share_of_all_runs():
+    ax = plot_decision_steps(RESULTS)
+    lines = lines_by_label(ax)
+
+    def height(name, step):
+        """Read a staircase: its last value at or before a step."""
+        x, y = lines[name].get_data()
+        return y[np.flatnonzero(x <= step)[-1]]
+
+    assert [height("feasible", step) for step in range(6)] == [25, 25, 25, 25, 50, 50]
+    assert [height("infeasible", step) for step in range(6)] == [0, 0, 25, 25, 25, 25]
+    assert {lines[name].get_drawstyle() for name in ("feasible", "infeasible")} == {"steps-post"}
+    assert {name: to_hex(lines[name].get_color()).upper() for name in ("feasible", "infeasible")} == {
+        name: COLOURS[name] for name in ("feasible", "infeasible")
+    }
+    assert ax.get_xlim() == (0, 5)
+    assert "steps" in ax.get_xlabel()
+    assert "%" in ax.get_ylabel()
+
+
+def test_the_step_by_which_half_of_the_runs_had_decided_is_marked():
+    ax = plot_decision_steps(RESULTS)
+    (marked,) = [line for line in ax.lines if "half" in line.get_label()]
+    assert list(marked.get_xdata()) == [2, 2]
+    assert "step 2" in marked.get_label()
+    assert legend_labels(ax) == ["feasible", "infeasible", marked.get_label()]
+
+
+def test_no_half_is_marked_when_less_than_half_decided():
+    undecided = RESULTS.isel(run=[0, 3, 3])
+    ax = plot_decision_steps(undecided)
+    assert legend_labels(ax) == ["feasible", "infeasible"]
+    assert max(lines_by_label(ax)["feasible"].get_ydata()) == pytest.approx(100 / 3)
+
+
+# --- Axes and files ---
+
+DRAWINGS = {
+    "arena": lambda ax: plot_arena(Swarm(seed=1), ax),
+    "opinions": lambda ax: plot_opinions(RESULTS, ax),
+    "decisions": lambda ax: plot_decisions(RATIOS, RATES, ax),
+    "steps": lambda ax: plot_decision_steps(RESULTS, ax),
+}
+
+
+@pytest.mark.parametrize("name", DRAWINGS)
+def test_a_figure_is_drawn_into_the_axes_given_or_into_new_ones(name):
+    given_ = Figure().subplots()
+    assert DRAWINGS[name](given_) is given_
+    made = DRAWINGS[name](None)
+    assert isinstance(made, Axes)
+    assert made is not given_
+    assert len(made.get_figure().axes) == 1
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+@pytest.mark.parametrize("name", DRAWINGS)
+def test_the_same_figure_is_the_same_bytes_without_a_date(tmp_path, name, suffix):
+    files = [tmp_path / f"{number}.{suffix}" for number in range(2)]
+    for path in files:
+        with figure(3, 2.5) as (drawn, ax):
+            DRAWINGS[name](ax)
+        save_figure(drawn, path)
+    first, second = (path.read_bytes() for path in files)
+    assert first == second
+    assert first.startswith({"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix])
+    assert b"CreationDate" not in first
+    assert b"<dc:date>" not in first
+    assert sorted(path.name for path in tmp_path.iterdir()) == [path.name for path in files]
+
+
+def test_a_figure_for_a_missing_folder_is_told(tmp_path):
+    with figure(3, 2.5) as (drawn, _), pytest.raises(FeasibeeError, match="can't be written"):
+        save_figure(drawn, tmp_path / "missing" / "a.png")
+
+
+def test_figures_need_no_window_and_leave_the_users_settings():
+    before = dict(rcParams)
+    for draw in DRAWINGS.values():
+        draw(None)
+    assert dict(rcParams) == before
+    assert pyplot.get_fignums() == []

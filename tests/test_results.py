@@ -1,0 +1,254 @@
+"""Results carry names, meanings and their recipe, into a file and back."""
+
+from __future__ import annotations
+
+import errno
+import gc
+import json
+from contextlib import suppress
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
+from feasibee.record import Record
+from feasibee.results import label, recipe_of
+
+SCENARIO = Scenario(robots={"count": 5}, tasks={"count": 9}, run={"steps": 3})
+RECORD = Record(
+    first_run=40,
+    decision=np.array([1, -1], np.int8),
+    decision_step=np.array([2, -1], np.int32),
+    feasible_count=np.array([[3, 4, 5, 5], [2, 2, 3, 2]], np.int32),
+)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def refuse_to_write(*arguments, **options):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+# --- Labels ---
+
+
+def test_a_record_gets_names_dimensions_and_coordinates():
+    dataset = label(RECORD, SCENARIO, seed=7)
+    assert set(dataset.data_vars) == {"decision", "decision_step", "feasible_count"}
+    assert dataset.decision.dims == dataset.decision_step.dims == ("run",)
+    assert dataset.feasible_count.dims == ("run", "step")
+    assert dataset.run.values.tolist() == [40, 41]
+    assert dataset.step.values.tolist() == [0, 1, 2, 3]
+    assert dataset.decision.values.tolist() == [1, -1]
+    assert dataset.decision_step.sel(run=40) == 2
+    assert dataset.feasible_count.sel(run=41, step=2) == 3
+    dtypes = {name: str(variable.dtype) for name, variable in dataset.variables.items()}
+    assert dtypes == {
+        "decision": "int8",
+        "decision_step": "int32",
+        "feasible_count": "int32",
+        "run": "int64",
+        "step": "int64",
+    }
+
+
+def test_labels_say_meaning_and_unit():
+    dataset = label(RECORD, SCENARIO, seed=7)
+    assert all(variable.attrs["long_name"] for variable in dataset.variables.values())
+    units = {name: variable.attrs.get("units") for name, variable in dataset.variables.items()}
+    assert units == {
+        "decision": None,
+        "decision_step": "step",
+        "feasible_count": "robots",
+        "run": None,
+        "step": "step",
+    }
+    meanings = dataset.decision.attrs["flag_meanings"].split()
+    assert dict(zip(dataset.decision.attrs["flag_values"].tolist(), meanings, strict=True)) == {
+        1: "feasible",
+        0: "infeasible",
+        -1: "undecided",
+    }
+    assert dataset.decision.attrs["flag_values"].dtype == dataset.decision.dtype
+
+
+def test_without_curves_there_is_no_step():
+    dataset = label(Record.empty(0, 3, 0), SCENARIO, seed=7)
+    assert set(dataset.variables) == {"decision", "decision_step", "run"}
+
+
+def test_the_recipe_says_all_that_made_the_record():
+    recipe = json.loads(label(RECORD, SCENARIO, seed=2**64 - 1).attrs["recipe"])
+    assert recipe == recipe_of(label(RECORD, SCENARIO, seed=2**64 - 1))
+    assert set(recipe) == {
+        "scenario",
+        "scenario_hash",
+        "seed",
+        "first_run",
+        "runs",
+        "truth",
+        "model_version",
+        "version",
+        "python",
+        "libraries",
+    }
+    assert recipe["scenario"] == SCENARIO.to_dict()
+    assert recipe["scenario_hash"] == SCENARIO.hash
+    assert (recipe["seed"], recipe["first_run"], recipe["runs"]) == (2**64 - 1, 40, 2)
+    assert recipe["truth"] == "infeasible"
+    assert {"numpy", "numba", "xarray"} <= set(recipe["libraries"])
+
+
+@pytest.mark.parametrize(
+    ("robots", "tasks", "truth"), [(5, 4, "feasible"), (5, 5, "feasible"), (5, 6, "infeasible")]
+)
+def test_the_recipe_tells_the_truth(robots, tasks, truth):
+    scenario = Scenario(robots={"count": robots}, tasks={"count": tasks})
+    assert recipe_of(label(RECORD, scenario, 0))["truth"] == truth
+
+
+def test_the_scenario_comes_back_from_the_results():
+    assert scenario_of(label(RECORD, SCENARIO, 0)) == SCENARIO
+
+
+# --- Computed again ---
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"sensing.range": 3.0, "radio.range": 1.5, "decision.listen": "dissemination"},
+        {"run.stop_at_decision": True, "tasks.count": 2, "decision.threshold": 0.55},
+    ],
+)
+def test_the_recipe_suffices_to_compute_the_results_again(changes):
+    scenario = Scenario(run={"steps": 40}).replace(changes)
+    dataset = simulate(scenario, runs=6, seed=2**40 + 3, first_run=1000, curves=True)
+    recipe = recipe_of(dataset)
+    again = simulate(
+        Scenario.model_validate(recipe["scenario"]),
+        runs=recipe["runs"],
+        seed=recipe["seed"],
+        first_run=recipe["first_run"],
+        curves=True,
+    )
+    assert again.identical(dataset)
+    assert simulate(scenario, runs=6, seed=2**40 + 4, first_run=1000, curves=True).equals(dataset) is False
+
+
+# --- Files ---
+
+
+@pytest.mark.parametrize("curves", [False, True])
+def test_saved_results_are_identical_when_opened(tmp_path, curves):
+    dataset = simulate(Scenario(run={"steps": 30}), runs=4, seed=1, first_run=9, curves=curves)
+    save_results(dataset, tmp_path / "a.nc")
+    opened = open_results(str(tmp_path / "a.nc"))
+    assert opened.identical(dataset)
+    assert {name: v.dtype for name, v in opened.variables.items()} == {
+        name: v.dtype for name, v in dataset.variables.items()
+    }
+    assert scenario_of(opened) == scenario_of(dataset)
+    assert names(tmp_path) == ["a.nc"]
+
+
+def test_opened_results_do_not_hold_the_file(tmp_path):
+    dataset = label(RECORD, SCENARIO, 0)
+    save_results(dataset, tmp_path / "a.nc")
+    opened = open_results(tmp_path / "a.nc")
+    (tmp_path / "a.nc").unlink()
+    assert opened.identical(dataset)
+    save_results(opened, tmp_path / "a.nc")
+    save_results(open_results(tmp_path / "a.nc"), tmp_path / "a.nc")
+    assert open_results(tmp_path / "a.nc").identical(dataset)
+
+
+def test_curves_are_packed(tmp_path):
+    record = Record(0, np.zeros(100, np.int8), np.zeros(100, np.int32), np.zeros((100, 1001), np.int32))
+    save_results(label(record, SCENARIO, 0), tmp_path / "a.nc")
+    assert (tmp_path / "a.nc").stat().st_size < record.feasible_count.nbytes / 4
+
+
+def test_a_failed_save_leaves_the_old_file_whole_and_nothing_else(tmp_path, monkeypatch):
+    old = label(RECORD, SCENARIO, 0)
+    save_results(old, tmp_path / "a.nc")
+    real = xr.Dataset.to_netcdf
+
+    def fail_at_the_end(*arguments, **options):
+        real(*arguments, **options)
+        refuse_to_write()
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail_at_the_end)
+    with pytest.raises(FeasibeeError, match=r"a\.nc: .*No space left"):
+        save_results(label(RECORD, SCENARIO, 1), tmp_path / "a.nc")
+    with pytest.raises(FeasibeeError, match=r"b\.nc: .*No space left"):
+        save_results(label(RECORD, SCENARIO, 1), tmp_path / "b.nc")
+    assert names(tmp_path) == ["a.nc"]
+    assert open_results(tmp_path / "a.nc").identical(old)
+
+
+def test_a_missing_folder_is_told(tmp_path):
+    with pytest.raises(FeasibeeError, match="can't be written"):
+        save_results(label(RECORD, SCENARIO, 0), tmp_path / "missing" / "a.nc")
+    assert names(tmp_path) == []
+
+
+# --- What isn't ours ---
+
+
+def test_a_missing_file_is_told(tmp_path):
+    with pytest.raises(FeasibeeError, match=r"missing\.nc: can't be read"):
+        open_results(tmp_path / "missing.nc")
+    assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("content", [b"", b"decision,step\n1,2\n", b"CDF\x01" + bytes(40)])
+def test_what_is_not_netcdf_is_told(tmp_path, content):
+    (tmp_path / "a.nc").write_bytes(content)
+    with pytest.raises(FeasibeeError, match=r"a\.nc: can't be read as NetCDF"):
+        open_results(tmp_path / "a.nc")
+
+
+def test_a_file_cut_short_is_told(tmp_path):
+    save_results(label(RECORD, SCENARIO, 0), tmp_path / "a.nc")
+    whole = (tmp_path / "a.nc").read_bytes()
+    (tmp_path / "a.nc").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(FeasibeeError, match=r"a\.nc: can't be read as NetCDF"):
+        open_results(tmp_path / "a.nc")
+
+
+# h5netcdf stumbles as it closes what it could not open.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_damaged_file_is_told(tmp_path):
+    """One byte is wrong, here and there: all is well, or it is an error of ours."""
+    save_results(label(RECORD, SCENARIO, 0), tmp_path / "a.nc")
+    whole = (tmp_path / "a.nc").read_bytes()
+    told = 0
+    for place in range(0, len(whole), 397):
+        damaged = bytearray(whole)
+        damaged[place] ^= 0xFF
+        (tmp_path / "b.nc").write_bytes(damaged)
+        with suppress(FeasibeeError):
+            open_results(tmp_path / "b.nc")
+            continue
+        told += 1
+    assert told > 3
+    gc.collect()
+
+
+@pytest.mark.parametrize("recipe", [None, 5, "pancakes", "5", "[1]", "{}"])
+def test_results_of_someone_else_are_told_with_their_file(tmp_path, recipe):
+    attributes = {} if recipe is None else {"recipe": recipe}
+    xr.Dataset({"a": ("x", [1, 2])}, attrs=attributes).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with pytest.raises(FeasibeeError, match=r"a\.nc: .*feasibee"):
+        open_results(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize("function", [recipe_of, scenario_of])
+def test_a_dataset_of_someone_else_is_told(function):
+    with pytest.raises(FeasibeeError, match="recipe"):
+        function(xr.Dataset({"a": ("x", [1, 2])}))

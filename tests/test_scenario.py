@@ -1,0 +1,605 @@
+"""Scenarios: the paper's by default, whole in TOML, frozen, and every problem told at once."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import pickle
+import re
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.scenario import Arena, Radio, Robots, Sensing, Tasks
+
+PAPER = {
+    "arena": {"side": 20.0, "boundary": "torus"},
+    "robots": {"count": 20, "speed": 1.0},
+    "tasks": {"count": 20},
+    "walk": {"mean_run": 10.0},
+    "sensing": {"range": 2.0, "observation": "repeated", "count_self": False},
+    "radio": {"range": 2.0},
+    "decision": {
+        "strategy": "dmmd",
+        "exploration": 10.0,
+        "gain": 10.0,
+        "listen": "always",
+        "inbox": "latest-per-robot",
+        "own_vote": True,
+        "threshold": 0.9,
+    },
+    "run": {"steps": 1000, "stop_at_decision": False},
+}
+"""The names and defaults of issue 2, on which other tools rely."""
+
+OTHER_VALUES = {
+    "arena.side": 21.0,
+    "robots.count": 21,
+    "robots.speed": 0.5,
+    "tasks.count": 0,
+    "walk.mean_run": 11.0,
+    "sensing.range": 3.0,
+    "sensing.count_self": True,
+    "radio.range": 3.0,
+    "decision.exploration": 11.0,
+    "decision.gain": 11.0,
+    "decision.listen": "dissemination",
+    "decision.inbox": "every-message",
+    "decision.own_vote": False,
+    "decision.threshold": 0.8,
+    "run.steps": 999,
+    "run.stop_at_decision": True,
+}
+SINGLE_VALUED = {"arena.boundary", "sensing.observation", "decision.strategy"}
+PATHS = [f"{section}.{key}" for section, table in PAPER.items() for key in table]
+
+
+def at(tables, path):
+    section, key = path.split(".")
+    return tables[section][key]
+
+
+def table_of(path, value):
+    section, key = path.split(".")
+    return {section: {key: value}}
+
+
+def problems_of(tables):
+    with pytest.raises(ScenarioError) as caught:
+        Scenario(**tables)
+    return caught.value.problems
+
+
+@st.composite
+def tables(draw):
+    """Valid scenarios as tables, any field of which may be left out."""
+    side = draw(st.floats(1e-3, 1e6))
+    within = st.floats(1e-9, 0.5).map(lambda share: share * side)
+    duration = st.floats(0, 1e6, exclude_min=True)
+    whole = {
+        "arena": {"side": st.just(side), "boundary": st.just("torus")},
+        "robots": {"count": st.integers(1, 1_000_000), "speed": st.floats(0, 0.5).map(lambda x: x * side)},
+        "tasks": {"count": st.integers(0, 10_000_000)},
+        "walk": {"mean_run": duration},
+        "sensing": {"range": within, "observation": st.just("repeated"), "count_self": st.booleans()},
+        "radio": {"range": within},
+        "decision": {
+            "strategy": st.just("dmmd"),
+            "exploration": duration,
+            "gain": duration,
+            "listen": st.sampled_from(["always", "dissemination"]),
+            "inbox": st.sampled_from(["latest-per-robot", "every-message"]),
+            "own_vote": st.booleans(),
+            "threshold": st.floats(0.5, 1, exclude_max=True),
+        },
+        "run": {"steps": st.integers(1, 1_000_000_000), "stop_at_decision": st.booleans()},
+    }
+    needed = {"arena.side", "robots.speed", "sensing.range"}  # the defaults may not fit this side
+    return {
+        section: {
+            key: draw(values)
+            for key, values in fields.items()
+            if f"{section}.{key}" in needed or draw(st.booleans())
+        }
+        for section, fields in whole.items()
+    }
+
+
+# --- The paper's, and the complete form ---
+
+
+def test_the_defaults_are_the_papers_to_the_type():
+    assert json.dumps(Scenario().to_dict()) == json.dumps(PAPER)
+
+
+def test_the_papers_values_written_out_are_the_default_scenario():
+    written = Scenario(**PAPER)
+    assert written == Scenario()
+    assert written.hash == Scenario().hash
+
+
+@settings(deadline=None, derandomize=True)
+@given(tables())
+def test_toml_brings_back_an_equal_scenario(given_tables):
+    scenario = Scenario(**given_tables)
+    again = Scenario.from_toml(scenario.to_toml())
+    assert again == scenario
+    assert again.hash == scenario.hash
+    assert json.dumps(again.to_dict()) == json.dumps(scenario.to_dict())
+    for section, table in given_tables.items():
+        assert {key: scenario.to_dict()[section][key] for key in table} == table
+
+
+def test_toml_is_complete():
+    complete = tomllib.loads(Scenario.from_toml("[tasks]\ncount = 3").to_toml())
+    assert complete == {**PAPER, "tasks": {"count": 3}}
+
+
+def test_json_and_pickle_and_copies_bring_back_an_equal_scenario():
+    scenario = Scenario(sensing={"range": 3.0}, tasks={"count": 7})
+    again = [
+        Scenario.model_validate_json(scenario.model_dump_json()),
+        pickle.loads(pickle.dumps(scenario)),
+        copy.deepcopy(scenario),
+        Scenario.model_validate(scenario),
+    ]
+    assert all(other == scenario and other.hash == scenario.hash for other in again)
+
+
+def test_a_scenario_is_read_from_its_file(tmp_path):
+    path = tmp_path / "écho.toml"
+    path.write_text('[tasks]\ncount = 7  # sept "tâches"\n', encoding="utf-8")
+    assert Scenario.read(path) == Scenario.read(str(path)) == Scenario(tasks={"count": 7})
+
+
+# --- The hash ---
+
+
+def test_every_field_has_another_value_to_try():
+    assert set(OTHER_VALUES) | SINGLE_VALUED == set(PATHS)
+
+
+def test_every_field_changes_the_hash():
+    hashes = {Scenario(**table_of(path, value)).hash for path, value in OTHER_VALUES.items()}
+    assert len(hashes | {Scenario().hash}) == len(OTHER_VALUES) + 1
+    assert all(re.fullmatch("[0-9a-f]{64}", text) for text in hashes)
+
+
+def test_a_short_text_has_the_hash_of_its_complete_form():
+    short = Scenario.from_toml("[sensing]\nrange = 3")
+    assert Scenario.from_toml(short.to_toml()).hash == short.hash
+    assert Scenario.from_toml("[radio]\nrange = 3.0\n[sensing]\nrange = 3.0\n").hash == short.hash
+
+
+def test_a_whole_number_for_a_length_is_the_same_scenario():
+    assert Scenario(arena={"side": 20}).hash == Scenario(arena={"side": 20.0}).hash
+    assert Scenario(arena={"side": 20}).to_toml() == Scenario().to_toml()
+
+
+def test_equal_scenarios_have_equal_hashes_even_with_a_negative_zero():
+    assert Scenario(robots={"speed": -0.0}) == Scenario(robots={"speed": 0.0})
+    assert Scenario(robots={"speed": -0.0}).hash == Scenario(robots={"speed": 0.0}).hash
+
+
+# --- Defaults that depend, and changes ---
+
+
+def test_the_radio_reaches_as_far_as_the_sensor_by_default():
+    assert Scenario(sensing={"range": 3.0}).radio.range == 3.0
+    assert Scenario(sensing=Sensing(range=3.0), radio=Radio()).radio.range == 3.0
+    assert Scenario.from_toml("[sensing]\nrange = 3.0\n[radio]\n").radio.range == 3.0
+    assert Scenario(radio={"range": 5.0}).sensing.range == 2.0
+
+
+def test_an_unset_radio_goes_along_with_the_sensor_through_replace():
+    first = Scenario(tasks={"count": 4}).replace({"sensing.range": 3.0})
+    second = first.replace({"sensing.range": 4.0})
+    assert (first.radio.range, second.radio.range, second.tasks.count) == (3.0, 4.0, 4)
+    assert Scenario.from_toml("[radio]\n").replace({"sensing.range": 3.0}).radio.range == 3.0
+
+
+def test_a_radio_that_was_set_stays_through_replace():
+    assert Scenario(radio={"range": 2.0}).replace({"sensing.range": 3.0}).radio.range == 2.0
+    assert Scenario().replace({"radio.range": 5.0}).replace({"sensing.range": 3.0}).radio.range == 5.0
+
+
+@pytest.mark.parametrize("path", OTHER_VALUES)
+def test_replace_changes_one_field_and_leaves_the_original(path):
+    original = Scenario()
+    changed = original.replace({path: OTHER_VALUES[path]}).to_dict()
+    assert original.to_dict() == PAPER
+    expected = {name: dict(table) for name, table in PAPER.items()}
+    expected[path.split(".")[0]][path.split(".")[1]] = OTHER_VALUES[path]
+    if path == "sensing.range":
+        expected["radio"]["range"] = OTHER_VALUES[path]
+    assert changed == expected
+
+
+@pytest.mark.parametrize("path", ["tasks", "", "count", ".count", "tasks."])
+def test_replace_refuses_what_is_not_the_path_of_a_field(path):
+    with pytest.raises(ScenarioError, match="tasks"):
+        Scenario().replace({path: 3})
+
+
+def test_replace_tells_all_problems_of_the_new_values():
+    with pytest.raises(ScenarioError) as caught:
+        Scenario().replace({"tasks.cuont": 3, "robots.count": 0, "sensing.range": 30.0})
+    assert {problem.path for problem in caught.value.problems} == {
+        "tasks.cuont",
+        "robots.count",
+        "sensing.range",
+    }
+
+
+def test_sections_may_be_given_as_objects():
+    scenario = Scenario(tasks=Tasks(count=50), arena=Arena(side=30.0))
+    assert scenario == Scenario(tasks={"count": 50}, arena={"side": 30.0})
+
+
+def test_another_sections_object_is_refused():
+    (problem,) = problems_of({"tasks": Robots(count=3)})
+    assert problem.path == "tasks"
+
+
+def test_objects_are_checked_together_too():
+    (problem,) = problems_of({"sensing": Sensing(range=11.0)})
+    assert (problem.path, problem.value) == ("sensing.range", 11.0)
+
+
+# --- Frozen ---
+
+
+def test_nothing_can_be_changed_afterwards():
+    scenario = Scenario()
+    with pytest.raises(ValidationError, match="frozen"):
+        scenario.tasks = Tasks(count=3)
+    with pytest.raises(ValidationError, match="frozen"):
+        del scenario.tasks
+    for path in PATHS:
+        section, key = path.split(".")
+        with pytest.raises(ValidationError, match="frozen"):
+            setattr(getattr(scenario, section), key, at(PAPER, path))
+    assert scenario.to_dict() == PAPER
+
+
+def test_equal_scenarios_are_one_key():
+    assert len({Scenario(), Scenario(**PAPER), Scenario(tasks={"count": 3})}) == 2
+
+
+# --- What is wrong, where, and what to do ---
+
+WRONG = [
+    # path, value, words of the rule, words of the remedy
+    ("arena.side", 0.0, "> 0", "20.0"),
+    ("arena.side", -20.0, "> 0", "20.0"),
+    ("arena.side", math.inf, "finite", "20.0"),
+    ("arena.side", 2e6, "1000000", "20.0"),
+    ("arena.side", "20", "number", "20.0"),
+    ("arena.boundary", "walls", "'torus'", "torus"),
+    ("robots.count", 0, "≥ 1", "20"),
+    ("robots.count", -5, "≥ 1", "20"),
+    ("robots.count", 1_000_001, "1000000", "20"),
+    ("robots.count", True, "whole number", "20"),
+    ("robots.count", 20.0, "whole number", "20"),
+    ("robots.count", "20", "whole number", "20"),
+    ("robots.count", None, "whole number", "20"),
+    ("robots.speed", -0.1, "≥ 0", "1.0"),
+    ("robots.speed", True, "number", "1.0"),
+    ("robots.speed", 10.001, "half the side", "arena.side"),
+    ("tasks.count", -1, "≥ 0", "20"),
+    ("tasks.count", 10_000_001, "10000000", "20"),
+    ("tasks.count", 1.5, "whole number", "20"),
+    ("walk.mean_run", 0.0, "> 0", "10.0"),
+    ("walk.mean_run", -math.inf, "finite", "10.0"),
+    ("sensing.range", -2.0, "> 0", "2.0"),
+    ("sensing.range", 0.0, "> 0", "2.0"),
+    ("sensing.range", 10.001, "half the side", "arena.side"),
+    ("sensing.range", [2.0], "number", "2.0"),
+    ("sensing.observation", "unique", "'repeated'", "repeated"),
+    ("sensing.count_self", 1, "true or false", "false"),
+    ("sensing.count_self", "yes", "true or false", "false"),
+    ("radio.range", -2.0, "> 0", "default"),
+    ("radio.range", 10.001, "half the side", "arena.side"),
+    ("radio.range", "far", "number", "default"),
+    ("decision.strategy", "dmvd", "'dmmd'", "dmmd"),
+    ("decision.exploration", 0.0, "> 0", "10.0"),
+    ("decision.gain", -1.0, "> 0", "10.0"),
+    ("decision.listen", "never", "'always' or 'dissemination'", "always"),
+    ("decision.inbox", "latest", "'latest-per-robot' or 'every-message'", "latest-per-robot"),
+    ("decision.own_vote", 0, "true or false", "true"),
+    ("decision.threshold", 0.49, "≥ 0.5", "0.9"),
+    ("decision.threshold", 1.0, "< 1", "0.9"),
+    ("run.steps", 0, "≥ 1", "1000"),
+    ("run.steps", False, "whole number", "1000"),
+    ("run.stop_at_decision", "false", "true or false", "false"),
+    ("tasks.cuont", 5, "unknown key", "did you mean tasks.count?"),
+    ("decision.treshold", 0.9, "unknown key", "did you mean decision.threshold?"),
+    ("robots.speeed", 1.0, "unknown key", "did you mean robots.speed?"),
+    ("walk.zzz", 1.0, "unknown key", "mean_run"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "rule", "remedy"), WRONG)
+def test_a_wrong_value_is_told_with_path_value_rule_and_remedy(path, value, rule, remedy):
+    (problem,) = problems_of(table_of(path, value))
+    assert problem.path == path
+    assert problem.value == value
+    assert type(problem.value) is type(value)
+    assert rule in problem.rule
+    assert remedy in problem.remedy
+    assert str(problem) == f"{path} = {value!r}: {problem.rule}; {problem.remedy}"
+
+
+@pytest.mark.parametrize("path", [path for path in PATHS if isinstance(at(PAPER, path), float)])
+def test_nan_is_refused_everywhere(path):
+    (problem,) = problems_of(table_of(path, math.nan))
+    assert problem.path == path
+    assert math.isnan(problem.value)
+    assert "finite" in problem.rule
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("sensing.range", 10.0),
+        ("radio.range", 10.0),
+        ("robots.speed", 10.0),
+        ("robots.speed", 0.0),
+        ("decision.threshold", 0.5),
+        ("decision.threshold", 0.9999),
+        ("robots.count", 1),
+        ("robots.count", 1_000_000),
+        ("tasks.count", 0),
+        ("run.steps", 1),
+    ],
+)
+def test_the_edge_of_what_is_possible_is_possible(path, value):
+    assert at(Scenario(**table_of(path, value)).to_dict(), path) == value
+
+
+def test_an_unknown_section_is_told_with_a_suggestion():
+    (problem,) = problems_of({"taks": {"count": 5}})
+    assert (problem.path, problem.value) == ("taks", {"count": 5})
+    assert "did you mean tasks?" in problem.remedy
+    (problem,) = problems_of({"zzz": 1})
+    assert all(section in problem.remedy for section in PAPER)
+
+
+@pytest.mark.parametrize("value", [5, "five", None, [1], True])
+def test_a_section_that_is_no_table_is_told(value):
+    (problem,) = problems_of({"tasks": value})
+    assert (problem.path, problem.value) == ("tasks", value)
+    assert "table" in problem.rule
+    assert "[tasks]" in problem.remedy
+
+
+@pytest.mark.parametrize("given_", [[1], "text", 5, None])
+def test_what_is_no_scenario_at_all_is_told(given_):
+    with pytest.raises(ScenarioError, match="table of sections"):
+        Scenario.model_validate(given_)
+
+
+EVERYTHING_WRONG = """
+extra = 1
+run = 5
+[arena]
+side = -1.0
+[robots]
+count = 0
+sped = 1.0
+[tasks]
+count = "5"
+[sensing]
+range = nan
+[radio]
+range = 11.0
+[decision]
+threshold = 0.49
+own_vote = 1
+listen = "never"
+gain = inf
+"""
+
+
+def test_all_problems_are_told_at_once():
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.from_toml(EVERYTHING_WRONG, "mine.toml")
+    problems = caught.value.problems
+    assert sorted(problem.path for problem in problems) == [
+        "arena.side",
+        "decision.gain",
+        "decision.listen",
+        "decision.own_vote",
+        "decision.threshold",
+        "extra",
+        "robots.count",
+        "robots.sped",
+        "run",
+        "sensing.range",
+        "tasks.count",
+    ]
+    assert all(problem.rule and problem.remedy for problem in problems)
+    lines = str(caught.value).splitlines()
+    assert lines == [f"mine.toml: {problem}" for problem in problems]
+
+
+def test_problems_of_combinations_come_with_those_of_fields():
+    problems = problems_of({"sensing": {"range": 11.0}, "tasks": {"count": -1}, "robots": {"speed": 12.0}})
+    assert sorted(problem.path for problem in problems) == ["robots.speed", "sensing.range", "tasks.count"]
+
+
+def test_a_range_that_only_the_default_radio_shares_is_told_once():
+    assert [problem.path for problem in problems_of({"sensing": {"range": 11.0}})] == ["sensing.range"]
+    both = problems_of({"sensing": {"range": 11.0}, "radio": {"range": 12.0}})
+    assert [problem.path for problem in both] == ["sensing.range", "radio.range"]
+
+
+def test_a_small_arena_makes_the_default_ranges_too_long():
+    (problem,) = problems_of({"arena": {"side": 3.0}})
+    assert (problem.path, problem.value) == ("sensing.range", 2.0)
+    assert "1.5" in problem.rule
+
+
+def test_a_wrong_side_does_not_blame_the_ranges():
+    assert [problem.path for problem in problems_of({"arena": {"side": -3.0}})] == ["arena.side"]
+
+
+@settings(deadline=None, derandomize=True)
+@given(
+    st.dictionaries(
+        st.sampled_from([*PAPER, "extra"]),
+        st.dictionaries(
+            st.sampled_from(["count", "range", "side", "speed", "listen", "threshold", "x y"]),
+            st.one_of(
+                st.none(),
+                st.booleans(),
+                st.integers(),
+                st.floats(),
+                st.text(),
+                st.lists(st.integers(), max_size=2),
+                st.dictionaries(st.text(), st.integers(), max_size=2),
+            ),
+        )
+        | st.none()
+        | st.integers()
+        | st.text(),
+    )
+)
+def test_whatever_is_given_is_a_scenario_or_a_scenario_error(given_tables):
+    scenario, problems = None, ()
+    try:
+        scenario = Scenario(**given_tables)
+    except ScenarioError as error:
+        problems = error.problems
+    assert (scenario is None) == bool(problems)
+    assert len({problem.path for problem in problems}) == len(problems)
+    if scenario is not None:
+        assert Scenario.from_toml(scenario.to_toml()) == scenario
+
+
+# --- Files and texts that are no scenario ---
+
+
+@pytest.mark.parametrize("text", ["tasks", "[tasks\n", "[tasks]\ncount = \n", "a = 1\na = 2", "\x00"])
+def test_what_is_not_toml_is_told_with_its_source(text):
+    with pytest.raises(FeasibeeError, match=r"^mine\.toml: not TOML: .*\((at line|at end)") as caught:
+        Scenario.from_toml(text, "mine.toml")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("bits", ["1" * 5000, "0x" + "f" * 5000])
+def test_an_enormous_number_is_told(bits):
+    with pytest.raises(FeasibeeError):
+        Scenario.from_toml(f"[tasks]\ncount = {bits}")
+
+
+def test_nesting_without_end_is_told():
+    with pytest.raises(FeasibeeError):
+        Scenario.from_toml("a = " + "[" * 5000 + "]" * 5000)
+
+
+def test_a_problem_is_one_line_whatever_its_key():
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.from_toml('"a\\nb" = 1')
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_missing_file_is_told(tmp_path):
+    with pytest.raises(FeasibeeError, match=r"missing\.toml: can't be read: .*No such file"):
+        Scenario.read(tmp_path / "missing.toml")
+
+
+def test_a_folder_is_not_read(tmp_path):
+    with pytest.raises(FeasibeeError, match=r"can't be read: .*directory"):
+        Scenario.read(tmp_path)
+
+
+def test_a_file_that_is_not_text_is_told(tmp_path):
+    path = tmp_path / "bytes.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FeasibeeError, match=r"bytes\.toml: can't be read: .*UTF-8"):
+        Scenario.read(path)
+
+
+def test_problems_of_a_file_name_the_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("[tasks]\ncount = -1\n[robots]\ncount = -1\n")
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.read(path)
+    assert caught.value.source == str(path)
+    assert [line.startswith(f"{path}: ") for line in str(caught.value).splitlines()] == [True, True]
+
+
+# --- The JSON Schema ---
+
+NUMBER = (int, float)
+TYPES = {"object": dict, "string": str, "boolean": bool, "integer": int, "number": NUMBER, "null": type(None)}
+
+
+def accepts(schema, value, root):
+    """Validate with what our schema uses of JSON Schema; an unknown keyword is a KeyError."""
+    number = isinstance(value, NUMBER) and not isinstance(value, bool)
+    rules = {
+        "$ref": lambda ref: accepts(root["$defs"][ref.rpartition("/")[2]], value, root),
+        "anyOf": lambda options: any(accepts(option, value, root) for option in options),
+        "type": lambda name: (
+            isinstance(value, TYPES[name]) and (name == "boolean") == isinstance(value, bool)
+        ),
+        "properties": lambda fields: all(
+            accepts(field, value[key], root) for key, field in fields.items() if key in value
+        ),
+        "additionalProperties": lambda allowed: allowed or set(value) <= set(schema["properties"]),
+        "const": lambda only: value == only,
+        "enum": lambda several: value in several,
+        "minimum": lambda bound: number and value >= bound,
+        "maximum": lambda bound: number and value <= bound,
+        "exclusiveMinimum": lambda bound: number and value > bound,
+        "exclusiveMaximum": lambda bound: number and value < bound,
+        **dict.fromkeys(("title", "description", "default", "$defs", "$schema", "$id"), lambda _: True),
+    }
+    return all(rules[keyword](given_) for keyword, given_ in schema.items())
+
+
+def field_schemas():
+    schema = Scenario.model_json_schema()
+    for section, reference in schema["properties"].items():
+        for key, field in schema["$defs"][reference["$ref"].rpartition("/")[2]]["properties"].items():
+            yield f"{section}.{key}", field
+
+
+def test_the_schema_lists_every_field_with_its_default_and_meaning():
+    fields = dict(field_schemas())
+    assert list(fields) == PATHS
+    for path, field in fields.items():
+        assert len(field["description"]) > 10
+        if path != "radio.range":  # depends on another
+            assert json.dumps(field["default"]) == json.dumps(at(PAPER, path))
+
+
+def test_the_schema_accepts_the_complete_form_and_an_empty_one():
+    schema = Scenario.model_json_schema()
+    json.dumps(schema)
+    assert accepts(schema, Scenario().to_dict(), schema)
+    assert accepts(schema, {}, schema)
+
+
+def test_the_schema_accepts_its_own_defaults():
+    schema = Scenario.model_json_schema()
+    for path, field in field_schemas():
+        assert "default" not in field or accepts(field, field["default"], schema), path
+    for name, section in schema["properties"].items():
+        assert "default" not in section or accepts(section, section["default"], schema), name
+
+
+def test_the_schema_refuses_what_a_single_field_must_not_be():
+    schema = Scenario.model_json_schema()
+    for path, value, rule, _ in WRONG:
+        takes_two_fields_to_see = "half the side" in rule
+        assert accepts(schema, table_of(path, value), schema) == takes_two_fields_to_see, (path, value)
+    for path, value in OTHER_VALUES.items():
+        assert accepts(schema, table_of(path, value), schema), (path, value)
