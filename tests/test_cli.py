@@ -389,7 +389,7 @@ def test_what_can_not_be_written_is_refused_before_the_work(here, option):
 
 @pytest.mark.usefixtures("no_simulation")
 def test_one_file_for_results_and_plot_is_refused_before_the_work(here):
-    (line,) = refused("run", "--save", "a.png", "--plot", "./a.png")
+    (line,) = refused("run", "--save", "a.png", "--plot", f"../{here.name}/a.png")
     assert "a.png" in line
     assert names(here) == []
 
@@ -582,7 +582,7 @@ def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 def test_an_interrupt_leaves_an_older_file_as_it_was(tmp_path):
     (tmp_path / "a.nc").write_text("old")
-    process = start_simulating("run", "--runs", 20_000, "--save", "a.nc", cwd=tmp_path)
+    process = start_simulating("run", "--runs", 20_000, "--threads", 1, "--save", "a.nc", cwd=tmp_path)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=30)
     assert process.returncode == 130
