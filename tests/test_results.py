@@ -140,7 +140,6 @@ def test_the_recipe_suffices_to_compute_the_results_again(changes):
     assert simulate(scenario, runs=6, seed=2**40 + 4, first_run=1000, curves=True).equals(dataset) is False
 
 
-@pytest.mark.xfail(strict=True, reason="bug: numpy's whole numbers pass the checks and then break the recipe")
 def test_numpys_whole_numbers_are_whole_numbers():
     scenario = Scenario(run={"steps": 3})
     dataset = simulate(scenario, runs=np.int32(2), seed=np.uint64(2**64 - 1), first_run=np.int64(4))

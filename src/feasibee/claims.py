@@ -128,7 +128,7 @@ def _symmetrical(points: Sequence[Point]) -> Claim:
     )
     half = _z() * math.sqrt(variance) / len(pairs)
     claim = "feasible and infeasible decisions are symmetrical around ratio 1"
-    statistic = f"right at n/m less right at m/n, mean of {len(pairs)} pairs"
+    statistic = f"right at n/m less right at m/n, on average over {len(pairs)} pairs"
     interval = Interval(mean, mean - half, mean + half)
     bar = "between -0.1 and 0.1 (our reading of symmetrical)"
     inside = interval.low > -0.1 and interval.high < 0.1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import tomllib
 from collections.abc import Callable, Iterator
@@ -132,6 +133,7 @@ def run(
             progress=progress,
         )
     if save or plot:
+        _keep_matplotlib_in_cache()
         _write_results(record, scenario, seed, save, plot)
     summary = _summary(record, scenario, seed)
     if as_json:
@@ -159,6 +161,7 @@ def paper(out: Path, runs: int, seed: int, threads: int | None) -> None:
       feasibee paper
       feasibee paper --runs 2000 --out paper-2000
     """
+    _keep_matplotlib_in_cache()
     from feasibee.paper import reproduce
 
     with _progress("Simulating the paper's study") as progress:
@@ -190,6 +193,13 @@ def schema() -> None:
     from feasibee.scenario import Scenario
 
     click.echo(json.dumps(Scenario.model_json_schema(), indent=2))
+
+
+def _keep_matplotlib_in_cache() -> None:
+    """Let matplotlib keep its list of fonts in our folder; it would make one in the user's home."""
+    from feasibee.files import cache_root
+
+    os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
 
 
 def _read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
@@ -290,6 +300,7 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         f"Decided: a quarter of the runs by {shown['q25']}, half by {shown['median']}, "
         f"three quarters by {shown['q75']} (of {scenario.run.steps}).",
         highlight=False,
+        soft_wrap=True,
     )
     console.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
 

@@ -25,7 +25,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     target, temporary = _beside(path)
     try:
         yield temporary
-        _give_usual_permissions(temporary)
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else _usual_permissions())
         temporary.replace(target)
     except OSError as error:
         raise FeasibeeError(
@@ -57,6 +57,13 @@ def _beside(path: str | Path) -> tuple[Path, Path]:
     return target, Path(name)
 
 
+def cache_root() -> Path:
+    """Return the folder for what may be computed again; ``FEASIBEE_CACHE`` moves it."""
+    import platformdirs
+
+    return Path(os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False))
+
+
 def make_folder(path: str | Path) -> Path:
     """Make a folder for output, unless it is there."""
     folder = Path(path)
@@ -67,8 +74,8 @@ def make_folder(path: str | Path) -> Path:
     return folder
 
 
-def _give_usual_permissions(path: Path) -> None:
-    """Undo mkstemp's privacy: what a user saves, others may read as far as the user's umask says."""
+def _usual_permissions() -> int:
+    """Return what a new file gets: mkstemp's are private, and the user's umask may allow more."""
     umask = os.umask(0)
     os.umask(umask)
-    path.chmod(0o666 & ~umask)
+    return 0o666 & ~umask

@@ -17,6 +17,7 @@ from pathlib import Path
 from matplotlib import colormaps
 
 from feasibee.claims import Claim, Point, check_claims
+from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder, whole_file
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_figure
 from feasibee.scenario import Scenario
@@ -62,7 +63,9 @@ def reproduce(
     list of Claim
         As in ``claims.json``.
     """
-    check_numbers(runs, seed, max(TASKS) * RUNS_APART)
+    if runs > RUNS_APART:
+        raise FeasibeeError(f"runs = {runs}: must be at most {RUNS_APART} at each ratio; take fewer")
+    check_numbers(runs, seed)
     folder = make_folder(out)
     points = run_study(runs, seed, threads, progress)
     claims = check_claims(points, seed)

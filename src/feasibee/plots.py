@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps, rc_context
+from matplotlib import colormaps, rc_context, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
@@ -45,7 +45,7 @@ STYLE: dict[Any, Any] = {
 @contextmanager
 def figure(width: float, height: float, columns: int = 1, **options: Any) -> Iterator[tuple[Figure, Any]]:
     """Give a figure in the house style, in inches, and its axes; no window, no global state."""
-    with rc_context(STYLE):
+    with style.context("default"), rc_context(STYLE):
         drawn = Figure((width, height), layout="constrained")
         yield drawn, drawn.subplots(1, columns, **options)
 
@@ -53,7 +53,7 @@ def figure(width: float, height: float, columns: int = 1, **options: Any) -> Ite
 def save_figure(drawn: Figure, path: str | Path) -> None:
     """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
-    with whole_file(path) as temporary, rc_context(STYLE):
+    with whole_file(path) as temporary, style.context("default"), rc_context(STYLE):
         drawn.savefig(temporary, metadata=metadata)
 
 
@@ -71,7 +71,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     side, reach = swarm.scenario.arena.side, swarm.scenario.sensing.range
     names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible"}
     for number, (place, opinion) in enumerate(zip(swarm.positions, swarm.opinions, strict=True), start=1):
-        for x, y in _images(place, reach, side):
+        for x, y in _images(place, max(reach, ROBOT_DIAMETER / 2), side):
             ax.add_patch(Circle((x, y), reach, color="0.5", alpha=0.13, linewidth=0))
             colour = COLOURS[names[int(opinion)]]
             ax.add_patch(Circle((x, y), ROBOT_DIAMETER / 2, color=colour, linewidth=0, zorder=3))
@@ -184,7 +184,8 @@ def plot_decisions(
         )
     ax.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
     ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
-    ax.xaxis.set_major_locator(FixedLocator(ticks))
+    if len(ticks) >= 2:
+        ax.xaxis.set_major_locator(FixedLocator(ticks))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.legend(loc="center left", title="decision", bbox_to_anchor=(1.0, 0.5))

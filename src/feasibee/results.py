@@ -113,10 +113,15 @@ def open_results(path: str | Path) -> xr.Dataset:
         If the file isn't there or isn't NetCDF of feasibee.
     """
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as opened:
+        with xr.open_dataset(path, engine="h5netcdf", phony_dims="sort") as opened:
             dataset = opened.load()
+    except ImportError:
+        raise
     except Exception as error:  # a damaged file raises whatever the HDF5 library thinks of
-        raise FeasibeeError(f"{path}: can't be read as NetCDF: {error}; save it again") from None
+        why = str(error).partition("\n")[0]
+        raise FeasibeeError(
+            f"{path}: can't be read as NetCDF: {why}; name a file that feasibee saved"
+        ) from None
     try:
         recipe_of(dataset)
     except FeasibeeError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 import sys
 from collections.abc import Callable
@@ -74,6 +75,7 @@ def simulate(
     from feasibee.results import label
 
     scenario = Scenario() if scenario is None else scenario
+    runs, seed, first_run = check_numbers(runs, seed, first_run)
     record = simulate_record(
         scenario,
         runs,
@@ -100,8 +102,10 @@ def simulate_record(
     progress: Callable[[float], None] | None = None,
 ) -> Record:
     """Simulate without labels: see `simulate`; ``chunk`` is how many runs a thread plays at a time."""
-    check_numbers(runs, seed, first_run)
-    _check("threads", threads or 1, 1, 1024)
+    if not isinstance(scenario, Scenario):
+        raise FeasibeeError(f"scenario = {scenario!r}: must be a Scenario; write Scenario(...)")
+    runs, seed, first_run = check_numbers(runs, seed, first_run)
+    threads = processors() if threads is None else _whole("threads", threads, 1, 1024)
     if curves and 4 * runs * (scenario.run.steps + 1) > CURVES_LIMIT:
         raise FeasibeeError(
             f"curves of {runs} runs x {scenario.run.steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; "
@@ -117,7 +121,7 @@ def simulate_record(
     from feasibee.engine import runner
 
     record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
-    runner.simulate(scenario, seed, record, threads or processors(), chunk, progress)
+    runner.simulate(scenario, seed, record, threads, chunk, progress)
     return record
 
 
@@ -141,13 +145,19 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def check_numbers(runs: int, seed: int, first_run: int = 0) -> None:
-    """Refuse numbers of runs that there aren't."""
-    _check("runs", runs, 1, RUN_LIMIT)
-    _check("seed", seed, 0, SEED_LIMIT - 1)
-    _check("first_run", first_run, 0, RUN_LIMIT - runs)
+def check_numbers(runs: int, seed: int, first_run: int = 0) -> tuple[int, int, int]:
+    """Refuse numbers of runs that there aren't, and return the others as Python's own."""
+    runs = _whole("runs", runs, 1, RUN_LIMIT)
+    seed = _whole("seed", seed, 0, SEED_LIMIT - 1)
+    return runs, seed, _whole("first_run", first_run, 0, RUN_LIMIT - runs)
 
 
-def _check(name: str, value: int, low: int, high: int) -> None:
-    if isinstance(value, bool) or not hasattr(value, "__index__") or not low <= value <= high:
+def _whole(name: str, value: int, low: int, high: int) -> int:
+    """Return a whole number of any library as an int, if it is between two bounds."""
+    try:
+        number = low - 1 if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        number = low - 1
+    if not low <= number <= high:
         raise FeasibeeError(f"{name} = {value!r}: must be a whole number from {low} to {high}; choose one")
+    return number

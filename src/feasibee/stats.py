@@ -129,7 +129,8 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
         Lower quartile, median, upper quartile, in per cent.
     """
     counts = np.asarray(feasible_count)
-    held = np.maximum.accumulate(np.where(counts >= 0, np.arange(counts.shape[1]), 0), axis=1)
-    kept = np.take_along_axis(counts, held, axis=1)
-    quartiles: NDArray[np.float64] = np.quantile(kept, (0.25, 0.5, 0.75), axis=0) * (100.0 / robots)
+    if counts.min(initial=0) < 0:
+        held = np.maximum.accumulate(np.where(counts >= 0, np.arange(counts.shape[1]), 0), axis=1)
+        counts = np.take_along_axis(counts, held, axis=1)
+    quartiles: NDArray[np.float64] = np.quantile(counts, (0.25, 0.5, 0.75), axis=0) * (100.0 / robots)
     return quartiles

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.simulation import load_engine
+from feasibee.simulation import check_numbers, load_engine
 from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
 
 
@@ -21,6 +21,11 @@ class Swarm:
     seed, run : int
         Which run.
 
+    Raises
+    ------
+    FeasibeeError
+        If there is no such run.
+
     Examples
     --------
     >>> import feasibee
@@ -31,6 +36,7 @@ class Swarm:
     """
 
     def __init__(self, scenario: Scenario | None = None, seed: int = 0, run: int = 0) -> None:
+        _, seed, run = check_numbers(1, seed, run)
         load_engine()
         from feasibee.engine import batch, layout, runner
 

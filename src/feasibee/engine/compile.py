@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -13,7 +12,8 @@ from typing import Any
 import llvmlite
 import numba
 import numpy
-import platformdirs
+
+from feasibee.files import cache_root
 
 CONFIG: Any = numba.config
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
@@ -59,8 +59,7 @@ def cache_folder() -> Path:
         digest.update(source.read_bytes())
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
         digest.update(version.encode())
-    root = os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False)
-    return Path(root) / digest.hexdigest()[:16]
+    return cache_root() / digest.hexdigest()[:16]
 
 
 def is_compiled() -> bool:
