@@ -22,6 +22,26 @@ LARGE = 10_000
 
 RUN = ["-m", "feasibee", "run", "--set", f"tasks.count={PAPER_TASKS}", "--runs", "100", "--seed", "1"]
 
+BEYOND: dict[str, dict] = {
+    "walls and collisions": {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}},
+    "unique observation": {"sensing": {"observation": "unique"}},
+    "three classes": {
+        "robots": {
+            "classes": [
+                {"name": "porters", "count": 10, "skills": ["lift"]},
+                {"name": "all-rounders", "count": 6, "skills": ["lift", "scan"]},
+                {"name": "spares", "count": 4},
+            ]
+        },
+        "tasks": {
+            "classes": [
+                {"name": "carry", "count": 10, "needs": {"lift": 2, "scan": 1}},
+                {"name": "push", "count": 10, "needs": {"lift": 1}},
+            ]
+        },
+    },
+}
+
 KEEP_CURVES = f"""
 import feasibee
 scenario = feasibee.Scenario(tasks={{"count": {PAPER_TASKS}}})
@@ -103,6 +123,36 @@ def swarm_speed(plan: Plan, robots: int, tasks: int, steps: int, runs: int) -> R
     return speed(f"{robots:,} robots, {tasks:,} tasks", work, robots * steps * runs, plan.repeats)
 
 
+def beyond(plan: Plan) -> list[Row]:
+    """Measure the worlds beyond the paper at 20 and 10,000 robots, with five tasks a robot and with one."""
+    rows = []
+    for name, changes in BEYOND.items():
+        for tasks_per_robot in (PAPER_TASKS // 20, 1):
+            few = beyond_speed(f"{name}, 20 robots", plan, changes, 20, tasks_per_robot)
+            many = beyond_speed(f"{name}, {LARGE:,} robots", plan, changes, LARGE, tasks_per_robot)
+            rows += [few, many.against(few, "20 robots")]
+    return rows
+
+
+def beyond_speed(name: str, plan: Plan, changes: dict, robots: int, tasks_per_robot: int) -> Row:
+    """Measure one of these worlds on one thread, at the density of the paper's swarm."""
+    tables = {section: dict(fields) for section, fields in changes.items()}
+    tables.setdefault("arena", {})["side"] = math.sqrt(SPACE_PER_ROBOT * robots)
+    share = robots // 20
+    for section, count in (("robots", robots), ("tasks", robots * tasks_per_robot)):
+        table = tables.setdefault(section, {})
+        if "classes" in table:
+            scale = share if section == "robots" else count // 20
+            table["classes"] = [{**each, "count": each["count"] * scale} for each in table["classes"]]
+        else:
+            table["count"] = count
+    scenario = feasibee.Scenario(**tables, run={"steps": SHORT_STEPS})
+    runs = enough_runs(plan, robots)
+    work = partial(feasibee.simulate, scenario, runs=runs, seed=1, threads=1)
+    title = f"{name}, {tasks_per_robot} tasks a robot"
+    return speed(title, work, robots * SHORT_STEPS * runs, plan.repeats)
+
+
 def start_up(plan: Plan) -> list[Row]:
     """Measure commands: the help, the first simulation ever, which compiles the engine, and the next one."""
     asked, first, second = [], [], []
@@ -134,6 +184,7 @@ CASES: dict[str, Callable[[Plan], list[Row]]] = {
     f"The paper's swarm: 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": paper_swarm,
     f"Growth: equal density, as many tasks as robots, {SHORT_STEPS} steps": growth,
     f"A large swarm: equal densities, {SHORT_STEPS} steps": large_swarm,
+    f"Beyond the paper: equal densities, {SHORT_STEPS} steps": beyond,
     "Start-up: CPU time of a command, interpreter and 100 runs included": start_up,
     f"Memory: the most that a process holds, 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": memory,
 }

@@ -23,6 +23,7 @@ KEYS = {
     "undecided",
     "decision_step",
     "truth",
+    "accuracy",
     "seed",
     "first_run",
     "scenario",
@@ -588,3 +589,21 @@ def test_an_interrupt_leaves_an_older_file_as_it_was(tmp_path):
     assert process.returncode == 130
     assert (tmp_path / "a.nc").read_text() == "old"
     assert names(tmp_path) == ["a.nc"]
+
+
+# --- Accuracy ---
+
+
+@pytest.mark.parametrize(("tasks", "truth"), [(10, "feasible"), (40, "infeasible")])
+def test_accuracy_is_the_rate_of_the_true_decision(tasks, truth):
+    arguments = ("--set", f"tasks.count={tasks}", "--runs", 30, "--seed", 2)
+    summary = summary_of(*arguments)
+    assert summary["truth"] == truth
+    assert summary["accuracy"] == summary["rates"][truth]
+    (line,) = (line for line in invoke("run", *arguments).stdout.splitlines() if "accuracy" in line)
+    assert f"{summary['accuracy']['estimate']:.1%}" in line
+    assert f"{summary['accuracy']['low']:.1%} to {summary['accuracy']['high']:.1%}" in line
+
+
+def test_undecided_runs_are_not_accurate():
+    assert summary_of("--steps", 1, "--runs", 20)["accuracy"]["estimate"] == 0

@@ -48,6 +48,132 @@ def test_engine_equals_reference_over_generated_scenarios(scenario, seed, first_
     assert_equal(scenario, seed, first_run=first_run)
 
 
+SKILLS = ("lift", "scan", "push")
+
+
+@st.composite
+def split(draw, count, names):
+    """Share a count among classes; some may be empty."""
+    cuts = sorted(draw(st.integers(0, count)) for _ in names[1:])
+    return [b - a for a, b in zip([0, *cuts], [*cuts, count], strict=True)]
+
+
+@st.composite
+def robot_classes(draw, count):
+    names = [f"r{k}" for k in range(draw(st.integers(1, 4)))]
+    skills = st.lists(st.sampled_from(SKILLS), unique=True)
+    counts = draw(split(count, names))
+    return [{"name": n, "count": c, "skills": draw(skills)} for n, c in zip(names, counts, strict=True)]
+
+
+@st.composite
+def task_classes(draw, count):
+    names = [f"t{k}" for k in range(draw(st.integers(1, 4)))]
+    needs = st.dictionaries(st.sampled_from(SKILLS), st.integers(1, 3), min_size=1)
+    counts = draw(split(count, names))
+    return [{"name": n, "count": c, "needs": draw(needs)} for n, c in zip(names, counts, strict=True)]
+
+
+@st.composite
+def placing(draw, sides, number, points):
+    """Draw where things stand; ``number`` is how they are told, and ``points`` where they may be given."""
+    how = draw(st.sampled_from(["uniform", "clusters", "corner", "points"]))
+    if how == "points" and points:
+        return {"placement": how, "points": points, **number}
+    return {
+        "placement": how if how != "points" else "uniform",
+        "clusters": draw(st.integers(1, 4)),
+        "spread": draw(st.floats(0.01, 1)) * min(sides),
+        **number,
+    }
+
+
+@st.composite
+def beyond(draw):
+    """Scenarios beyond the paper (model.md 6), every part of it now and then."""
+    width, height = draw(st.tuples(st.floats(4, 30), st.floats(4, 30)))
+    square = draw(st.booleans())
+    height = width if square else height
+    shorter = min(width, height)
+    walls, avoid = draw(st.booleans()), draw(st.booleans())
+    diameter = draw(st.floats(0.02, 0.2)) * shorter
+    most = (shorter / 2 - diameter) / 2 if avoid and not walls else shorter / 2
+    speed = draw(st.floats(0, 0.99)) * most
+    columns, rows = int(width / diameter * 0.999), int(height / diameter * 0.999)
+    wanted = draw(st.one_of(st.integers(1, 12), st.integers(25, 40), st.integers(60, 70)))
+    robots = min(wanted, columns * rows) if avoid else wanted
+    tasks = draw(st.one_of(st.integers(0, 30), st.just(70)))
+    if avoid:
+        sites = [(diameter * 1.0005 * (i % columns + 0.5), diameter * 1.0005 * (i // columns + 0.5))
+                 for i in draw(st.permutations(range(columns * rows)))[:robots]]  # fmt: skip
+    else:
+        shares = st.tuples(st.floats(0, 0.999), st.floats(0, 0.999))
+        sites = [(diameter / 2 + x * (width - diameter), diameter / 2 + y * (height - diameter))
+                 for x, y in draw(st.lists(shares, min_size=robots, max_size=robots))]  # fmt: skip
+    seeds = draw(st.integers(0, 2**16))
+    spots = [
+        (float(x), float(y)) for x, y in np.random.default_rng(seeds).uniform(0, (width, height), (tasks, 2))
+    ]
+    who = {"classes": draw(robot_classes(robots))} if draw(st.booleans()) else {"count": robots}
+    what = {"classes": draw(task_classes(tasks))} if draw(st.booleans()) else {"count": tasks}
+    reach = st.floats(0.01, 1.6 if walls else 0.5).map(lambda share: share * shorter)
+    shares = draw(st.one_of(st.just((0, 0, 0)), st.tuples(*3 * [st.floats(0, 1 / 3)]), st.sampled_from(
+        [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0), (0.2, 0.3, 0.5)])))  # fmt: skip
+    chance = st.one_of(st.just(0.0), st.floats(0, 1), st.sampled_from([0.1, 1.0]))
+    false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
+    steps = draw(st.integers(1, 40))
+    return Scenario(
+        arena={
+            "side": width if square else [width, height],
+            "boundary": "walls" if walls else "torus",
+        },
+        robots={
+            **draw(placing((width, height), who, sites)),
+            "speed": speed,
+            "diameter": diameter,
+            "avoid_collisions": avoid,
+        },
+        tasks=draw(placing((width, height), what, spots)),
+        walk={"mean_run": draw(st.floats(0.1, 15))},
+        sensing={
+            "range": draw(reach),
+            "count_self": draw(st.booleans()),
+            "observation": draw(st.sampled_from(["repeated", "unique"])),
+            "memory": draw(st.sampled_from(["exploration", "life"])),
+            "miss": draw(chance),
+            "false_robots": draw(false),
+            "false_tasks": draw(false),
+        },
+        radio={"range": draw(reach), "loss": draw(chance)},
+        decision={
+            "exploration": draw(st.floats(0.1, 8)),
+            "gain": draw(st.floats(0.1, 15)),
+            "listen": draw(st.sampled_from(["always", "dissemination"])),
+            "inbox": draw(st.sampled_from(["latest-per-robot", "every-message"])),
+            "own_vote": draw(st.booleans()),
+            "threshold": draw(st.floats(0.5, 0.99)),
+        },
+        faults={
+            **dict(zip(("stopped", "byzantine", "stubborn"), map(float, shares), strict=True)),
+            "stop_step": draw(st.integers(0, 12)),
+            "byzantine_says": draw(st.sampled_from(["opposite", "feasible", "infeasible", "random"])),
+        },
+        run={
+            "steps": min(steps, max(4, 15_000 // (robots * (robots + tasks)))),
+            "stop_at_decision": draw(st.booleans()),
+        },
+    )
+
+
+SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
+
+
+@settings(max_examples=150, deadline=None, derandomize=True, database=None, suppress_health_check=SLOW)
+@given(beyond(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 2))
+def test_engine_equals_reference_beyond_the_paper(scenario, seed, first_run):
+    assert_equal(scenario, seed, first_run=first_run)
+
+
 @pytest.mark.parametrize("tasks", [2, 20, 200])
 def test_engine_equals_reference_on_the_papers_runs(tasks):
     assert_equal(Scenario(tasks={"count": tasks}, run={"steps": 300}), seed=1, runs=2)
@@ -67,22 +193,79 @@ def test_engine_equals_reference_in_a_crowd_where_inbox_tables_grow(listen, inbo
     assert_equal(scenario, seed=2, runs=2)
 
 
-@pytest.mark.parametrize("count", [20, 40])
-def test_a_swarm_step_by_step_is_the_references_swarm(count):
-    scenario = Scenario(robots={"count": count}, arena={"side": 6.0}, decision={"gain": 40.0})
-    swarm = Swarm(scenario, seed=5, run=3)
-    plain = reference.Swarm(scenario, seed=5, run=3)
-    unit = 6.0 / 2**32
-    for _ in range(60):
-        np.testing.assert_array_equal(
-            swarm.positions, np.array([robot.place for robot in plain.robots]) * unit
-        )
-        np.testing.assert_array_equal(swarm.tasks, np.array(plain.tasks) * unit)
-        np.testing.assert_array_equal(swarm.opinions, [robot.mind.opinion for robot in plain.robots])
-        np.testing.assert_array_equal(
-            swarm.disseminating, [robot.mind.disseminating for robot in plain.robots]
-        )
+def assert_same_swarms(scenario, seed, run, steps):
+    swarm = Swarm(scenario, seed=seed, run=run)
+    plain = reference.Swarm(scenario, seed=seed, run=run)
+    unit = float(plain.world.unit)
+    for _ in range(steps):
+        np.testing.assert_array_equal(swarm.positions, np.array([each.place for each in plain.robots]) * unit)
+        np.testing.assert_array_equal(swarm.tasks, np.reshape(plain.tasks, (-1, 2)) * unit)
+        np.testing.assert_array_equal(swarm.opinions, [each.mind.opinion for each in plain.robots])
+        speaking = [each.mind.disseminating and each.works(plain.time) for each in plain.robots]
+        np.testing.assert_array_equal(swarm.disseminating, speaking)  # the stopped are silent
+        counted = plain.counted
+        np.testing.assert_array_equal(swarm.counted, [each in counted for each in plain.robots])
         assert swarm.feasible_count == plain.feasible_count
         assert swarm.decision == plain.decision
         swarm.advance()
         plain.step()
+
+
+@pytest.mark.parametrize("count", [20, 40])
+def test_a_swarm_step_by_step_is_the_references_swarm(count):
+    scenario = Scenario(robots={"count": count}, arena={"side": 6.0}, decision={"gain": 40.0})
+    assert_same_swarms(scenario, seed=5, run=3, steps=60)
+
+
+BEYOND = {
+    "walls and collisions": {
+        "arena.side": [8.0, 12.0],
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "robots.count": 45,
+    },
+    "few in a crowd": {"arena.side": 7.0, "robots.avoid_collisions": True, "robots.speed": 0.3},
+    "a rectangular torus": {"arena.side": [9.0, 4.5], "robots.count": 33, "sensing.observation": "unique"},
+    "clusters and a bad sensor": {
+        "robots.placement": "clusters",
+        "tasks.placement": "corner",
+        "sensing.miss": 0.3,
+        "sensing.false_robots": 0.5,
+        "sensing.false_tasks": 0.7,
+        "radio.loss": 0.4,
+        "arena.side": 10.0,
+    },
+    "faults": {
+        "faults.stopped": 0.25,
+        "faults.stop_step": 9,
+        "faults.byzantine": 0.25,
+        "faults.byzantine_says": "random",
+        "faults.stubborn": 0.25,
+        "arena.side": 10.0,
+        "robots.avoid_collisions": True,
+    },
+    "one class of each, with several places a task": {
+        "robots.classes": [{"name": "a", "count": 20, "skills": ["lift"]}],
+        "tasks.classes": [{"name": "x", "count": 9, "needs": {"lift": 2, "scan": 1}}],
+        "arena.side": 10.0,
+    },
+    "a mixed team that remembers": {
+        "robots.classes": [
+            {"name": "a", "count": 20, "skills": ["lift"]},
+            {"name": "b", "count": 15, "skills": ["lift", "scan"]},
+        ],
+        "tasks.classes": [
+            {"name": "x", "count": 9, "needs": {"lift": 2, "scan": 1}},
+            {"name": "y", "count": 4, "needs": {"push": 1}},
+        ],
+        "sensing.observation": "unique",
+        "sensing.memory": "life",
+        "arena.side": 10.0,
+    },
+}
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_a_swarm_beyond_the_paper_step_by_step_is_the_references_swarm(name):
+    scenario = Scenario().replace({"decision.exploration": 4.0, **BEYOND[name]})
+    assert_same_swarms(scenario, seed=6, run=4, steps=25)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, reference
-from feasibee.engine import batch, layout, runner
+from feasibee.engine import layout, runner, translation
 from feasibee.record import Record
 from feasibee.robot import Controller
 from feasibee.simulation import simulate_record
@@ -21,45 +21,45 @@ class Engine:
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
-        self.params = layout.params_of(scenario, 0)
-        self.state = layout.empty_state(self.params, 64)
-        self.functions = runner.strategy_functions("dmmd")
-        batch.start(self.params, self.state, 0)
+        self.params = translation.params_of(scenario, 0)
+        self.state = layout.empty_state(self.params, translation.kinds_of(scenario, self.params), 64)
+        start, self.advance, *self.strategy = runner.engine_functions(scenario)
+        start(self.params, self.state, 0)
+        self.opinions = self.state.sets[layout.OPINIONS]
+        self.disseminating = self.state.sets[layout.DISSEMINATING]
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
-        self.state.x[:count], self.state.y[:count] = fixed.T
+        self.state.robots[[layout.X, layout.Y], :count] = fixed.T
         if tasks:  # sorted into one cell: SIDE / 2 is the least range that needs no grid
-            assert self.params.task_bits == 0
-            cells = self.state.task_cells
-            cells.x[: len(tasks)], cells.y[: len(tasks)] = (
-                (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32).T
-            )
-        self.state.phase_left[:count] = LONG
-        self.state.opinions[:] = 0
-        self.state.disseminating[:] = 0
+            assert self.params.task_grid.bits == 0
+            spots = (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32)
+            self.state.task_cells.points[[layout.X, layout.Y], : len(tasks)] = spots.T
+        self.state.robots[layout.PHASE_LEFT, :count] = LONG
+        self.opinions[:] = 0
+        self.disseminating[:] = 0
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
-            self.state.opinions[i // 32] |= np.uint32(opinion << i % 32)
-            self.state.disseminating[i // 32] |= np.uint32(speaks << i % 32)
-            self.state.labels[i] = 4 * i + 2 * opinion + speaks
+            self.opinions[i // 32] |= np.uint32(opinion << i % 32)
+            self.disseminating[i // 32] |= np.uint32(speaks << i % 32)
+            self.state.robots[layout.LABELS, i] = 4 * i + 2 * opinion + speaks
 
     def end_phase_of(self, i):
-        self.state.phase_left[i] = 1
+        self.state.robots[layout.PHASE_LEFT, i] = 1
 
     def step(self):
         until = self.state.clock[layout.STEP] + 1
         record = Record.empty(0, 1, 0)
         unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
         outcome = record.decision, record.decision_step, record.feasible_count[0]
-        batch.advance(self.params, self.state, until, *outcome, *unwatched, *self.functions)
+        self.advance(self.params, self.state, until, *outcome, *unwatched, *self.strategy)
 
     def seen(self, i):
-        return self.state.robots_seen[i], self.state.tasks_seen[i]
+        return tuple(self.state.counts[[layout.ROBOTS_SEEN, layout.TASKS_SEEN], i])
 
     def opinion(self, i):
-        return int(self.state.opinions[i // 32] >> np.uint32(i % 32)) & 1
+        return int(self.opinions[i // 32] >> np.uint32(i % 32)) & 1
 
     def speaks(self, i):
-        return bool(int(self.state.disseminating[i // 32] >> np.uint32(i % 32)) & 1)
+        return bool(int(self.disseminating[i // 32] >> np.uint32(i % 32)) & 1)
 
 
 class Plain:
@@ -84,7 +84,7 @@ class Plain:
 
     def seen(self, i):
         mind = self.swarm.robots[i].mind
-        return mind.robots_seen, mind.tasks_seen
+        return sum(mind.robots_seen), sum(mind.tasks_seen)
 
     def opinion(self, i):
         return self.swarm.robots[i].mind.opinion
@@ -282,7 +282,7 @@ def test_dissemination_lasts_in_proportion_to_the_quality_of_the_own_opinion(opi
 )
 def test_a_decision_takes_strictly_more_than_the_threshold(count, threshold, least):
     scenario = Scenario(robots={"count": count}, decision={"threshold": threshold})
-    assert layout.params_of(scenario, 0).quorum == least
+    assert translation.params_of(scenario, 0).quorum == least
     swarm = reference.Swarm(scenario, 0, 0)
     for holders, decision in ((least, 1), (least - 1, 0 if count - least + 1 >= least else -1), (0, 0)):
         for i, robot in enumerate(swarm.robots):

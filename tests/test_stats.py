@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feasibee import decision_counts, decision_rates, decision_times, wilson
-from feasibee.stats import opinion_quartiles
+from feasibee.stats import accuracy, opinion_quartiles
 
 # --- Wilson's interval ---
 
@@ -183,3 +183,19 @@ def test_a_run_that_has_ended_keeps_its_last_value():
 
 def test_one_run_is_its_own_quartiles():
     np.testing.assert_allclose(opinion_quartiles(np.array([[10, 20, 0]]), 20), [[50, 100, 0]] * 3)
+
+
+# --- Accuracy ---
+
+
+@pytest.mark.parametrize(("feasible", "right"), [(True, 3), (False, 2)])
+def test_accuracy_is_the_share_that_decides_as_the_truth(feasible, right):
+    """An undecided run is wrong either way."""
+    assert accuracy([1, 1, 1, 0, 0, -1, -1, -1], feasible) == wilson(right, 8)
+    assert accuracy(np.full(5, -1, np.int8), feasible) == wilson(0, 5)
+    assert accuracy([1, 0], feasible, confidence=0.5) == wilson(1, 2, 0.5)
+
+
+def test_the_accuracy_of_no_runs_is_an_error():
+    with pytest.raises(ValueError, match="at least one trial"):
+        accuracy([], True)

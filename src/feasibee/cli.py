@@ -18,6 +18,7 @@ from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.claims import Claim
+    from feasibee.feasibility import Verdict
     from feasibee.record import Record
     from feasibee.scenario import Scenario
 
@@ -80,6 +81,7 @@ _seed = click.option(
 _threads = click.option(
     "--threads", type=click.IntRange(1, 1024), help="Runs at a time; by default one for each processor."
 )
+_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 
 
 @main.command()
@@ -95,7 +97,7 @@ _threads = click.option(
 @click.option(
     "--plot", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw opinions and decision steps."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@_json
 def run(
     file: Path | None,
     changes: tuple[str, ...],
@@ -153,21 +155,54 @@ def run(
 @click.option("--runs", type=click.IntRange(4), default=100, show_default=True, help="Swarms at each ratio.")
 @_seed
 @_threads
-def paper(out: Path, runs: int, seed: int, threads: int | None) -> None:
+@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in seven worlds unlike the paper's.")
+def paper(out: Path, runs: int, seed: int, threads: int | None, beyond: bool) -> None:
     """Reproduce the paper: its three figures, the data behind them, its claims checked.
 
     \b
     Examples:
       feasibee paper
       feasibee paper --runs 2000 --out paper-2000
+      feasibee paper --beyond --runs 400
     """
     _keep_matplotlib_in_cache()
+    if beyond:
+        from feasibee.beyond import reproduce_beyond, summary
+
+        with _progress("Simulating beyond the paper") as progress:
+            rows = reproduce_beyond(out, runs, seed, threads, progress)
+        _print_beyond(summary(rows), runs)
+        click.echo(f"beyond.png, beyond.pdf and their data, beyond.csv, are in {out}/")
+        return
     from feasibee.paper import reproduce
 
     with _progress("Simulating the paper's study") as progress:
         claims = reproduce(out, runs, seed, threads, progress)
     _print_claims(claims, runs)
     click.echo(f"Figures (PNG, PDF), their data (CSV) and claims.json are in {out}/")
+
+
+@main.command()
+@_scenario_options
+@_json
+def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
+    """Say exactly whether the tasks are feasible, and why.
+
+    If so, which robots do what; if not, for which skills there are too few. A robot serves one place at most.
+
+    \b
+    Examples:
+      feasibee truth mine.toml
+      feasibee truth --set robots.count=20 --set tasks.count=21 --json
+    """
+    from feasibee.feasibility import explain
+
+    scenario = _read_scenario(file, changes)
+    verdict = explain(scenario)
+    if as_json:
+        click.echo(json.dumps(verdict.to_dict(), indent=2))
+    else:
+        _print_verdict(verdict, scenario)
 
 
 @main.command()
@@ -254,15 +289,17 @@ def _write_results(
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.feasibility import truth
-    from feasibee.stats import decision_counts, decision_rates, decision_times
+    from feasibee.stats import accuracy, decision_counts, decision_rates, decision_times
     from feasibee.vocabulary import MODEL_VERSION
 
     times = decision_times(record.decision_step)
+    feasible = truth(scenario)
     return {
         "runs": record.runs,
         **decision_counts(record.decision),
         "decision_step": {"median": times.median, "q25": times.q25, "q75": times.q75},
-        "truth": "feasible" if truth(scenario) else "infeasible",
+        "truth": "feasible" if feasible else "infeasible",
+        "accuracy": accuracy(record.decision, feasible)._asdict(),
         "seed": seed,
         "first_run": record.first_run,
         "scenario": scenario.to_dict(),
@@ -281,17 +318,15 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     table = Table(
         title=f"{robots} robots, {tasks} tasks, {scenario.decision.strategy}: {summary['runs']} runs"
     )
-    for column, side in (
-        ("decision", "left"),
-        ("runs", "right"),
-        ("share", "right"),
-        ("95 % interval", "right"),
-    ):
-        table.add_column(column, justify=side)  # type: ignore[arg-type]
-    for name, rate in summary["rates"].items():
+    table.add_column("decision")
+    for column in ("runs", "share", "95 % interval"):
+        table.add_column(column, justify="right")
+    counts = {**summary, "accuracy": summary[summary["truth"]]}
+    for name, rate in (*summary["rates"].items(), ("accuracy", summary["accuracy"])):
         right = " (true)" if name == summary["truth"] else ""
         interval = f"{rate['low']:.1%} to {rate['high']:.1%}"
-        table.add_row(name + right, str(summary[name]), f"{rate['estimate']:.1%}", interval)
+        share = f"{rate['estimate']:.1%}"
+        table.add_row(name + right, str(counts[name]), share, interval, end_section=name == "undecided")
     console = Console()
     console.print(table)
     times = summary["decision_step"]
@@ -303,6 +338,28 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         soft_wrap=True,
     )
     console.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
+
+
+def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    if verdict.violator is not None:
+        skills, demand, robots = verdict.violator
+        named = " or ".join(skills)
+        asking, able = f"places that ask for {named}", f"robots that can {named}"
+        if not scenario.tasks.classes:
+            asking, able = "tasks, each for any one robot", "robots"
+        click.echo(f"Infeasible: {asking}: {demand}; {able}: {robots}.")
+        return
+    free = scenario.robots.count - sum(verdict.assignment.values())
+    click.echo(f"Feasible: each place has a robot of its own; robots left over: {free}.")
+    table = Table("robots", "tasks", "skill")
+    table.add_column("count", justify="right")
+    for names, count in verdict.assignment.items():
+        table.add_row(*names, str(count))
+    if verdict.assignment:
+        Console(markup=False, emoji=False).print(table)
 
 
 def _print_claims(claims: list[Claim], runs: int) -> None:
@@ -317,6 +374,16 @@ def _print_claims(claims: list[Claim], runs: int) -> None:
         measured = f"{claim.estimate:.3g} ({claim.low:.3g} to {claim.high:.3g}); must be {claim.bar}"
         verdict = f"[{colours[claim.verdict]}]{claim.verdict}[/]"
         table.add_row(verdict, f"{claim.claim}\n[dim]{claim.statistic}:[/]\n{measured}")
+    Console(highlight=False).print(table)
+
+
+def _print_beyond(lines: list[list[str]], runs: int) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*lines[0], title=f"Share of right decisions, by ratio, from {runs} runs each")
+    for line in lines[1:]:
+        table.add_row(*line)
     Console(highlight=False).print(table)
 
 

@@ -1,10 +1,200 @@
-"""Whether the tasks are feasible, known from outside."""
+"""Whether the tasks are feasible, known from outside, with a proof that anyone can check (model.md 6.7).
+
+All is counted by class of robots and class of tasks, so a million robots cost no more than ten.
+"""
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict, deque
+from collections.abc import Mapping, Sequence
+from itertools import combinations, pairwise
+from typing import Any, NamedTuple
+
 from feasibee.scenario import Scenario
+from feasibee.sections import RobotClass, TaskClass
+
+ANY = "any"
+"""What tasks without classes ask for, and every robot has. A user's own skill of that name is never in
+the same world: tasks have classes, and skills, or they have neither."""
+
+Node = tuple[str, str]
+SOURCE, SINK = ("source", ""), ("sink", "")
+
+
+class Violator(NamedTuple):
+    """A set of skills that more places ask for than there are robots to fill them (Hall)."""
+
+    skills: tuple[str, ...]
+    """The set, in alphabetical order."""
+    demand: int
+    """Number of places that ask for a skill of the set."""
+    robots: int
+    """Number of robots with at least one skill of the set."""
+
+
+class Verdict(NamedTuple):
+    """Whether all tasks can be done at once, and the proof."""
+
+    assignment: Mapping[tuple[str, str, str], int]
+    """How many robots of a class serve a class of tasks with a skill; empty if the tasks are infeasible."""
+    violator: Violator | None
+    """The set of skills most in excess; None if the tasks are feasible."""
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every place can be filled by a robot of its own."""
+        return self.violator is None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the verdict and its proof as plain tables."""
+        if self.violator is not None:
+            return {"feasible": False, "violator": self.violator._asdict()}
+        rows = [
+            {"robots": robots, "tasks": tasks, "skill": skill, "count": count}
+            for (robots, tasks, skill), count in self.assignment.items()
+        ]
+        return {"feasible": True, "assignment": rows}
 
 
 def truth(scenario: Scenario) -> bool:
-    """Return whether the swarm can do its tasks: one robot a task, so n >= m (paper, section II)."""
-    return scenario.robots.count >= scenario.tasks.count
+    """Return whether the swarm can do its tasks, all at once, each robot at one place at most.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Of which only the robots, the tasks, and their classes matter: as many as they are, wherever they are.
+
+    Returns
+    -------
+    bool
+        Without classes: whether there are at least as many robots as tasks (paper, section II).
+
+    Examples
+    --------
+    >>> from feasibee import Scenario, truth
+    >>> truth(Scenario(robots={"count": 20}, tasks={"count": 21}))
+    False
+    """
+    return explain(scenario).feasible
+
+
+def explain(scenario: Scenario) -> Verdict:
+    """Return whether the swarm can do its tasks, and the proof.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        As for `truth`.
+
+    Returns
+    -------
+    Verdict
+        With an assignment that fills every place; or with the set of skills whose demand exceeds its robots
+        by most, with no skill in it to spare (that is one set: two would share a smaller one). Without
+        classes, all robots are of the class ``"robots"``, all tasks of ``"tasks"``, asking for `ANY`.
+
+    References
+    ----------
+    Hall, "On representatives of subsets", J. London Math. Soc. 1935.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> from feasibee.feasibility import explain
+    >>> tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}]}
+    >>> robots = {"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]}
+    >>> explain(Scenario(robots=robots, tasks=tasks)).violator
+    Violator(skills=('lift',), demand=6, robots=5)
+    """
+    robots, tasks = _classes(scenario)
+    demand: Counter[str] = Counter()
+    for each in tasks:
+        demand.update({skill: each.count * needed for skill, needed in each.needs.items()})
+    violator = _violator(robots, demand)
+    if violator is not None:
+        return Verdict({}, violator)
+    return Verdict(_assignment(_serving(robots, demand), tasks), None)
+
+
+def _classes(scenario: Scenario) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
+    """Return the classes of robots and tasks, those without being a class too."""
+    robots: Sequence[RobotClass] = scenario.robots.classes
+    tasks: Sequence[TaskClass] = scenario.tasks.classes
+    if not robots:
+        robots = [RobotClass(name="robots", count=scenario.robots.count)]
+    if not tasks:
+        robots = [each.model_copy(update={"skills": (ANY,)}) for each in robots]
+        tasks = [TaskClass(name="tasks", count=scenario.tasks.count, needs={ANY: 1})]
+    return robots, tasks
+
+
+def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violator | None:
+    """Find the set of skills most in excess; the empty set, in excess by 0, stands for none."""
+    worst = max(
+        (
+            Violator(
+                skills,
+                sum(demand[skill] for skill in skills),
+                sum(each.count for each in robots if not set(skills).isdisjoint(each.skills)),
+            )
+            for size in range(len(demand) + 1)
+            for skills in combinations(sorted(demand), size)
+        ),
+        key=lambda each: each.demand - each.robots,  # of equals the first, so the one of fewest skills
+    )
+    return worst if worst.skills else None
+
+
+def _serving(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> dict[tuple[str, str], int]:
+    """Return how many robots of a class serve with a skill: a maximum flow, along shortest paths."""
+    room: defaultdict[Node, Counter[Node]] = defaultdict(Counter)
+    for each in robots:
+        room[SOURCE]["robots", each.name] = each.count
+        for skill in each.skills:
+            room["robots", each.name]["skill", skill] = each.count
+    for skill, places in demand.items():
+        room["skill", skill][SINK] = places
+    while path := _path(room):
+        steps = list(pairwise(path))
+        more = min(room[start][end] for start, end in steps)
+        for start, end in steps:
+            room[start][end] -= more
+            room[end][start] += more
+    return {
+        (each.name, skill): room["skill", skill]["robots", each.name]
+        for each in robots
+        for skill in each.skills
+    }
+
+
+def _path(room: Mapping[Node, Mapping[Node, int]]) -> list[Node]:
+    """Return a shortest path with room from source to sink; empty if there is none."""
+    reached = {SOURCE}
+    paths = deque([[SOURCE]])
+    while paths:
+        path = paths.popleft()
+        if path[-1] == SINK:
+            return path
+        for node, free in room[path[-1]].items():
+            if free and node not in reached:
+                reached.add(node)
+                paths.append([*path, node])
+    return []
+
+
+def _assignment(
+    serving: dict[tuple[str, str], int], tasks: Sequence[TaskClass]
+) -> dict[tuple[str, str, str], int]:
+    """Share out the robots that serve with a skill over the tasks that need it, in order."""
+    assignment = {}
+    left = dict(serving)
+    for each in tasks:
+        for skill, needed in each.needs.items():
+            places = each.count * needed
+            for robots, theirs in serving:
+                taken = min(places, left[robots, theirs]) if theirs == skill else 0
+                if taken:
+                    assignment[robots, each.name, skill] = taken
+                    left[robots, skill] -= taken
+                    places -= taken
+    return assignment

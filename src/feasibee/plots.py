@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -262,3 +262,70 @@ def _arena_legend(ax: Axes) -> None:
         columnspacing=1,
         handletextpad=0.2,
     )
+
+
+class Panel(NamedTuple):
+    """One of several small figures of decisions against the ratio."""
+
+    title: str
+    ratios: Sequence[float]
+    rates: Mapping[str, Sequence[Interval]]
+    tip: float
+    """The ratio at which the tasks become infeasible."""
+
+
+def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
+    """Draw decisions against the ratio as small multiples, the first panel faintly in all others.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+        The first is what the others are compared with.
+    columns : int
+        Panels side by side.
+    """
+    rows = -(-len(panels) // columns)
+    with style.context("default"), rc_context(STYLE):
+        drawn = Figure((7.2, 0.5 + 1.75 * rows), layout="constrained")
+        grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for ax, panel in zip(grid.flat, panels, strict=False):
+            if panel is not panels[0]:
+                for name in ("feasible", "infeasible"):
+                    middle = 100 * np.array(panels[0].rates[name])[:, 0]
+                    ax.plot(panels[0].ratios, middle, color=COLOURS[name], linewidth=2.6, alpha=0.22)
+            _draw_panel(ax, panel)
+        for ax in grid.flat[len(panels) :]:
+            ax.set_visible(False)
+        drawn.supylabel("runs (%)", fontsize=9)
+        drawn.supxlabel("ratio of robots to places asked for", fontsize=9)
+        handles, labels = grid.flat[0].get_legend_handles_labels()
+        faint = grid.flat[0].plot([], [], color=COLOURS["undecided"], linewidth=2.6, alpha=0.4)[0]
+        drawn.legend(
+            [*handles, faint], [*labels, panels[0].title], loc="outside upper center", ncols=len(handles) + 1
+        )
+    return drawn
+
+
+def _draw_panel(ax: Axes, panel: Panel) -> None:
+    ax.axvline(
+        panel.tip, color="0.45", linewidth=0.9, linestyle=":", zorder=0, label="infeasible to its left"
+    )
+    for name, intervals in panel.rates.items():
+        middle, low, high = 100 * np.array(intervals).T
+        ax.errorbar(
+            panel.ratios,
+            middle,
+            yerr=(middle - low, high - middle),
+            color=COLOURS[name],
+            marker=MARKERS[name],
+            markersize=2.4,
+            linewidth=0.9,
+            elinewidth=0.7,
+            label=name,
+        )
+    ax.set(xscale="log", ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
+    ax.set_title(panel.title, fontsize=8.5)
+    ax.xaxis.set_major_locator(FixedLocator([0.1, 0.5, 1, 2, 10]))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.tick_params(labelsize=8)

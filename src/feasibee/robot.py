@@ -24,7 +24,7 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 
@@ -56,14 +56,17 @@ class Controller:
         Mean duration of exploration, in steps.
     gain : float
         Mean steps of dissemination for an opinion of quality 1.
-    count_self : bool
-        Whether the robot counts itself in each step.
     own_vote : bool
         Whether its own opinion counts in its majority.
     listen_always : bool
         Whether it hears in both phases, or only while it disseminates.
     every_message : bool
         Whether every message is a vote, or the latest of each robot.
+    stubborn : bool
+        Whether it never changes its opinion (a fault).
+    sets : sequence of pairs
+        For unlike robots and tasks: what each class of robots and each class of tasks adds to the two sides
+        of a set of skills; by default all robots against all tasks.
     """
 
     def __init__(
@@ -74,19 +77,22 @@ class Controller:
         *,
         exploration: float = 10.0,
         gain: float = 10.0,
-        count_self: bool = False,
         own_vote: bool = True,
         listen_always: bool = True,
         every_message: bool = False,
+        stubborn: bool = False,
+        sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
     ) -> None:
         self.strategy = strategy
         self.opinion = opinion
         self.exploration = exploration
         self.gain = gain
-        self.count_self = count_self
         self.own_vote = own_vote
         self.listen_always = listen_always
         self.every_message = every_message
+        self.stubborn = stubborn
+        self.sets = sets
+        self.explorations = 0
         self._draw_duration = draw_duration
         self._explore()
 
@@ -100,11 +106,12 @@ class Controller:
         """Whether messages count in this step."""
         return self.listen_always or self.disseminating
 
-    def observe(self, robots: int, tasks: int) -> None:
-        """Count the other robots and the tasks in sight, if exploring (model.md 4.2)."""
+    def observe(self, robots: int | Sequence[int], tasks: int | Sequence[int]) -> None:
+        """Count robots and tasks in sight, by class if there are several, if exploring (model.md 4.2)."""
         if not self.disseminating:
-            self.robots_seen += robots + self.count_self
-            self.tasks_seen += tasks
+            for seen, new in ((self.robots_seen, robots), (self.tasks_seen, tasks)):
+                for kind, number in enumerate([new] if isinstance(new, int) else new):
+                    seen[kind] += number
 
     def hear(self, sender: int, opinion: int) -> None:
         """Keep a message: the latest of each sender, or every one (model.md 4.5)."""
@@ -126,19 +133,26 @@ class Controller:
     def _explore(self) -> None:
         """Start afresh: no counts, an empty inbox (model.md 4.2, 4.6)."""
         self.disseminating = False
-        self.robots_seen = 0
-        self.tasks_seen = 0
+        self.explorations += 1
+        self.robots_seen = [0] * len(self.sets[0][0])
+        self.tasks_seen = [0] * len(self.sets[0][1])
         self._latest: dict[int, int] = {}
         self._messages: list[int] = []
         self.phase_left = self._draw_duration(self.exploration)
 
     def _disseminate(self) -> None:
         """Rate the own opinion and broadcast it accordingly (model.md 4.3, 4.4)."""
-        quality = self.strategy.quality(self.robots_seen, self.tasks_seen)
+        quality = self._feasible_quality()
         if self.opinion == 0:
             quality = 1.0 - quality
         self.disseminating = True
         self.phase_left = self._draw_duration(self.strategy.dissemination(quality, self.gain))
+
+    def _feasible_quality(self) -> float:
+        """Return the quality of *feasible*: that of the scarcest skills seen (model.md 4.3, 6.7)."""
+        seen = [(_sum(robots, self.robots_seen), _sum(tasks, self.tasks_seen)) for robots, tasks in self.sets]
+        observed = [(robots, tasks) for robots, tasks in seen if robots + tasks > 0]
+        return min(self.strategy.quality(robots, tasks) for robots, tasks in observed or [(0, 0)])
 
     def _decide(self) -> None:
         """Follow the inbox (model.md 4.6)."""
@@ -146,4 +160,10 @@ class Controller:
         if self.own_vote:
             votes.append(self.opinion)
         feasible = sum(votes)
-        self.opinion = self.strategy.decide(self.opinion, feasible, len(votes) - feasible)
+        decided = self.strategy.decide(self.opinion, feasible, len(votes) - feasible)
+        if not self.stubborn:
+            self.opinion = decided
+
+
+def _sum(weights: Sequence[int], counts: Sequence[int]) -> int:
+    return sum(weight * count for weight, count in zip(weights, counts, strict=True))

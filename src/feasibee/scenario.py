@@ -9,13 +9,12 @@ import difflib
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import tomli_w
 from pydantic import (
-    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -26,100 +25,20 @@ from pydantic import (
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
-
-Length = Annotated[float, Field(gt=0, le=1e6)]
-Duration = Annotated[float, Field(gt=0, le=1e6)]
-
-
-def _without_default(schema: dict[str, Any]) -> None:
-    """Leave a default that depends on another field out of the JSON Schema."""
-    schema.pop("default", None)
-
-
-def _without_minus(value: float) -> float:
-    """Return 0.0 for -0.0, which is equal but written otherwise."""
-    return value + 0.0
-
-
-class Section(BaseModel):
-    """A part of a scenario: no unknown keys, no silent conversions, no NaN, no change."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-class Arena(Section):
-    """The world (model.md 1.1)."""
-
-    side: Length = Field(20.0, description="Side of the square arena, in units.")
-    boundary: Literal["torus"] = Field(
-        "torus", description="What happens at the edge: it meets the opposite one."
-    )
-
-
-class Robots(Section):
-    """The swarm (model.md 1.2)."""
-
-    count: int = Field(20, ge=1, le=1_000_000, description="Number of robots, n.")
-    speed: Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)] = Field(
-        1.0, description="Units a step."
-    )
-
-
-class Tasks(Section):
-    """What the swarm is asked to do (model.md 1.3)."""
-
-    count: int = Field(20, ge=0, le=10_000_000, description="Number of tasks, m.")
-
-
-class Walk(Section):
-    """How robots wander (model.md 2)."""
-
-    mean_run: Duration = Field(10.0, description="Mean duration of a straight run, in steps: sigma.")
-
-
-class Sensing(Section):
-    """What robots see (model.md 1.4, 4.2)."""
-
-    range: Length = Field(2.0, description="Range of observation d, in units, centre to centre.")
-    observation: Literal["repeated"] = Field(
-        "repeated", description="Whether a thing counts again in each step."
-    )
-    count_self: bool = Field(False, description="Whether a robot counts itself in each step.")
-
-
-class Radio(Section):
-    """What robots hear (model.md 1.4)."""
-
-    range: Length = Field(
-        default=None,  # type: ignore[assignment]  # resolved by Scenario
-        description="Range of messages, in units; by default that of sensing.",
-        json_schema_extra=_without_default,
-    )
-
-
-class Decision(Section):
-    """The controller (model.md 4)."""
-
-    strategy: Literal["dmmd"] = Field("dmmd", description="How opinions are rated and chosen.")
-    exploration: Duration = Field(10.0, description="Mean duration of exploration, in steps.")
-    gain: Duration = Field(10.0, description="Mean steps of dissemination for an opinion of quality 1: g.")
-    listen: Literal["always", "dissemination"] = Field("always", description="In which phases robots hear.")
-    inbox: Literal["latest-per-robot", "every-message"] = Field(
-        "latest-per-robot", description="What the inbox keeps of a robot heard twice."
-    )
-    own_vote: bool = Field(True, description="Whether a robot's own opinion counts in its majority.")
-    threshold: float = Field(
-        0.9, ge=0.5, lt=1, description="The swarm has decided when more than this share of it agrees."
-    )
-
-
-class Run(Section):
-    """How long a run takes (model.md 4.7)."""
-
-    steps: int = Field(
-        1000, ge=1, le=1_000_000_000, description="Steps after which an undecided run stays so."
-    )
-    stop_at_decision: bool = Field(False, description="Whether a run ends at its decision.")
+from feasibee.points import read_points
+from feasibee.rules import conflicts
+from feasibee.sections import (
+    Arena,
+    Decision,
+    Faults,
+    Radio,
+    Robots,
+    Run,
+    Section,
+    Sensing,
+    Tasks,
+    Walk,
+)
 
 
 class Scenario(BaseModel):
@@ -127,7 +46,7 @@ class Scenario(BaseModel):
 
     Parameters
     ----------
-    arena, robots, tasks, walk, sensing, radio, decision, run : mapping or section, optional
+    arena, robots, tasks, walk, sensing, radio, decision, faults, run : mapping or section, optional
         What differs from the paper, such as ``tasks={"count": 50}``.
 
     Raises
@@ -151,6 +70,7 @@ class Scenario(BaseModel):
     sensing: Sensing = Sensing()
     radio: Radio = Field(default_factory=Radio)  # not a default in the schema: it depends on sensing
     decision: Decision = Decision()
+    faults: Faults = Faults()
     run: Run = Run()
 
     if TYPE_CHECKING:  # pydantic takes a table for a section, which its derived signature doesn't say
@@ -165,6 +85,7 @@ class Scenario(BaseModel):
             sensing: Sensing | Mapping[str, Any] = ...,
             radio: Radio | Mapping[str, Any] = ...,
             decision: Decision | Mapping[str, Any] = ...,
+            faults: Faults | Mapping[str, Any] = ...,
             run: Run | Mapping[str, Any] = ...,
         ) -> None: ...
 
@@ -178,26 +99,43 @@ class Scenario(BaseModel):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "see `feasibee scenario`")]
             )
+        given, places, problems = _with_points(given)
         try:
             scenario = handler(given)
         except ValidationError as error:
-            problems = [_problem(details) for details in error.errors()]
-            wrong = {problem.path for problem in problems}
-        else:
-            problems, wrong = [], set()
-        problems += _conflicts(_explicit(given), wrong)
+            problems += [_problem(details) for details in error.errors()]
+        problems += conflicts(_explicit(given), given, places, {problem.path for problem in problems})
         if problems:
             raise ScenarioError(problems)
-        if scenario.radio.range is None:
-            radio = Radio.model_construct(_fields_set=set(), range=scenario.sensing.range)
-            scenario.__dict__["radio"] = radio
+        scenario._resolve()
         return scenario
+
+    def _resolve(self) -> None:
+        """Fill in what follows from other fields, without marking it as set."""
+        if self.radio.range is None:
+            self._put("radio", range=self.sensing.range)
+        for name in ("robots", "tasks"):
+            section = getattr(self, name)
+            if section.classes:
+                self._put(name, count=sum(each.count for each in section.classes))
+            elif section.placement == "points":
+                self._put(name, count=len(section.points))
+
+    def _put(self, name: str, **values: Any) -> None:
+        section = getattr(self, name)
+        changed = section.model_construct(_fields_set=section.model_fields_set, **{**dict(section), **values})
+        self.__dict__[name] = changed
 
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
         """Read a scenario from TOML text; ``source`` names it in errors."""
         try:
-            return cls.model_validate(tomllib.loads(text))
+            tables = tomllib.loads(text)
+            for name in ("robots", "tasks"):  # a file of points is named from the scenario's folder
+                table = tables.get(name)
+                if source and isinstance(table, dict) and isinstance(table.get("points"), str):
+                    table["points"] = str(Path(source).parent / table["points"])
+            return cls.model_validate(tables)
         except ScenarioError as error:
             raise ScenarioError(error.problems, source) from None
         except (ValueError, RecursionError) as error:
@@ -233,7 +171,13 @@ class Scenario(BaseModel):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the complete form as plain tables."""
-        return self.model_dump()
+        tables = self.model_dump()
+        for name in ("robots", "tasks"):
+            table = tables[name]
+            del table["count" if table["classes"] else "classes"]
+            if not table["points"]:
+                del table["points"]
+        return tables
 
     def to_toml(self) -> str:
         """Return the complete form as TOML; reading it gives an equal scenario."""
@@ -260,6 +204,27 @@ def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dic
     return changed, problems
 
 
+def _with_points(
+    given: Mapping[str, Any],
+) -> tuple[dict[str, Any], dict[str, list[str]], list[Problem]]:
+    """Read the files of points, so that the complete form holds the points themselves.
+
+    Returns the tables, where each point of a section stands, and the problems.
+    """
+    tables, places, problems = dict(given), {}, []
+    for name, section in (("robots", Robots), ("tasks", Tasks)):
+        table = tables.get(name)
+        if isinstance(table, section):
+            table = table.model_dump(exclude_unset=True)
+        if isinstance(table, Mapping) and isinstance(table.get("points"), str):
+            points, places[name], found = read_points(table["points"], f"{name}.points")
+            problems += found
+            table = {**table, "points": points}
+        if table is not None:
+            tables[name] = table
+    return tables, places, problems
+
+
 def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the raw values laid over the defaults, for the rules about several fields."""
     explicit: dict[str, dict[str, Any]] = {}
@@ -273,29 +238,12 @@ def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         }
     if explicit["radio"]["range"] is None:
         explicit["radio"]["range"] = explicit["sensing"]["range"]
+    for name in ("robots", "tasks"):
+        given_table = given.get(name)
+        counted = isinstance(given_table, Mapping) and "count" in given_table
+        if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
+            explicit[name]["count"] = len(explicit[name]["points"])
     return explicit
-
-
-def _conflicts(explicit: dict[str, dict[str, Any]], wrong: set[str]) -> Iterator[Problem]:
-    """Find values that are fine alone but not together, leaving out those that are wrong by themselves."""
-
-    def unfit(*paths: str) -> bool:
-        return any(path in wrong or path.split(".")[0] in wrong for path in paths)
-
-    side = explicit["arena"]["side"]
-    for path in ("sensing.range", "radio.range"):
-        section = path.split(".")[0]
-        value = explicit[section]["range"]
-        implied = path == "radio.range" and value == explicit["sensing"]["range"]
-        if not unfit(path, "arena.side") and not implied and value > side / 2:
-            rule = f"must be at most half the side of the torus, {side / 2:g} units"
-            yield Problem(path, value, rule, "a larger range would reach round the torus: enlarge arena.side")
-    speed = explicit["robots"]["speed"]
-    if not unfit("robots.speed", "arena.side") and speed > side / 2:
-        rule = f"must be at most half the side of the torus a step, {side / 2:g} units"
-        yield Problem(
-            "robots.speed", speed, rule, "a faster robot would seem to go backwards: enlarge arena.side"
-        )
 
 
 def _problem(details: ErrorDetails) -> Problem:
@@ -325,6 +273,9 @@ _WORDS = {
     "a valid integer": "a whole number",
     "a valid boolean": "true or false",
     "a valid ": "a ",
+    "Dictionary should have at least 1 item after validation": "must name a skill",
+    "Tuple should have at most": "must be at most",
+    "items after validation": "classes",
 }
 
 

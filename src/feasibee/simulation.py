@@ -117,7 +117,7 @@ def simulate_record(
         return reference.simulate(scenario, runs, seed, first_run, curves)
     if backend != "engine":
         raise FeasibeeError(f"backend = {backend!r}: must be 'engine' or 'reference'")
-    load_engine()
+    load_engine(scenario)
     from feasibee.engine import runner
 
     record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
@@ -125,19 +125,21 @@ def simulate_record(
     return record
 
 
-def load_engine() -> None:
-    """Load the compiled engine; the first time on a machine, say that it takes a while."""
+def load_engine(scenario: Scenario) -> None:
+    """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
     from feasibee.engine.compile import is_compiled
+    from feasibee.engine.translation import is_paper
 
-    if not is_compiled():
+    beyond = not is_paper(scenario)
+    if not is_compiled("advance_beyond" if beyond else "advance_paper"):
         print(
-            "feasibee: compiling the engine, once for this machine; 10 to 20 s ...",
+            "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
             file=sys.stderr,
             flush=True,
         )
-    from feasibee.engine import runner
+    from feasibee.engine.runner import engine_functions
 
-    runner.strategy_functions("dmmd")
+    engine_functions(scenario)
 
 
 def processors() -> int:

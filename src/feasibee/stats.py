@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from feasibee.vocabulary import DECISIONS
+from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE
 
 CONFIDENCE = 0.95
 
@@ -134,3 +134,20 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
         counts = np.take_along_axis(counts, held, axis=1)
     quartiles: NDArray[np.float64] = np.quantile(counts, (0.25, 0.5, 0.75), axis=0) * (100.0 / robots)
     return quartiles
+
+
+def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE) -> Interval:
+    """Return the share of the runs that decided as the truth, with its Wilson interval.
+
+    Parameters
+    ----------
+    decision : array of int, shape (runs,)
+        1 feasible, 0 infeasible, -1 undecided, which is never right.
+    feasible : bool
+        The truth.
+    confidence : float
+        Between 0 and 1.
+    """
+    values = np.asarray(decision)
+    right = values == (FEASIBLE if feasible else INFEASIBLE)
+    return wilson(int(right.sum()), values.size, confidence)

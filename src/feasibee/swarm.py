@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, load_engine
-from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 
 
 class Swarm:
@@ -37,21 +37,22 @@ class Swarm:
 
     def __init__(self, scenario: Scenario | None = None, seed: int = 0, run: int = 0) -> None:
         _, seed, run = check_numbers(1, seed, run)
-        load_engine()
-        from feasibee.engine import batch, layout, runner
-
         self.scenario = Scenario() if scenario is None else scenario
+        load_engine(self.scenario)
+        from feasibee.engine import layout, runner, translation
+
         self._run = run
-        self._engine = batch
         self._layout = layout
-        self._params = layout.params_of(self.scenario, seed)._replace(stop_at_decision=False)
-        self._functions = runner.strategy_functions(self.scenario.decision.strategy)
+        self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
+        self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
+        self._kinds = translation.kinds_of(self.scenario, self._params)
+        self._unit = float(translation.unit_of(self.scenario))
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
         self._slots = slots
-        self._state = self._layout.empty_state(self._params, slots)
-        self._engine.start(self._params, self._state, self._run)
+        self._state = self._layout.empty_state(self._params, self._kinds, slots)
+        self._start(self._params, self._state, self._run)
 
     def advance(self, steps: int = 1) -> None:
         """Let some steps pass."""
@@ -59,7 +60,7 @@ class Swarm:
         record = Record.empty(self._run, 1, 0)
         unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
         while self.step < until:
-            self._engine.advance(
+            self._advance(
                 self._params,
                 self._state,
                 until,
@@ -67,7 +68,7 @@ class Swarm:
                 record.decision_step,
                 record.feasible_count[0],
                 *unwatched,
-                *self._functions,
+                *self._strategy,
             )
             if self._state.clock[self._layout.FULL]:
                 self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
@@ -81,22 +82,24 @@ class Swarm:
     def positions(self) -> NDArray[np.float64]:
         """Where the robots are: float64, shape (robots, 2), in units, from 0 to the side."""
         count = self.scenario.robots.count
-        return self._in_units(self._state.x[:count], self._state.y[:count])
+        return self._in_units(
+            self._state.robots[self._layout.X, :count], self._state.robots[self._layout.Y, :count]
+        )
 
     @property
     def tasks(self) -> NDArray[np.float64]:
         """Where the tasks are: float64, shape (tasks, 2), in units."""
-        return self._in_units(self._state.task_x, self._state.task_y)
+        return self._in_units(self._state.tasks[self._layout.X], self._state.tasks[self._layout.Y])
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible."""
-        return self._members(self._state.opinions)
+        return self._members(self._state.sets[self._layout.OPINIONS])
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
         """Which robots broadcast their opinion: bool, shape (robots,); the others explore."""
-        return self._members(self._state.disseminating).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.DISSEMINATING]).astype(np.bool_)
 
     @property
     def feasible_count(self) -> int:
@@ -105,16 +108,24 @@ class Swarm:
 
     @property
     def decision(self) -> int:
-        """What the swarm agrees on at this step: 1 feasible, 0 infeasible, -1 nothing."""
-        if self.feasible_count >= self._params.quorum:
+        """What the counted robots agree on at this step: 1 feasible, 0 infeasible, -1 nothing."""
+        counted = int(self.counted.sum())
+        needed = exact(self.scenario.decision.threshold) * counted
+        if self.feasible_count > needed:
             return FEASIBLE
-        if self.scenario.robots.count - self.feasible_count >= self._params.quorum:
+        if counted - self.feasible_count > needed:
             return INFEASIBLE
         return UNDECIDED
 
+    @property
+    def counted(self) -> NDArray[np.bool_]:
+        """Which robots the decision is taken over: bool, shape (robots,); honest, and still working."""
+        return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
+
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:
-        fractions = np.stack([x, y], axis=1).astype(np.uint32) / 2.0**32
-        return fractions * self.scenario.arena.side
+        fixed = np.stack([x, y], axis=1).astype(np.uint32).astype(np.float64)
+        places: NDArray[np.float64] = fixed * self._unit
+        return places
 
     def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:
         bits = (words[:, None] >> np.arange(32, dtype=np.uint32)) & np.uint32(1)

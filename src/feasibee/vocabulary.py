@@ -24,13 +24,50 @@ PLACE_TASK: Final = 1  # words 0, 1: x, y
 FIRST_OPINION: Final = 2  # word 0: its top bit
 WALK: Final = 3  # word 0: heading; word 1: duration
 PHASE: Final = 4  # word 0: duration
-PURPOSES: Final = {
-    "PLACE_ROBOT": PLACE_ROBOT,
-    "PLACE_TASK": PLACE_TASK,
-    "FIRST_OPINION": FIRST_OPINION,
-    "WALK": WALK,
-    "PHASE": PHASE,
-}
+CENTRE_ROBOT: Final = 5  # words 0, 1: x, y of a cluster's centre
+CENTRE_TASK: Final = 6
+CLUSTER_ROBOT: Final = 7  # word 0: which cluster
+CLUSTER_TASK: Final = 8
+SCATTER_ROBOT: Final = 9  # all words: an offset from a centre, twelve for x and twelve for y
+SCATTER_TASK: Final = 10
+SITE: Final = 11  # word 0: a shuffle of the robots over a lattice
+FAULT: Final = 12  # word 0: a shuffle that says which robots are faulty
+MISS_ROBOT: Final = 13  # word 0; of (observer, thing)
+MISS_TASK: Final = 14
+FALSE_ROBOT: Final = 15  # word 0: how many are seen falsely
+FALSE_TASK: Final = 16
+FALSE_ROBOT_CLASS: Final = 17  # word 0; of (observer, number of the sighting)
+FALSE_TASK_CLASS: Final = 18
+LOSS: Final = 19  # word 0; of (receiver, sender)
+LIE: Final = 20  # word 0: its top bit is what a random liar says
+PURPOSES: Final = (
+    "PLACE_ROBOT",
+    "PLACE_TASK",
+    "FIRST_OPINION",
+    "WALK",
+    "PHASE",
+    "CENTRE_ROBOT",
+    "CENTRE_TASK",
+    "CLUSTER_ROBOT",
+    "CLUSTER_TASK",
+    "SCATTER_ROBOT",
+    "SCATTER_TASK",
+    "SITE",
+    "FAULT",
+    "MISS_ROBOT",
+    "MISS_TASK",
+    "FALSE_ROBOT",
+    "FALSE_TASK",
+    "FALSE_ROBOT_CLASS",
+    "FALSE_TASK_CLASS",
+    "LOSS",
+    "LIE",
+)
+PAIR: Final = 256
+"""A draw about a pair has purpose + PAIR * (number of the second): the fourth word tells both."""
+
+ATTEMPTS: Final = 256
+"""How often a place is drawn before a thing is put where there is room for sure."""
 
 SEED_LIMIT: Final = 2**64
 RUN_LIMIT: Final = 2**32

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from numba import boolean, float64, int8, int32, int64, typeof, types
 
 from feasibee.engine import step
 from feasibee.engine.compile import entry, kernel
-from feasibee.engine.layout import FEASIBLE_COUNT, FULL, STEP, empty_state, params_of
+from feasibee.engine.layout import FEASIBLE_COUNT, FULL, STEP, empty_state
+from feasibee.engine.translation import kinds_of, params_of
 from feasibee.scenario import Scenario
 from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
 
@@ -16,15 +19,12 @@ DECIDE = int64(int64, int64, int64)
 
 _params = params_of(Scenario(), 0)
 PARAMS = typeof(_params)
-STATE = typeof(empty_state(_params, 2))
+STATE = typeof(empty_state(_params, kinds_of(Scenario(), _params), 2))
 DECISIONS, STEPS, CURVES, DONE, CANCEL = int8[::1], int32[::1], int32[:, ::1], int64[::1], boolean[::1]
 STRATEGY = (types.FunctionType(QUALITY), types.FunctionType(DISSEMINATION), types.FunctionType(DECIDE))
 
-
-@entry(types.void(PARAMS, STATE, int64))
-def start(params, state, run):
-    """Put the swarm of a run at step 0."""
-    step.start(params, state, run)
+START = types.void(PARAMS, STATE, int64)
+ADVANCE = types.void(PARAMS, STATE, int64, DECISIONS, STEPS, STEPS, DONE, CANCEL, *STRATEGY)
 
 
 @kernel
@@ -34,16 +34,30 @@ def note(params, state, decision, decision_step, curve):
     if curve.size > 0:
         curve[state.clock[STEP]] = feasible
     if decision[0] == UNDECIDED:
-        if feasible >= params.quorum:
+        counted = params.robots - params.byzantine
+        quorum = params.quorum
+        if params.stopped > 0 and state.clock[STEP] >= params.stop_step:
+            counted -= params.stopped
+            quorum = params.quorum_stopped
+        if feasible >= quorum:
             decision[0] = FEASIBLE
             decision_step[0] = state.clock[STEP]
-        elif params.robots - feasible >= params.quorum:
+        elif counted - feasible >= quorum:
             decision[0] = INFEASIBLE
             decision_step[0] = state.clock[STEP]
 
 
-@entry(types.void(PARAMS, STATE, int64, DECISIONS, STEPS, STEPS, DONE, CANCEL, *STRATEGY))
-def advance(
+def start_paper(params, state, run):
+    """Put the swarm of a run at step 0."""
+    step.start_paper(params, state, run)
+
+
+def start_beyond(params, state, run):
+    """Put the swarm of a run at step 0, with what is beyond the paper."""
+    step.start_beyond(params, state, run)
+
+
+def advance_paper(
     params, state, until, decision, decision_step, curve, done, cancel, quality, dissemination, decide
 ):
     """Play one run on, up to a step or to its end.
@@ -53,19 +67,61 @@ def advance(
     """
     if state.clock[STEP] == 0:
         note(params, state, decision, decision_step, curve)
-    while state.clock[STEP] < until:
-        if params.stop_at_decision and decision[0] != UNDECIDED:
-            break
-        step.advance(params, state, quality, dissemination, decide)
+    while goes_on(params, state, until, decision, cancel):
+        step.advance_paper(params, state, quality, dissemination, decide)
         note(params, state, decision, decision_step, curve)
         done[0] += 1
-        if state.clock[FULL] or cancel[0]:
-            break
 
 
-@entry(int64(PARAMS, STATE, int64, DECISIONS, STEPS, CURVES, DONE, CANCEL, *STRATEGY))
+def advance_beyond(
+    params, state, until, decision, decision_step, curve, done, cancel, quality, dissemination, decide
+):
+    """Do the same with what is beyond the paper."""
+    if state.clock[STEP] == 0:
+        note(params, state, decision, decision_step, curve)
+    while goes_on(params, state, until, decision, cancel):
+        step.advance_beyond(params, state, quality, dissemination, decide)
+        note(params, state, decision, decision_step, curve)
+        done[0] += 1
+
+
+@kernel
+def goes_on(params, state, until, decision, cancel):
+    """Tell whether a run has a next step."""
+    if state.clock[STEP] >= until or state.clock[FULL] or cancel[0]:
+        return False
+    return not (params.stop_at_decision and decision[0] != UNDECIDED)
+
+
+@entry(
+    int64(
+        PARAMS,
+        STATE,
+        int64,
+        DECISIONS,
+        STEPS,
+        CURVES,
+        DONE,
+        CANCEL,
+        types.FunctionType(START),
+        types.FunctionType(ADVANCE),
+        *STRATEGY,
+    )
+)
 def play(
-    params, state, first_run, decisions, decision_steps, curves, done, cancel, quality, dissemination, decide
+    params,
+    state,
+    first_run,
+    decisions,
+    decision_steps,
+    curves,
+    done,
+    cancel,
+    start,
+    advance,
+    quality,
+    dissemination,
+    decide,
 ):
     """Play the runs from ``first_run`` on, one for each place of ``decisions``; return how many are whole.
 
@@ -92,3 +148,11 @@ def play(
         if state.clock[FULL] or cancel[0]:
             return r
     return decisions.size
+
+
+@cache
+def world_functions(beyond):
+    """Compile how a run starts and goes on, for the paper's world or for any."""
+    if beyond:
+        return entry(START)(start_beyond), entry(ADVANCE)(advance_beyond)
+    return entry(START)(start_paper), entry(ADVANCE)(advance_paper)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.compile import kernel
+from feasibee.engine.layout import LABEL, X, Y
 
 
 @kernel
@@ -27,6 +28,36 @@ def within(xs, ys, first, x, y, limit):
         dy = int64(int32(ys[point] - y))
         near |= uint32((uint32(1) << uint32(j)) if uint64(dx * dx + dy * dy) < limit else uint32(0))
     return near
+
+
+@kernel
+def within_wrapping(grid, xs, ys, first, x, y, limit):
+    """Do the same on a torus whose sides differ, so that 32 bits don't wrap by themselves."""
+    near = uint32(0)
+    for j in range(32):
+        point = uint64(uint64(first) + uint64(j))
+        dx = shortest(int64(uint32(xs[point])) - int64(uint32(x)), grid.width)
+        dy = shortest(int64(uint32(ys[point])) - int64(uint32(y)), grid.height)
+        near |= uint32((uint32(1) << uint32(j)) if uint64(dx * dx + dy * dy) < limit else uint32(0))
+    return near
+
+
+@kernel
+def shortest(difference, side):
+    """Return a difference on a torus the short way round."""
+    if 2 * difference >= side:
+        difference -= side
+    if 2 * difference < -side:
+        difference += side
+    return difference
+
+
+@kernel
+def near(params, xs, ys, first, x, y, limit):
+    """Return which of the 32 points from ``first`` on are near a place, on any arena."""
+    if params.wraps:
+        return within(xs, ys, first, x, y, limit)
+    return within_wrapping(params.robot_grid, xs, ys, first, x, y, limit)
 
 
 @kernel
@@ -52,21 +83,21 @@ def first_bits(count):
 
 
 @kernel
-def cell_of(coordinate, bits):
-    """Return the column of an x or the row of a y."""
-    return int64(uint64(uint32(coordinate)) >> uint64(32 - bits))
+def cell_of(coordinate, scale):
+    """Return the column of an x or the row of a y, by the scale of that axis."""
+    return int64((uint64(uint32(coordinate)) * scale) >> uint64(52))
 
 
 @kernel
-def fill(cells, bits, xs, ys, labels, count):
+def fill(cells, grid, xs, ys, labels, count):
     """Sort points and their labels into the cells of all strips: count, add up, place."""
-    side = 1 << bits
+    side = 1 << grid.bits
     start = cells.start
     for cell in range(side * (side + 1) + 2):
         start[cell] = 0
     for i in range(count):
-        column = cell_of(xs[i], bits)
-        row = cell_of(ys[i], bits)
+        column = cell_of(xs[i], grid.scale_x)
+        row = cell_of(ys[i], grid.scale_y)
         upper = row * (side + 1) + column
         lower = ((row - 1) & (side - 1)) * (side + 1) + column
         start[upper + 2] += 1
@@ -79,8 +110,8 @@ def fill(cells, bits, xs, ys, labels, count):
     for cell in range(side * (side + 1)):
         start[cell + 2] += start[cell + 1]
     for i in range(count):
-        column = cell_of(xs[i], bits)
-        row = cell_of(ys[i], bits)
+        column = cell_of(xs[i], grid.scale_x)
+        row = cell_of(ys[i], grid.scale_y)
         upper = row * (side + 1) + column
         lower = ((row - 1) & (side - 1)) * (side + 1) + column
         place(cells, upper, xs[i], ys[i], labels[i])
@@ -97,27 +128,37 @@ def place(cells, cell, x, y, label):
     """Append a point to its cell."""
     slot = cells.start[cell + 1]
     cells.start[cell + 1] = slot + 1
-    cells.x[slot] = x
-    cells.y[slot] = y
-    cells.label[slot] = label
+    cells.points[X, slot] = x
+    cells.points[Y, slot] = y
+    cells.points[LABEL, slot] = label
 
 
 @kernel
-def block(cells, bits, x, y):
-    """Return first and last place (the last excluded) of the points in the block nearest to a point."""
-    side = 1 << bits
-    half = int64(1) << int64(31 - bits)
-    cell = cell_of(y - half, bits) * (side + 1) + cell_of(x - half, bits)
+def block(cells, grid, x, y):
+    """Return first and last place (the last excluded) of the points in the block nearest to a place."""
+    side = 1 << grid.bits
+    left = int64(uint32(x)) - (grid.width >> (grid.bits + 1))
+    low = int64(uint32(y)) - (grid.height >> (grid.bits + 1))
+    if left < 0:
+        left += grid.width
+    if low < 0:
+        low += grid.height
+    cell = cell_of(low, grid.scale_y) * (side + 1) + cell_of(left, grid.scale_x)
     return cells.start[cell], cells.start[cell + min(2, side)]
 
 
 @kernel
-def count_within(cells, bits, x, y, limit):
+def count_within(params, cells, grid, x, y, limit):
     """Return how many points lie within the limit of a place."""
-    first, last = block(cells, bits, x, y)
+    first, last = block(cells, grid, x, y)
+    xs, ys = cells.points[X], cells.points[Y]
     total = 0
-    while first < last:
-        near = within(cells.x, cells.y, first, x, y, limit) & first_bits(last - first)
-        total += popcount(near)
-        first += 32
+    if params.wraps:
+        while first < last:
+            total += popcount(within(xs, ys, first, x, y, limit) & first_bits(last - first))
+            first += 32
+    else:
+        while first < last:
+            total += popcount(within_wrapping(grid, xs, ys, first, x, y, limit) & first_bits(last - first))
+            first += 32
     return total

@@ -22,8 +22,14 @@ OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that only other kernels call; it lives inside their compiled code."""
+    """Compile a function that kernels call; inlined, since passing the state costs more than most do."""
     compiled: Callable[..., Any] = numba.njit(forceinline=True, **OPTIONS)(function)
+    return compiled
+
+
+def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner."""
+    compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
     return compiled
 
 
@@ -62,6 +68,6 @@ def cache_folder() -> Path:
     return cache_root() / digest.hexdigest()[:16]
 
 
-def is_compiled() -> bool:
-    """Tell whether the compiled code of these very sources is on disk already."""
-    return any(cache_folder().glob("**/*.nbc"))
+def is_compiled(name: str) -> bool:
+    """Tell whether the compiled code of an entry, from these very sources, is on disk already."""
+    return any(cache_folder().glob(f"**/*.{name}-*.nbc"))

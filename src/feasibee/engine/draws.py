@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 
-from numba import float64, int32, uint32, uint64
+from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.compile import kernel
+from feasibee.engine.compile import kernel, subroutine
 
 
-@kernel
+@subroutine
 def philox(counter0, counter1, counter2, counter3, key0, key1):
     """Return the four 32-bit words of Philox4x32-10 (Salmon et al., section 4.3)."""
     c0, c1, c2, c3 = uint32(counter0), uint32(counter1), uint32(counter2), uint32(counter3)
@@ -37,14 +37,14 @@ def philox(counter0, counter1, counter2, counter3, key0, key1):
     return c0, c1, c2, c3
 
 
-@kernel
+@subroutine
 def duration(word, mean):
     """Return max(1, ceil(x)) for the exponential x = -mean log u, u = (word + 1) / 2**32 (model.md 3.4)."""
     length = -mean * math.log((float64(word) + 1.0) * (1.0 / 4294967296.0))
     return int32(max(1.0, math.ceil(length)))
 
 
-@kernel
+@subroutine
 def direction(word):
     """Return cosine and sine of the angle 2 pi word / 2**32.
 
@@ -80,3 +80,38 @@ def direction(word):
     if quarter == 2:
         return -cosine, -sine
     return sine, -cosine
+
+
+@kernel
+def draw(params, run, robot, counter, purpose):
+    """Return the first word of a coordinate."""
+    return philox(counter, robot, run, purpose, params.seed_low, params.seed_high)[0]
+
+
+@kernel
+def choose(word, count):
+    """Return a number below ``count``, each as likely as the others."""
+    return int64((uint64(word) * uint64(count)) >> uint64(32))
+
+
+@subroutine
+def poisson(word, mean):
+    """Return a Poisson number by going up its distribution function."""
+    number = 0
+    probability = math.exp(-mean)
+    below = probability
+    while float64(word) >= below * 4294967296.0 and number < 200:
+        number += 1
+        probability = probability * mean / number
+        below = below + probability
+    return number
+
+
+@subroutine
+def shuffle(params, run, order, count, purpose):
+    """Put 0 to ``count`` - 1 into random order (Fisher and Yates)."""
+    for k in range(count):
+        order[k] = k
+    for k in range(count):
+        other = k + choose(draw(params, run, 0, k, purpose), count - k)
+        order[k], order[other] = order[other], order[k]

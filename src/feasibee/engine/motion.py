@@ -1,4 +1,4 @@
-"""How robots move: straight runs of exponential duration, headings uniform (model.md 2)."""
+"""How robots move: straight runs of exponential duration, headings uniform (model.md 2, 6.1, 6.2)."""
 
 from __future__ import annotations
 
@@ -6,39 +6,188 @@ import math
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import lowest
-from feasibee.engine.compile import kernel
+from feasibee.engine.cells import block, first_bits, lowest, near, shortest
+from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import direction, duration, philox
-from feasibee.engine.layout import RUN
+from feasibee.engine.layout import (
+    BLOCKED,
+    ENDING,
+    LABEL,
+    LABELS,
+    PHASE_LEFT,
+    RUN,
+    STEP_X,
+    STEP_Y,
+    TURNING,
+    WALK_LEFT,
+    WALKS,
+    WORKING,
+    X,
+    Y,
+)
 from feasibee.vocabulary import WALK
 
 
 @kernel
-def move(state):
-    """Move all robots one step and note whose heading and whose phase end with it (model.md 3.1, 3.3)."""
-    for w in range(state.opinions.size):
+def move_freely(state):
+    """Move all robots one step round a square torus, through each other (model.md 3.1)."""
+    xs, ys = state.robots[X], state.robots[Y]
+    steps_x, steps_y = state.robots[STEP_X], state.robots[STEP_Y]
+    for w in range(state.sets.shape[1]):
+        base = uint64(32 * w)
+        for j in range(32):
+            i = uint64(base + j)
+            xs[i] += steps_x[i]
+            ys[i] += steps_y[i]
+
+
+@kernel
+def tick(state):
+    """Let the timers advance; note whose heading and whose phase end with this step (model.md 3.3)."""
+    walks_left, phases_left = state.robots[WALK_LEFT], state.robots[PHASE_LEFT]
+    for w in range(state.sets.shape[1]):
         turning = uint32(0)
         ending = uint32(0)
         base = uint64(32 * w)
         for j in range(32):
             i = uint64(base + j)
-            state.x[i] += state.step_x[i]
-            state.y[i] += state.step_y[i]
-            walk_left = int32(state.walk_left[i] - int32(1))
-            phase_left = int32(state.phase_left[i] - int32(1))
-            state.walk_left[i] = walk_left
-            state.phase_left[i] = phase_left
+            walk_left = int32(walks_left[i] - int32(1))
+            phase_left = int32(phases_left[i] - int32(1))
+            walks_left[i] = walk_left
+            phases_left[i] = phase_left
             turning |= uint32((uint32(1) << uint32(j)) if walk_left == int32(0) else uint32(0))
             ending |= uint32((uint32(1) << uint32(j)) if phase_left == int32(0) else uint32(0))
-        state.turning[w] = turning
-        state.ending[w] = ending
+        state.sets[TURNING, w] = turning | state.sets[BLOCKED, w]
+        state.sets[ENDING, w] = ending
+
+
+@subroutine
+def move_where_clear(params, state):
+    """Move each robot whose way is clear; the others are blocked, stay, and will turn (model.md 6.2)."""
+    for w in range(state.sets.shape[1]):
+        blocked = uint32(0)
+        left = state.sets[WORKING, w]
+        while left:
+            j = lowest(left)
+            if not is_clear(params, state, int64(32 * w + j)):
+                blocked |= uint32(uint32(1) << uint32(j))
+            left = uint32(left & uint32(left - uint32(1)))
+        state.sets[BLOCKED, w] = blocked
+    for w in range(state.sets.shape[1]):
+        left = uint32(state.sets[WORKING, w] & ~state.sets[BLOCKED, w])
+        while left:
+            i = int64(32 * w + lowest(left))
+            x, y = destination(params, state, i)
+            state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+            left = uint32(left & uint32(left - uint32(1)))
+
+
+@kernel
+def destination(params, state, i):
+    """Return where a robot's step leads: round the torus, or maybe beyond a wall."""
+    x = int64(uint32(state.robots[X, i])) + int64(state.robots[STEP_X, i])
+    y = int64(uint32(state.robots[Y, i])) + int64(state.robots[STEP_Y, i])
+    if not params.walls:
+        x, y = around(x, params.width), around(y, params.height)
+    return x, y
+
+
+@kernel
+def around(coordinate, side):
+    """Return a coordinate that is off by less than a side brought back onto the torus."""
+    if coordinate < 0:
+        coordinate += side
+    if coordinate >= side:
+        coordinate -= side
+    return coordinate
+
+
+@kernel
+def is_clear(params, state, i):
+    """Tell whether a robot's disc keeps clear of the walls, and of all others whether they move or stay."""
+    if params.walls:
+        x, y = destination(params, state, i)
+        margin = params.radius
+        if x < margin or y < margin or x > params.width - margin or y > params.height - margin:
+            return False
+    if not params.avoid_collisions:
+        return True
+    if params.together:
+        return is_clear_of(
+            params, state, i, state.robots[X], state.robots[Y], state.robots[LABELS], 0, params.robots
+        )
+    cells = state.robot_cells
+    first, last = block(cells, params.robot_grid, state.robots[X, i], state.robots[Y, i])
+    return is_clear_of(params, state, i, cells.points[X], cells.points[Y], cells.points[LABEL], first, last)
+
+
+@subroutine
+def is_clear_of(params, state, i, xs, ys, labels, first, last):
+    """Tell whether a robot meets none of those listed, whose places are those before the step."""
+    while first < last:
+        close = near(
+            params, xs, ys, first, state.robots[X, i], state.robots[Y, i], params.meet_limit
+        ) & first_bits(last - first)
+        while close:
+            other = int64(labels[first + lowest(close)] >> int32(2))
+            if other != i and collide(params, state, i, other):
+                return False
+            close = uint32(close & uint32(close - uint32(1)))
+        first += 32
+    return True
+
+
+@kernel
+def collide(params, state, i, other):
+    """Tell whether a robot that moves meets another that moves too, or that stays."""
+    way_x = int64(uint32(state.robots[X, other])) - int64(uint32(state.robots[X, i]))
+    way_y = int64(uint32(state.robots[Y, other])) - int64(uint32(state.robots[Y, i]))
+    if not params.walls:
+        way_x, way_y = shortest(way_x, params.width), shortest(way_y, params.height)
+    dx, dy = -int64(state.robots[STEP_X, i]), -int64(state.robots[STEP_Y, i])
+    works = uint32(state.sets[WORKING, other >> 5] >> uint32(other & 31)) & uint32(1)
+    if meet(params, way_x, way_y, dx, dy):
+        return True
+    return works and meet(
+        params, way_x, way_y, dx + int64(state.robots[STEP_X, other]), dy + int64(state.robots[STEP_Y, other])
+    )
+
+
+@subroutine
+def meet(params, way_x, way_y, dx, dy):
+    """Tell whether two discs overlap at some moment of a step, exactly.
+
+    ``way`` is the difference of their places at the start, ``d`` that of their steps.
+    """
+    along = way_x * dx + way_y * dy
+    length = dx * dx + dy * dy
+    if along >= 0:  # they part
+        return uint64(way_x * way_x + way_y * way_y) < params.apart_limit
+    if -along >= length:  # they come closer until the end
+        end_x, end_y = way_x + dx, way_y + dy
+        return uint64(end_x * end_x + end_y * end_y) < params.apart_limit
+    across = uint64(abs(way_x * dy - way_y * dx))  # they pass
+    high, low = product(across, across)
+    least_high, least_low = product(params.apart_limit, uint64(length))
+    return high < least_high or (high == least_high and low < least_low)
+
+
+@subroutine
+def product(a, b):
+    """Return the 128 bits of a product of two words of 64."""
+    mask = uint64(0xFFFFFFFF)
+    a0, a1, b0, b1 = a & mask, a >> uint64(32), b & mask, b >> uint64(32)
+    low = a0 * b0
+    middle = a1 * b0 + (low >> uint64(32))
+    other = a0 * b1 + (middle & mask)
+    return a1 * b1 + (middle >> uint64(32)) + (other >> uint64(32)), (other << uint64(32)) | (low & mask)
 
 
 @kernel
 def turn(params, state):
     """Give a new heading to each robot whose run has ended."""
-    for w in range(state.turning.size):
-        left = state.turning[w]
+    for w in range(state.sets.shape[1]):
+        left = state.sets[TURNING, w]
         while left:
             head(params, state, int64(32 * w + lowest(left)))
             left = uint32(left & uint32(left - uint32(1)))
@@ -47,9 +196,9 @@ def turn(params, state):
 @kernel
 def head(params, state, i):
     """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
-    words = philox(state.walks[i], i, state.clock[RUN], WALK, params.seed_low, params.seed_high)
-    state.walks[i] += uint32(1)
+    words = philox(state.robots[WALKS, i], i, state.clock[RUN], WALK, params.seed_low, params.seed_high)
+    state.robots[WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
-    state.step_x[i] = int32(int64(math.floor(params.reach * cosine + 0.5)))
-    state.step_y[i] = int32(int64(math.floor(params.reach * sine + 0.5)))
-    state.walk_left[i] = duration(words[1], params.mean_run)
+    state.robots[STEP_X, i] = int32(int64(math.floor(params.reach * cosine + 0.5)))
+    state.robots[STEP_Y, i] = int32(int64(math.floor(params.reach * sine + 0.5)))
+    state.robots[WALK_LEFT, i] = duration(words[1], params.mean_run)

@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.engine import batch
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Params, empty_state, params_of
+from feasibee.engine.layout import Kinds, Params, empty_state
+from feasibee.engine.translation import is_paper, kinds_of, params_of
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.strategies import STRATEGIES
@@ -22,8 +24,16 @@ FIRST_SLOTS = 64
 POLL = 0.1  # seconds between two looks at the progress
 
 
+Functions = tuple[Callable[..., Any], ...]
+
+
+def engine_functions(scenario: Scenario) -> Functions:
+    """Compile what a scenario takes: how a run starts, how it goes on, and its strategy."""
+    return (*batch.world_functions(not is_paper(scenario)), *strategy_functions(scenario.decision.strategy))
+
+
 @cache
-def strategy_functions(name: str) -> tuple[Callable[..., float], Callable[..., float], Callable[..., int]]:
+def strategy_functions(name: str) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
     strategy = STRATEGIES[name]
     return (
@@ -59,14 +69,15 @@ def simulate(
         Called now and then with the share of the work done, 0 to 1.
     """
     params = params_of(scenario, seed)
-    functions = strategy_functions(scenario.decision.strategy)
+    kinds = kinds_of(scenario, params)
+    functions = engine_functions(scenario)
     parts = list(_parts(record, chunk or _chunk_length(params, record.runs, threads)))
     done = np.zeros((len(parts), 1), np.int64)
     cancel = np.zeros(1, np.bool_)
     slots = [FIRST_SLOTS]
     with ThreadPoolExecutor(threads) as pool:
         futures = [
-            pool.submit(_play, params, part, functions, done[row], cancel, slots)
+            pool.submit(_play, params, kinds, part, functions, done[row], cancel, slots)
             for row, part in enumerate(parts)
         ]
         try:
@@ -113,8 +124,9 @@ def _chunk_length(params: Params, runs: int, threads: int) -> int:
 
 def _play(
     params: Params,
+    kinds: Kinds,
     record: Record,
-    functions: tuple[Callable[..., float], Callable[..., float], Callable[..., int]],
+    functions: Functions,
     done: NDArray[np.int64],
     cancel: NDArray[np.bool_],
     slots: list[int],
@@ -128,7 +140,7 @@ def _play(
         rest = record.part(whole, record.runs)
         whole += batch.play(
             params,
-            empty_state(params, slots[0]),
+            empty_state(params, kinds, slots[0]),
             rest.first_run,
             rest.decision,
             rest.decision_step,

@@ -1,0 +1,147 @@
+"""Where robots and tasks stand at the start (model.md 1.2, 1.3, 6.4)."""
+
+from __future__ import annotations
+
+from numba import int32, int64, uint32
+
+from feasibee.engine.cells import first_bits, near
+from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.draws import choose, draw, philox, shuffle
+from feasibee.engine.layout import CORNER, ORDER, POINTS, RUN, UNIFORM, X, Y
+from feasibee.vocabulary import (
+    ATTEMPTS,
+    CENTRE_ROBOT,
+    CENTRE_TASK,
+    CLUSTER_ROBOT,
+    CLUSTER_TASK,
+    PLACE_ROBOT,
+    PLACE_TASK,
+    SCATTER_ROBOT,
+    SCATTER_TASK,
+    SITE,
+)
+
+
+@subroutine
+def scatter(params, state):
+    """Put robots and tasks anywhere, as in the paper."""
+    for i in range(params.tasks):
+        x, y = anywhere(params, params.task_placing, state.clock[RUN], i, 0, PLACE_TASK)
+        state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
+    for i in range(params.robots):
+        x, y = anywhere(params, params.robot_placing, state.clock[RUN], i, 0, PLACE_ROBOT)
+        state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+
+
+@subroutine
+def place_tasks(params, state):
+    """Put the tasks where they are."""
+    for i in range(params.tasks):
+        if params.task_placing.how == POINTS:
+            state.tasks[X, i], state.tasks[Y, i] = (
+                state.kinds.points[params.robots + i, 0],
+                state.kinds.points[params.robots + i, 1],
+            )
+        else:
+            purposes = (PLACE_TASK, CENTRE_TASK, CLUSTER_TASK, SCATTER_TASK)
+            x, y = candidate(params, params.task_placing, state.clock[RUN], i, 0, purposes)
+            state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
+
+
+@subroutine
+def place_robots(params, state):
+    """Put the robots where they start; apart if they avoid collisions, on a lattice if nothing else works."""
+    for i in range(params.robots):
+        if params.robot_placing.how == POINTS:
+            state.robots[X, i], state.robots[Y, i] = state.kinds.points[i, 0], state.kinds.points[i, 1]
+        elif not place_robot(params, state, i):
+            place_on_lattice(params, state)
+            return
+
+
+@subroutine
+def place_robot(params, state, i):
+    """Find a place for a robot that is apart from those before it; tell whether there was one."""
+    purposes = (PLACE_ROBOT, CENTRE_ROBOT, CLUSTER_ROBOT, SCATTER_ROBOT)
+    attempt = 0
+    while attempt < ATTEMPTS:
+        x, y = candidate(params, params.robot_placing, state.clock[RUN], i, attempt, purposes)
+        state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+        if not params.avoid_collisions or is_apart(params, state, i):
+            return True
+        attempt += 1
+    return False
+
+
+@kernel
+def is_apart(params, state, i):
+    """Tell whether a robot's disc overlaps none of those before it."""
+    first = 0
+    while first < i:
+        overlapping = near(
+            params,
+            state.robots[X],
+            state.robots[Y],
+            first,
+            state.robots[X, i],
+            state.robots[Y, i],
+            params.apart_limit,
+        )
+        if overlapping & first_bits(i - first):
+            return False
+        first += 32
+    return True
+
+
+@subroutine
+def candidate(params, placing, run, i, attempt, purposes):
+    """Return the place drawn for a thing at an attempt; one beyond a wall is brought back to it."""
+    uniform, centre, cluster, scatter = purposes
+    if placing.how == UNIFORM:
+        return anywhere(params, placing, run, i, attempt, uniform)
+    low = placing.margin if params.walls else 0
+    x, y = low, low
+    if placing.how != CORNER:
+        chosen = choose(draw(params, run, i, 0, cluster), placing.clusters)
+        x, y = anywhere(params, placing, run, chosen, 0, centre)
+    spread = placing.spread * (1 + attempt // 32)  # the more have failed, the wider
+    dx = normal(params, run, i, 6 * attempt, scatter, spread)
+    dy = normal(params, run, i, 6 * attempt + 3, scatter, spread)
+    if placing.how == CORNER:
+        dx, dy = abs(dx), abs(dy)
+    if params.walls:
+        x = min(max(x + dx, low), params.width - low)
+        y = min(max(y + dy, low), params.height - low)
+    else:
+        x, y = (x + dx) % params.width, (y + dy) % params.height
+    return x, y
+
+
+@subroutine
+def anywhere(params, placing, run, i, attempt, purpose):
+    """Return a uniform place."""
+    words = philox(attempt, i, run, purpose, params.seed_low, params.seed_high)
+    low = placing.margin if params.walls else 0
+    return low + choose(words[0], params.width - 2 * low), low + choose(words[1], params.height - 2 * low)
+
+
+@subroutine
+def normal(params, run, i, counter, purpose, scale):
+    """Return a normal deviation: the sum of the twelve words of three draws, less its mean, times a scale."""
+    total = int64(0)
+    for part in range(3):
+        words = philox(counter + part, i, run, purpose, params.seed_low, params.seed_high)
+        total += int64(words[0]) + int64(words[1]) + int64(words[2]) + int64(words[3])
+    return (((total - 6 * 4294967296) >> 8) * scale) >> 24
+
+
+@subroutine
+def place_on_lattice(params, state):
+    """Put the robots side by side on a square lattice, spread over all of it, in random order."""
+    step = 2 * params.radius
+    columns, rows = params.width // step, params.height // step
+    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots, SITE)
+    for i in range(params.robots):
+        site = int64(state.robots[ORDER, i]) * (columns * rows) // params.robots
+        state.robots[X, i] = int32(uint32(params.radius + site % columns * step))
+        state.robots[Y, i] = int32(uint32(params.radius + site // columns * step))

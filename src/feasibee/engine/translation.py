@@ -1,0 +1,200 @@
+"""From a scenario to the numbers that the kernels work with."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+
+from feasibee.engine.layout import TURN, WORD, Grid, Int32s, Kinds, Params, Placing
+from feasibee.scenario import Scenario
+from feasibee.sections import Placed, Robots, Tasks
+from feasibee.vocabulary import exact
+
+
+def params_of(scenario: Scenario, seed: int) -> Params:
+    """Translate a scenario into the kernels' numbers."""
+    robots, sensing, decision, faults = scenario.robots, scenario.sensing, scenario.decision, scenario.faults
+    unit = unit_of(scenario)
+    width, height = (math.floor(exact(side) / unit) for side in scenario.arena.size)
+    walls = scenario.arena.boundary == "walls"
+    radius = math.ceil(exact(robots.diameter) / unit / 2)
+    step = math.ceil(exact(robots.speed) / unit)
+    meeting = 2 * radius + 2 * step + 4
+    sight = math.floor((exact(sensing.range) / unit) ** 2)
+    radio = math.floor((exact(scenario.radio.range) / unit) ** 2)
+    widest = max(math.isqrt(sight), math.isqrt(radio), meeting if robots.avoid_collisions else 0) + 1
+    wraps = walls or width == height
+    numbers = _faulty(scenario)
+    return Params(
+        robots=robots.count,
+        tasks=scenario.tasks.count,
+        robot_classes=max(1, len(robots.classes)),
+        seed_low=np.uint32(seed & 0xFFFFFFFF),
+        seed_high=np.uint32(seed >> 32),
+        walls=walls,
+        wraps=wraps,
+        width=width,
+        height=height,
+        mixed=bool(robots.classes or scenario.tasks.classes),
+        together=robots.count <= WORD and wraps and is_plain(scenario),
+        sight_limit=_limit(sight + 1),
+        radio_limit=_limit(radio + 1),
+        reach=float(exact(robots.speed) / unit),
+        radius=radius,
+        avoid_collisions=robots.avoid_collisions,
+        apart_limit=_limit((2 * radius) ** 2),
+        meet_limit=_limit(meeting**2),
+        robot_placing=_placing(robots, unit, radius if walls else 0),
+        task_placing=_placing(scenario.tasks, unit, 0),
+        mean_run=scenario.walk.mean_run,
+        exploration=decision.exploration,
+        gain=decision.gain,
+        count_self=int(sensing.count_self),
+        unique=sensing.observation == "unique",
+        for_life=sensing.memory == "life",
+        miss=_probability(sensing.miss),
+        loss=_probability(scenario.radio.loss),
+        false_robots=sensing.false_robots,
+        false_tasks=sensing.false_tasks,
+        own_vote=int(decision.own_vote),
+        listen_always=decision.listen == "always",
+        every_message=decision.inbox == "every-message",
+        stopped=numbers[0],
+        byzantine=numbers[1],
+        stubborn=numbers[2],
+        stop_step=faults.stop_step,
+        byzantine_says=("opposite", "feasible", "infeasible", "random").index(faults.byzantine_says),
+        quorum=_quorum(scenario, robots.count - numbers[1]),
+        quorum_stopped=_quorum(scenario, robots.count - numbers[1] - numbers[0]),
+        steps=scenario.run.steps,
+        stop_at_decision=scenario.run.stop_at_decision,
+        robot_grid=_grid(robots.count, widest, width, height, walls),
+        task_grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, width, height, walls),
+    )
+
+
+def unit_of(scenario: Scenario) -> Fraction:
+    """Return the unit of fixed point: the longer side is 2**32 of them on the torus, 2**31 within walls."""
+    longer = max(exact(side) for side in scenario.arena.size)
+    return longer / (TURN // 2 if scenario.arena.boundary == "walls" else TURN)
+
+
+def is_plain(scenario: Scenario) -> bool:
+    """Tell whether robots sense and tell as in the paper: nothing unique, mixed, lost or faulty."""
+    sensing, faults = scenario.sensing, scenario.faults
+    return (
+        sensing.observation == "repeated"
+        and not scenario.robots.classes
+        and not scenario.tasks.classes
+        and sensing.miss == sensing.false_robots == sensing.false_tasks == scenario.radio.loss == 0
+        and faults.stopped == faults.byzantine == faults.stubborn == 0
+    )
+
+
+def is_paper(scenario: Scenario) -> bool:
+    """Tell whether nothing is beyond the paper: robots pass through each other on a square torus."""
+    width, height = scenario.arena.size
+    on_torus = scenario.arena.boundary == "torus" and width == height
+    placed = scenario.robots.placement == scenario.tasks.placement == "uniform"
+    return is_plain(scenario) and on_torus and placed and not scenario.robots.avoid_collisions
+
+
+def _limit(squared: int) -> np.uint64:
+    """Return a bound of squared distances; none is larger than 2**63."""
+    return np.uint64(min(squared, 2**63 + 1))
+
+
+def _probability(share: float) -> np.uint64:
+    return np.uint64(math.ceil(exact(share) * TURN))
+
+
+def _faulty(scenario: Scenario) -> tuple[int, int, int]:
+    """Return how many robots are stopped, Byzantine and stubborn."""
+    left = scenario.robots.count
+    numbers = []
+    for share in (scenario.faults.stopped, scenario.faults.byzantine, scenario.faults.stubborn):
+        number = min(left, math.floor(exact(share) * scenario.robots.count + Fraction(1, 2)))
+        numbers.append(number)
+        left -= number
+    return numbers[0], numbers[1], numbers[2]
+
+
+def _quorum(scenario: Scenario, counted: int) -> int:
+    return math.floor(exact(scenario.decision.threshold) * counted) + 1
+
+
+def _placing(section: Placed, unit: Fraction, margin: int) -> Placing:
+    how = ("uniform", "clusters", "corner", "points").index(section.placement)
+    return Placing(how, section.clusters, math.floor(exact(section.spread) / unit), margin)
+
+
+def _grid(points: int, reach: int, width: int, height: int, walls: bool) -> Grid:
+    """Return the finest grid whose half cells are longer than ``reach``, and not more cells than points.
+
+    Up to 32 points need no grid: they are looked at together. Half cells are longer by 1 in 2**18, more than
+    the rounding of the scale takes away.
+    """
+    bits = 0
+    if points > WORD:
+        by_range = (min(width, height) * 2**18 // (2 * reach * (2**18 + 1))).bit_length() - 1
+        bits = max(0, min(by_range, (points.bit_length() - 1) // 2))
+    # Within walls a thing may stand on the far one, which belongs to the last cell.
+    scales = (np.uint64(2 ** (52 + bits) // (side + walls)) for side in (width, height))
+    return Grid(bits, width, height, *scales)
+
+
+def kinds_of(scenario: Scenario, params: Params) -> Kinds:
+    """Lay out classes and sets of skills: each subset of them, and then all robots against all places."""
+    robots, tasks = scenario.robots.classes, scenario.tasks.classes
+    skills = sorted({s for each in robots for s in each.skills} | {s for each in tasks for s in each.needs})
+    subsets = range(1, 2 ** len(skills))
+    has = [sum(2 ** skills.index(skill) for skill in set(each.skills)) for each in robots] or [0]
+    robot_adds = [[int(mask & subset > 0) for mask in has] for subset in subsets]
+    task_adds = [
+        [
+            sum(number for skill, number in each.needs.items() if subset >> skills.index(skill) & 1)
+            for each in tasks
+        ]
+        or [0]
+        for subset in subsets
+    ]
+    robot_adds.append([1] * len(has))
+    task_adds.append([sum(each.needs.values()) for each in tasks] or [1])
+    unit = unit_of(scenario)
+    return Kinds(
+        of=np.concatenate(
+            [
+                _numbers([each.count for each in robots], params.robots),
+                _numbers([each.count for each in tasks], params.tasks),
+            ]
+        ),
+        adds=np.hstack([np.array(robot_adds, np.int64), np.array(task_adds, np.int64)]),
+        points=np.concatenate(
+            [
+                _fixed(scenario.robots, unit, params.robot_placing.margin, params),
+                _fixed(scenario.tasks, unit, 0, params),
+            ]
+        ),
+    )
+
+
+def _numbers(counts: list[int], total: int) -> Int32s:
+    """Return the class of each of all things: first those of class 0, then those of class 1, ..."""
+    return np.repeat(np.arange(len(counts) or 1, dtype=np.int32), counts or [total])
+
+
+def _fixed(section: Robots | Tasks, unit: Fraction, margin: int, params: Params) -> Int32s:
+    """Return given points in fixed point, off the walls by a margin."""
+    if section.placement != "points":
+        return np.zeros((section.count, 2), np.int32)
+    sides = (params.width, params.height)
+    places = [
+        [
+            min(max(math.floor(exact(p) / unit), margin), side - margin)
+            for p, side in zip(point, sides, strict=True)
+        ]
+        for point in section.points
+    ]
+    return np.array(places, np.int64).astype(np.uint32).view(np.int32).reshape(-1, 2)

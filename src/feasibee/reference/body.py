@@ -1,0 +1,151 @@
+"""One robot: a body that wanders, sees and hears, and a mind."""
+
+from __future__ import annotations
+
+import math
+from itertools import combinations
+
+from feasibee.reference.draws import cos_sin, duration, happens, philox
+from feasibee.reference.world import Place, World
+from feasibee.robot import Controller
+from feasibee.scenario import Scenario
+from feasibee.strategies import STRATEGIES
+from feasibee.vocabulary import FIRST_OPINION, LIE, PHASE, WALK, exact
+
+HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
+
+
+class Robot:
+    """A robot of a simulated swarm.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is simulated.
+    seed, run, number : int
+        Which robot of which run.
+    world : World
+        Where it lives.
+    place : pair of int
+        Where it starts.
+    kind : int
+        Number of its class.
+    fault : str
+        Its fault (model.md 6.6).
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int,
+        run: int,
+        number: int,
+        world: World,
+        place: Place,
+        kind: int,
+        fault: str,
+    ) -> None:
+        self.number = number
+        self.place = place
+        self.kind = kind
+        self.fault = fault
+        self._scenario = scenario
+        self._coordinates = (seed, run, number)
+        self._reach = float(exact(scenario.robots.speed) / world.unit)
+        self._walks = 0
+        self._phases = 0
+        self._turn()
+        decision = scenario.decision
+        self.mind = Controller(
+            STRATEGIES[decision.strategy],
+            opinion=self.draw(0, FIRST_OPINION) >> 31,
+            draw_duration=self._draw_phase,
+            exploration=decision.exploration,
+            gain=decision.gain,
+            own_vote=decision.own_vote,
+            listen_always=decision.listen == "always",
+            every_message=decision.inbox == "every-message",
+            stubborn=fault == STUBBORN,
+            sets=hall_sets(scenario),
+        )
+        self._remembered: set[tuple[str, int]] = set()
+        self._remembers_since = 0
+
+    def works(self, step: int) -> bool:
+        """Tell whether it hasn't stopped by a step."""
+        return self.fault != STOPPED or step < self._scenario.faults.stop_step
+
+    def says(self, step: int) -> int | None:
+        """Return what it broadcasts in a step; a Byzantine robot lies."""
+        opinion = self.mind.message
+        if opinion is None or self.fault != BYZANTINE:
+            return opinion
+        lies = {
+            "opposite": 1 - opinion,
+            "feasible": 1,
+            "infeasible": 0,
+            "random": self.draw(step, LIE) >> 31,
+        }
+        return lies[self._scenario.faults.byzantine_says]
+
+    def counts(self, thing: str, number: int) -> bool:
+        """Tell whether a thing in view counts: always, or when it is new (model.md 6.3)."""
+        sensing = self._scenario.sensing
+        if sensing.observation == "repeated":
+            return True
+        if sensing.memory == "exploration" and self._remembers_since != self.mind.explorations:
+            self._remembers_since = self.mind.explorations
+            self._remembered.clear()
+        is_new = (thing, number) not in self._remembered
+        self._remembered.add((thing, number))
+        return is_new
+
+    def end_step(self, blocked: bool) -> None:
+        """Let the timers of heading and phase advance; a blocked robot turns (model.md 3.3, 6.2)."""
+        self._walk_left -= 1
+        if blocked or self._walk_left == 0:
+            self._turn()
+        self.mind.end_step()
+
+    def happens(self, step: int, purpose: int, probability: float) -> bool:
+        """Tell whether something happens to it in a step."""
+        return probability > 0 and happens(self.draw(step, purpose), probability)
+
+    def draw(self, counter: int, purpose: int) -> int:
+        """Draw a word."""
+        return philox(*self._coordinates, counter, purpose)[0]
+
+    def _turn(self) -> None:
+        """Take a new heading for a while (model.md 2.1)."""
+        heading, lasting, _, _ = philox(*self._coordinates, self._walks, WALK)
+        self._walks += 1
+        cosine, sine = cos_sin(heading)
+        self.velocity = (math.floor(self._reach * cosine + 0.5), math.floor(self._reach * sine + 0.5))
+        self._walk_left = duration(lasting, self._scenario.walk.mean_run)
+
+    def _draw_phase(self, mean: float) -> int:
+        word = self.draw(self._phases, PHASE)
+        self._phases += 1
+        return duration(word, mean)
+
+
+def hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:
+    """Return, for each set of skills, what every class of robots and of tasks adds to it (model.md 6.7).
+
+    A robot counts if it has a skill of the set; a task counts its places that ask for one. The last set is
+    that of all skills: to it every robot counts, and a task of no class, which any robot can do.
+    """
+    robots, tasks = scenario.robots.classes, scenario.tasks.classes
+    skills = sorted(
+        {skill for each in robots for skill in each.skills} | {s for each in tasks for s in each.needs}
+    )
+    sets = [
+        (
+            [int(not chosen.isdisjoint(each.skills)) for each in robots] or [0],
+            [sum(number for skill, number in each.needs.items() if skill in chosen) for each in tasks] or [0],
+        )
+        for size in range(1, len(skills) + 1)
+        for chosen in map(set, combinations(skills, size))
+    ]
+    everything = [sum(each.needs.values()) for each in tasks] or [1]
+    return [*sets, ([1] * max(1, len(robots)), everything)]

@@ -1,0 +1,196 @@
+"""The robots and tasks of one run, and what becomes of them step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from feasibee.record import Record
+from feasibee.reference.body import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
+from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
+from feasibee.reference.world import Place, World
+from feasibee.scenario import Scenario
+from feasibee.vocabulary import (
+    FALSE_ROBOT,
+    FALSE_ROBOT_CLASS,
+    FALSE_TASK,
+    FALSE_TASK_CLASS,
+    FAULT,
+    FEASIBLE,
+    INFEASIBLE,
+    LOSS,
+    MISS_ROBOT,
+    MISS_TASK,
+    PAIR,
+    UNDECIDED,
+    exact,
+)
+
+
+def simulate(scenario: Scenario, runs: int, seed: int, first_run: int = 0, curves: bool = False) -> Record:
+    """Play some runs, one after the other."""
+    record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
+    for row in range(runs):
+        for step, swarm in enumerate(play(scenario, seed, first_run + row)):
+            if curves:
+                record.feasible_count[row, step] = swarm.feasible_count
+            if record.decision[row] == UNDECIDED:
+                record.decision[row] = swarm.decision
+                record.decision_step[row] = step if swarm.decision != UNDECIDED else -1
+            if scenario.run.stop_at_decision and record.decision[row] != UNDECIDED:
+                break
+    return record
+
+
+def play(scenario: Scenario, seed: int, run: int) -> Iterator[Swarm]:
+    """Yield the swarm of one run at step 0 and after each step."""
+    swarm = Swarm(scenario, seed, run)
+    yield swarm
+    for _ in range(scenario.run.steps):
+        swarm.step()
+        yield swarm
+
+
+class Swarm:
+    """The robots and tasks of one run."""
+
+    def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
+        self.scenario = scenario
+        self.time = 0
+        self.world = World(scenario, seed, run)
+        count = scenario.robots.count
+        self.robot_kinds = [i for i, each in enumerate(scenario.robots.classes) for _ in range(each.count)]
+        self.task_kinds = [i for i, each in enumerate(scenario.tasks.classes) for _ in range(each.count)]
+        self.robot_kinds = self.robot_kinds or [0] * count
+        self.task_kinds = self.task_kinds or [0] * scenario.tasks.count
+        faults = _faults(scenario, lambda k: philox(seed, run, 0, k, FAULT)[0])
+        self.tasks = self.world.task_places()
+        self.robots = [
+            Robot(scenario, seed, run, i, self.world, place, self.robot_kinds[i], faults[i])
+            for i, place in enumerate(self.world.robot_places())
+        ]
+        self._sight = self.world.squared(scenario.sensing.range)
+        self._radio = self.world.squared(scenario.radio.range)
+
+    def step(self) -> None:
+        """Let one step pass: move, observe and hear, end the step (model.md 3)."""
+        self.time += 1
+        working = [robot for robot in self.robots if robot.works(self.time)]
+        blocked = self._move(working)
+        # What is said is fixed before anyone changes: the opinions held when the step began.
+        messages = [(robot, robot.says(self.time)) for robot in working]
+        for robot in working:
+            if not robot.mind.disseminating:
+                self._observe(robot)
+            if robot.mind.listens:
+                for sender, opinion in messages:
+                    if opinion is not None and sender is not robot and self._hears(robot, sender):
+                        robot.mind.hear(sender.number, opinion)
+        for robot in working:
+            robot.end_step(robot in blocked)
+
+    def _move(self, working: list[Robot]) -> set[Robot]:
+        """Move all robots whose way is clear at once; return the others (model.md 3.1, 6.2)."""
+        intended = {robot: self.world.moved(robot.place, robot.velocity) for robot in working}
+        blocked = {robot for robot in working if not self._is_clear(robot, intended)}
+        for robot in working:
+            if robot not in blocked:
+                robot.place = intended[robot]
+        return blocked
+
+    def _is_clear(self, robot: Robot, intended: dict[Robot, Place]) -> bool:
+        """Tell whether a robot's disc keeps clear of walls and of all others, whether they move or stay."""
+        if not self.world.is_inside(intended[robot], self.world.radius):
+            return False
+        if not self.scenario.robots.avoid_collisions:
+            return True
+        for other in self.robots:
+            if other is robot:
+                continue
+            way = self.world.way(robot.place, other.place)
+            dx, dy = robot.velocity
+            others_x, others_y = other.velocity if other in intended else (0, 0)
+            if self.world.meet(way, (-dx, -dy)) or self.world.meet(way, (others_x - dx, others_y - dy)):
+                return False
+        return True
+
+    def _observe(self, robot: Robot) -> None:
+        """Let a robot count what it sees, by class (model.md 4.2, 6.3)."""
+        sensing = self.scenario.sensing
+        robots, tasks = robot.mind.robots_seen, robot.mind.tasks_seen
+        robots_now, tasks_now = [0] * len(robots), [0] * len(tasks)
+        for other in self.robots:
+            seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
+            if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
+                robots_now[other.kind] += 1
+        for number, place in enumerate(self.tasks):
+            if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
+                tasks_now[self.task_kinds[number]] += 1
+        false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
+        for kind in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
+            robots_now[kind] += 1
+        false = (FALSE_TASK, FALSE_TASK_CLASS)
+        for kind in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
+            tasks_now[kind] += 1
+        robot.mind.observe(robots_now, tasks_now)
+
+    def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
+        """Tell whether a thing is in range, the range included, and not missed (model.md 1.4, 6.3)."""
+        return self.world.squared_distance(robot.place, place) <= self._sight and not robot.happens(
+            self.time, purpose + PAIR * number, self.scenario.sensing.miss
+        )
+
+    def _hears(self, robot: Robot, sender: Robot) -> bool:
+        """Tell whether a message arrives (model.md 6.5)."""
+        distance = self.world.squared_distance(robot.place, sender.place)
+        return distance <= self._radio and not robot.happens(
+            self.time, LOSS + PAIR * sender.number, self.scenario.radio.loss
+        )
+
+    def _false_sightings(
+        self, robot: Robot, mean: float, kinds: list[int], number: int, kind: int
+    ) -> Iterator[int]:
+        """Yield the classes of what a robot sees though it isn't there: that of some thing of the swarm's."""
+        if mean > 0:
+            for k in range(poisson(robot.draw(self.time, number), mean)):
+                word = robot.draw(self.time, kind + PAIR * k)
+                yield kinds[choose(word, len(kinds))] if kinds else 0
+
+    @property
+    def counted(self) -> list[Robot]:
+        """The robots that the decision is taken over: honest, and still working (model.md 6.6)."""
+        return [robot for robot in self.robots if robot.fault != BYZANTINE and robot.works(self.time)]
+
+    @property
+    def feasible_count(self) -> int:
+        """Number of counted robots with opinion 1."""
+        return sum(robot.mind.opinion for robot in self.counted)
+
+    @property
+    def decision(self) -> int:
+        """What strictly more than the threshold's share of the counted robots holds (model.md 4.7)."""
+        needed = exact(self.scenario.decision.threshold) * len(self.counted)
+        if self.feasible_count > needed:
+            return FEASIBLE
+        if len(self.counted) - self.feasible_count > needed:
+            return INFEASIBLE
+        return UNDECIDED
+
+
+def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:
+    """Return each robot's fault; which robots have one is drawn (model.md 6.6)."""
+    count = scenario.robots.count
+    faults = [HONEST] * count
+    numbers = [
+        (fault, rounded(exact(share), count))
+        for fault, share in (
+            (STOPPED, scenario.faults.stopped),
+            (BYZANTINE, scenario.faults.byzantine),
+            (STUBBORN, scenario.faults.stubborn),
+        )
+    ]
+    if any(number for _, number in numbers):
+        left = iter(shuffle(count, draw))
+        for fault, number in numbers:
+            for _, robot in zip(range(number), left, strict=False):
+                faults[robot] = fault
+    return faults

@@ -1,0 +1,212 @@
+"""The rules about several fields of a scenario at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from feasibee.errors import Problem
+from feasibee.vocabulary import exact
+
+Explicit = Mapping[str, Mapping[str, Any]]
+SKILLS = 8
+UNIQUE_LIMIT = 4 * 2**30
+"""Bytes of what all robots of a swarm remember to have seen."""
+
+
+def conflicts(
+    explicit: Explicit, given: Mapping[str, Any], places: Mapping[str, Sequence[str]], wrong: set[str]
+) -> Iterator[Problem]:
+    """Find values that are fine alone but not together.
+
+    Parameters
+    ----------
+    explicit : mapping of sections
+        The raw values laid over the defaults.
+    given : mapping
+        The raw values alone.
+    places : mapping
+        Where each point of a section stands, if a file named them.
+    wrong : set of str
+        The paths that are wrong by themselves; a rule that needs one of them is left out.
+    """
+    broken = {".".join(path.split(".")[:2]) for path in wrong}
+
+    def fit(*paths: str) -> bool:
+        return not any(path in broken or path.split(".")[0] in broken for path in paths)
+
+    for section in ("robots", "tasks"):
+        yield from _counts(section, given, explicit, fit)
+    if fit("robots.classes", "tasks.classes"):
+        yield from _skills(explicit)
+    if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
+        yield from _faults(explicit)
+    if not fit("arena.side", "arena.boundary"):
+        return
+    yield from _reaches(explicit, fit)
+    if fit("robots.diameter"):
+        yield from _discs(explicit, fit)
+    for section in ("robots", "tasks"):
+        if fit(f"{section}.spread", f"{section}.placement"):
+            yield from _spread(section, explicit)
+        if fit(f"{section}.points", f"{section}.placement", "robots.diameter"):
+            yield from _points(section, explicit, places.get(section))
+    if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
+        yield from _memory(explicit)
+
+
+def size_of(explicit: Explicit) -> tuple[float, float]:
+    """Return width and height of the arena."""
+    side = explicit["arena"]["side"]
+    return tuple(side) if isinstance(side, list | tuple) else (side, side)
+
+
+def total(section: Mapping[str, Any]) -> int:
+    """Return how many robots or tasks there are, whichever way they are given."""
+    classes = section["classes"]
+    return sum(_get(each, "count") for each in classes) if classes else section["count"]
+
+
+def _get(table: Any, key: str) -> Any:
+    return table.get(key, ()) if isinstance(table, Mapping) else getattr(table, key)
+
+
+def _counts(section: str, given: Mapping[str, Any], explicit: Explicit, fit: Any) -> Iterator[Problem]:
+    table = given.get(section, {})
+    if not isinstance(table, Mapping) or not fit(f"{section}.count", f"{section}.classes"):
+        return
+    if table.get("classes") and "count" in table:
+        rule = f"can't stand beside [[{section}.classes]]"
+        yield Problem(f"{section}.count", table["count"], rule, "leave it out: the classes have counts")
+        return
+    names = [_get(each, "name") for each in explicit[section]["classes"]]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield Problem(f"{section}.classes", name, "names a class twice", "give each class a name of its own")
+    if section == "robots" and table.get("classes") and total(explicit["robots"]) < 1:
+        yield Problem("robots.classes", 0, "must have a robot between them", "raise a count")
+    points = explicit[section]["points"]
+    if explicit[section]["placement"] == "points" and fit(f"{section}.points"):
+        count = total(explicit[section])
+        counted = "count" in table or table.get("classes")
+        if not points:
+            rule = 'must name points when placement is "points"'
+            yield Problem(f"{section}.points", "", rule, "name a CSV file of x and y")
+        elif counted and count != len(points):
+            rule = f"there are {count} {section}"
+            yield Problem(f"{section}.points", f"{len(points)} points", rule, "give each its point")
+
+
+def _skills(explicit: Explicit) -> Iterator[Problem]:
+    skills = {skill for each in explicit["robots"]["classes"] for skill in _get(each, "skills")}
+    skills |= {skill for each in explicit["tasks"]["classes"] for skill in _get(each, "needs")}
+    if len(skills) > SKILLS:
+        rule = f"must be at most {SKILLS} skills in all"
+        yield Problem("robots.classes", f"{len(skills)} skills", rule, "join some of them")
+
+
+def _faults(explicit: Explicit) -> Iterator[Problem]:
+    faults = explicit["faults"]
+    shares = [faults[kind] for kind in ("stopped", "byzantine", "stubborn")]
+    if sum(shares) > 1 + 1e-12:
+        rule = "stopped, byzantine and stubborn must be at most 1 together"
+        yield Problem("faults", math.fsum(shares), rule, "a robot has one fault at most: lower a share")
+
+
+def _reaches(explicit: Explicit, fit: Any) -> Iterator[Problem]:
+    half = min(size_of(explicit)) / 2
+    for path in ("sensing.range", "radio.range"):
+        section = path.split(".")[0]
+        value = explicit[section]["range"]
+        implied = path == "radio.range" and value == explicit["sensing"]["range"]
+        on_torus = explicit["arena"]["boundary"] == "torus"
+        if on_torus and fit(path) and not implied and value > half:
+            rule = f"must be at most half the side of the torus, {half:g} units"
+            yield Problem(path, value, rule, "a larger range would reach round the torus: enlarge arena.side")
+    speed = explicit["robots"]["speed"]
+    if fit("robots.speed") and speed > half:
+        rule = f"must be at most half the side of the arena a step, {half:g} units"
+        yield Problem("robots.speed", speed, rule, "slow the robots down, or enlarge arena.side")
+
+
+def _discs(explicit: Explicit, fit: Any) -> Iterator[Problem]:
+    robots, (width, height) = explicit["robots"], size_of(explicit)
+    diameter = robots["diameter"]
+    if explicit["arena"]["boundary"] == "walls" and diameter >= min(width, height):
+        rule = f"must be less than the arena's shorter side, {min(width, height):g} units"
+        yield Problem("robots.diameter", diameter, rule, "shrink the robots, or enlarge arena.side")
+        return
+    moving = fit("robots.avoid_collisions", "robots.speed", "robots.count", "robots.classes")
+    if not moving or not robots["avoid_collisions"]:
+        return
+    reach = diameter + 2 * robots["speed"]
+    if explicit["arena"]["boundary"] == "torus" and reach > min(width, height) / 2:
+        rule = f"diameter and two steps must fit half the torus, {min(width, height) / 2:g} units"
+        yield Problem("robots.diameter", diameter, rule, "enlarge arena.side, or slow the robots down")
+    unit = max(exact(width), exact(height)) / 2 ** (31 if explicit["arena"]["boundary"] == "walls" else 32)
+    step = 2 * math.ceil(exact(diameter) / unit / 2)  # of the lattice of last resort, in fixed point
+    columns, rows = (math.floor(exact(side) / unit) // step for side in (width, height))
+    room = columns * rows
+    if robots["placement"] != "points" and total(robots) > room:
+        rule = f"don't fit: side by side on a square grid there is room for {room}"
+        yield Problem(
+            "robots.count", total(robots), rule, "take fewer or smaller robots, or enlarge arena.side"
+        )
+
+
+def _spread(section: str, explicit: Explicit) -> Iterator[Problem]:
+    placed, longer = explicit[section], max(size_of(explicit))
+    if placed["placement"] in ("clusters", "corner") and placed["spread"] > longer:
+        rule = f"must be at most the arena's longer side, {longer:g} units"
+        yield Problem(f"{section}.spread", placed["spread"], rule, "take uniform placement instead")
+
+
+def _points(section: str, explicit: Explicit, places: Sequence[str] | None) -> Iterator[Problem]:
+    if explicit[section]["placement"] != "points":
+        return
+    width, height = size_of(explicit)
+    walled = explicit["arena"]["boundary"] == "walls"
+    diameter = explicit["robots"]["diameter"]
+    margin = diameter / 2 if walled and section == "robots" else 0.0
+    points = explicit[section]["points"]
+    for number, (x, y) in enumerate(points, start=1):
+        inside = margin <= x <= width - margin and margin <= y <= height - margin
+        if not inside or (not walled and (x == width or y == height)):
+            place = "in the arena" if margin == 0 else f"in the arena, {margin:g} units from its walls"
+            where = places[number - 1] if places else f"point {number}"
+            rule = f"{where}: must be {place}"
+            yield Problem(f"{section}.points", (x, y), rule, "move the point")
+    if section == "robots" and explicit["robots"]["avoid_collisions"]:
+        for first, second in _overlaps(points, diameter, None if walled else (width, height)):
+            rule = f"robots {first + 1} and {second + 1} must neither overlap nor touch"
+            yield Problem("robots.points", (points[first], points[second]), rule, "move one of them")
+
+
+def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -> Iterator[tuple[int, int]]:
+    """Yield pairs of discs that overlap, by way of cells as large as a disc."""
+    cells: dict[tuple[int, int], list[int]] = {}
+    shifts = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
+    wide, high = (math.floor(side / diameter) for side in torus) if torus else (0, 0)
+    for i, (x, y) in enumerate(points):
+        column, row = math.floor(x / diameter), math.floor(y / diameter)
+        if torus:
+            column, row = min(column, wide - 1), min(row, high - 1)
+        around = {(column + dx, row + dy) for dx, dy in shifts}
+        if torus:
+            around = {(c % wide, r % high) for c, r in around}
+        for j in (j for cell in around for j in cells.get(cell, ())):
+            dx, dy = abs(x - points[j][0]), abs(y - points[j][1])
+            if torus:
+                dx, dy = min(dx, torus[0] - dx), min(dy, torus[1] - dy)
+            if math.hypot(dx, dy) < diameter * (1 + 1e-6):
+                yield j, i
+        cells.setdefault((column, row), []).append(i)
+
+
+def _memory(explicit: Explicit) -> Iterator[Problem]:
+    robots, tasks = total(explicit["robots"]), total(explicit["tasks"])
+    needed = robots * (robots + tasks) / 8
+    if explicit["sensing"]["observation"] == "unique" and needed > UNIQUE_LIMIT:
+        rule = f"{robots} robots that remember {robots + tasks} things need {needed / 2**30:.1f} GiB"
+        remedy = f"unique observation takes at most {UNIQUE_LIMIT // 2**30} GiB: take fewer"
+        yield Problem("sensing.observation", "unique", rule, remedy)

@@ -1,0 +1,445 @@
+"""Beyond the paper (model.md 6): cases by hand and laws; statistical ones at alpha of 1e-7 (Z = 5.3) or less.
+
+The reference's robots are looked into; the engine equals the reference bit for bit (test_equivalence).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee.simulation import simulate_record
+
+Z = 5.3
+
+SMALL = {"arena.side": 8.0, "robots.count": 16, "tasks.count": 12}
+
+
+def scenario_of(changes):
+    return Scenario().replace({**SMALL, **changes})
+
+
+def minds_after(changes, steps, seed=1):
+    """Return the swarm of the reference after some steps of an exploration that doesn't end."""
+    swarm = reference.Swarm(scenario_of({"decision.exploration": 1e6, **changes}), seed, 0)
+    for _ in range(steps):
+        swarm.step()
+    return swarm
+
+
+def robots_seen(swarm):
+    return np.array([sum(robot.mind.robots_seen) for robot in swarm.robots])
+
+
+def tasks_seen(swarm):
+    return np.array([sum(robot.mind.tasks_seen) for robot in swarm.robots])
+
+
+def same_record(a, b, runs=20, seed=3):
+    first, second = (simulate_record(each, runs, seed, curves=True) for each in (a, b))
+    for name in ("decision", "decision_step", "feasible_count"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
+
+
+# --- The defaults are still the paper's ---
+
+
+def test_the_papers_runs_are_what_they_were_before():
+    """Computed with the version of issue 2: catches a new field that changes what it doesn't concern."""
+    record = simulate_record(Scenario(tasks={"count": 10}), 20, 5)
+    assert record.decision.tolist() == [1, 0, 1, 1, 0, 1, 1, 0, 1, 1, 1, 0, 1, 0, 1, 1, 0, 1, 1, 0]
+    assert record.decision_step.tolist() == [
+        *(140, 223, 80, 129, 96, 107, 78, 86, 213, 248),
+        *(117, 110, 105, 173, 401, 83, 298, 252, 121, 211),
+    ]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"robots.diameter": 3.0},  # without collisions or walls, a disc is a point
+        {"robots.spread": 9.0, "robots.clusters": 7, "tasks.spread": 9.0},
+        {"sensing.memory": "life"},
+        {"faults.stop_step": 50, "faults.byzantine_says": "random"},
+        {"faults.stopped": 0.02},  # 0.4 of a robot
+        {"arena.side": [20.0, 20.0]},
+    ],
+)
+def test_what_is_not_in_use_changes_nothing(changes):
+    """Catches a field that acts without the one that it belongs to, or a slow path unlike the fast."""
+    same_record(Scenario(), Scenario().replace(changes))
+
+
+# --- Walls (6.1) ---
+
+
+@pytest.mark.parametrize("diameter", [0.5, 2.0])
+@pytest.mark.parametrize("count", [16, 40])
+def test_robots_stay_off_the_walls_by_their_radius_and_reach_them(diameter, count):
+    """Catches a margin left out, a whole diameter, and a wall that only some sides have."""
+    changes = {"arena.boundary": "walls", "arena.side": [8.0, 5.0], "robots.count": count}
+    swarm = Swarm(scenario_of({**changes, "robots.diameter": diameter, "robots.speed": 0.2}), seed=1)
+    low, high = swarm.positions.min(axis=0), swarm.positions.max(axis=0)
+    for _ in range(500):
+        swarm.advance()
+        low = np.minimum(low, swarm.positions.min(axis=0))
+        high = np.maximum(high, swarm.positions.max(axis=0))
+    assert (low >= diameter / 2).all()
+    assert (high <= np.array([8.0, 5.0]) - diameter / 2 + 1e-8).all()
+    np.testing.assert_allclose(low, diameter / 2, atol=0.1)
+    np.testing.assert_allclose(high, np.array([8.0, 5.0]) - diameter / 2, atol=0.1)
+
+
+@pytest.mark.parametrize(("boundary", "seen"), [("torus", 1), ("walls", 0)])
+@pytest.mark.parametrize("count", [2, 34])
+def test_nobody_sees_through_a_wall(boundary, seen, count):
+    """Catches distances taken round the torus where there is none, by one word of robots and by cells."""
+    points = [[0.5, 4.0], [7.5, 4.0]] + [[4.0, 4.0]] * (count - 2)
+    changes = {"arena.boundary": boundary, "robots.speed": 0.0, "sensing.range": 1.5, "tasks.count": 0}
+    robots = {"robots.count": count, "robots.placement": "points", "robots.points": points}
+    swarm = minds_after({**changes, **robots}, 3)
+    assert robots_seen(swarm)[:2].tolist() == [3 * seen, 3 * seen]
+
+
+@pytest.mark.parametrize("tasks", [4, 40])
+@pytest.mark.parametrize("side", [8.0, [8.0, 5.0], [5.0, 8.0]])
+def test_tasks_on_the_far_walls_are_tasks(tasks, side):
+    """A task may be at the very edge, x = side: catches a cell beyond the last, which a crash would tell."""
+    wide, high = side if isinstance(side, list) else (side, side)
+    points = [[wide, high], [wide, 0.0], [0.0, high], [wide / 2, high]] * (tasks // 4)
+    scenario = scenario_of(
+        {
+            "arena.boundary": "walls",
+            "arena.side": side,
+            "tasks.count": tasks,
+            "tasks.placement": "points",
+            "tasks.points": points,
+            "run.steps": 100,
+        }
+    )
+    engine = simulate_record(scenario, 3, 1, curves=True)
+    plain = simulate_record(scenario, 3, 1, curves=True, backend="reference")
+    np.testing.assert_array_equal(engine.feasible_count, plain.feasible_count)
+
+
+# --- Faults (6.6) ---
+
+
+@pytest.mark.parametrize("count", [16, 40])
+def test_stopped_robots_stand_still_and_dont_count_from_their_step_on(count):
+    """Catches a step too early or late, a share rounded otherwise, and a decision taken over all."""
+    faults = {"faults.stopped": 0.25, "faults.stop_step": 5, "robots.count": count}
+    swarm = Swarm(scenario_of(faults), seed=2)
+    for step in range(1, 12):
+        before = swarm.positions
+        swarm.advance()
+        still = (swarm.positions == before).all(axis=1)
+        assert still.sum() == (count // 4 if step >= 5 else 0)
+        if step >= 5:
+            np.testing.assert_array_equal(swarm.counted, ~still)
+        else:
+            assert swarm.counted.all()
+        assert swarm.feasible_count == swarm.opinions[swarm.counted].sum()
+
+
+def test_stopped_robots_fall_silent_and_deaf_but_are_seen():
+    """Catches messages of the stopped, and robots that vanish when they stop."""
+    close = {"arena.side": 4.0, "robots.speed": 0.0, "sensing.range": 2.0, "tasks.count": 0}
+    stopped = minds_after({**close, "faults.stopped": 0.5}, 4)
+    working = stopped.counted
+    assert len(working) == 8
+    free = minds_after(close, 4)
+    seen, expected = robots_seen(stopped), robots_seen(free)
+    for robot in stopped.robots:
+        assert seen[robot.number] == (expected[robot.number] if robot in working else 0)
+    faults = {"faults.stopped": 1.0, "arena.side": 4.0}
+    curve = simulate_record(scenario_of({**faults, "run.steps": 50}), 5, 1, curves=True).feasible_count
+    assert (curve == 0).all()  # nobody counts
+
+
+def test_nobody_changes_when_all_others_are_silent():
+    """15 of 16 stopped from the start: the last one hears nothing, so it keeps its opinion."""
+    scenario = scenario_of({"faults.stopped": 15 / 16, "arena.side": 4.0, "run.steps": 300})
+    curve = simulate_record(scenario, 20, 1, curves=True).feasible_count
+    assert (curve == curve[:, :1]).all()
+    assert set(curve[:, 0]) == {0, 1}
+
+
+def test_a_swarm_of_liars_never_decides():
+    """The decision is taken over honest robots: catches liars that count, or 0 > 0."""
+    record = simulate_record(scenario_of({"faults.byzantine": 1.0, "arena.side": 4.0}), 50, 1)
+    assert (record.decision == -1).all()
+    assert (record.decision_step == -1).all()
+
+
+@pytest.mark.parametrize("count", [16, 40])
+@pytest.mark.parametrize("says", ["opposite", "feasible", "infeasible", "random"])
+def test_what_liars_say(says, count):
+    """What is heard decides: a crowd of liars brings the few honest ones to what it says."""
+    lies = {"faults.byzantine": 0.75, "faults.byzantine_says": says, "tasks.count": 0}
+    crowded = {"arena.side": 4.0, "robots.count": count, "run.steps": 300}
+    swarm = reference.Swarm(scenario_of({**lies, **crowded}), 3, 0)
+    said, held = [], []
+    for _ in range(40):
+        swarm.step()
+        liars = [robot for robot in swarm.robots if robot not in swarm.counted]
+        assert len(liars) == 3 * count // 4
+        for robot in swarm.robots:
+            message = robot.says(swarm.time + 1)
+            assert (message is None) == (not robot.mind.disseminating)
+            if robot in liars and message is not None:
+                said.append(message)
+                held.append(robot.mind.opinion)
+            elif message is not None:
+                assert message == robot.mind.opinion
+    said, held = np.array(said), np.array(held)
+    if says == "opposite":
+        assert (said == 1 - held).all()
+    elif says == "random":
+        assert abs(said.mean() - 0.5) < Z * 0.5 / math.sqrt(said.size)
+    else:
+        assert (said == (says == "feasible")).all()
+        record = simulate_record(scenario_of({**lies, **crowded}), 200, 1)
+        later = record.decision[
+            record.decision_step > 0
+        ]  # at the start a few honest ones may agree by chance
+        assert (later == (says == "feasible")).mean() > 0.95
+
+
+def test_stubborn_robots_keep_their_opinion():
+    """Catches the stubborn that follow; the others do change."""
+    scenario = scenario_of({"faults.stubborn": 1.0, "arena.side": 4.0, "run.steps": 300})
+    curve = simulate_record(scenario, 20, 1, curves=True).feasible_count
+    assert (curve == curve[:, :1]).all()
+    swarm = Swarm(scenario_of({"faults.stubborn": 0.5, "arena.side": 4.0}), seed=1)
+    first = swarm.opinions
+    changed = np.zeros(16, bool)
+    for _ in range(300):
+        swarm.advance()
+        changed |= swarm.opinions != first
+    assert 0 < changed.sum() <= 8
+    assert swarm.counted.all()  # they are honest
+
+
+def test_faults_are_drawn_per_run():
+    """Catches the same robots in every run: each is stopped in a quarter of 400 runs."""
+    scenario = scenario_of({"faults.stopped": 0.25})
+    stopped = sum(~Swarm(scenario, seed=1, run=run).counted for run in range(400))
+    assert stopped.sum() == 400 * 4
+    assert (np.abs(stopped - 100) < Z * math.sqrt(400 * 0.25 * 0.75)).all()
+
+
+# --- Radio and sensor (6.3, 6.5) ---
+
+
+@pytest.mark.parametrize("count", [16, 40])
+def test_when_every_message_is_lost_nobody_changes(count):
+    """Catches a loss below which something slips through."""
+    changes = {"radio.loss": 1.0, "arena.side": 4.0, "robots.count": count, "run.steps": 300}
+    curve = simulate_record(scenario_of(changes), 20, 1, curves=True).feasible_count
+    assert (curve == curve[:, :1]).all()
+
+
+def test_messages_are_lost_at_their_rate_for_each_receiver():
+    """Catches 0.35 lost for 0.3, and a message lost for all at once."""
+    all_hear = {"arena.side": 4.0, "sensing.range": 2.0, "radio.range": 2.0, "robots.speed": 0.0}
+    votes = {"decision.inbox": "every-message", "decision.gain": 1e6, "tasks.count": 0}
+    one_place = {"robots.placement": "points", "robots.points": [[1.0, 1.0]] * 16}
+    heard = {}
+    for loss in (0.0, 0.3):
+        swarm = reference.Swarm(scenario_of({**all_hear, **votes, **one_place, "radio.loss": loss}), 1, 0)
+        for _ in range(60):
+            swarm.step()
+        heard[loss] = np.array([len(robot.mind._messages) for robot in swarm.robots])
+    share = heard[0.3].sum() / heard[0.0].sum()
+    assert abs(share - 0.7) < Z * math.sqrt(0.3 * 0.7 / heard[0.0].sum())
+    talking = {"decision.exploration": 0.1, "decision.gain": 1e6, "sensing.miss": 1.0}
+    swarm = reference.Swarm(scenario_of({**all_hear, **one_place, **talking, "radio.loss": 0.3}), 1, 0)
+    swarm.step()
+    swarm.step()  # now all have told all others once
+    reached = [sum(sender in robot.mind._latest for robot in swarm.robots) for sender in range(16)]
+    assert sum(0 < number < 15 for number in reached) > 8
+
+
+def test_what_is_always_missed_is_never_counted():
+    """Catches a miss that spares robots or tasks; a robot doesn't miss itself."""
+    swarm = minds_after({"sensing.miss": 1.0, "arena.side": 4.0}, 10)
+    assert robots_seen(swarm).sum() == tasks_seen(swarm).sum() == 0
+    itself = minds_after({"sensing.miss": 1.0, "arena.side": 4.0, "sensing.count_self": True}, 10)
+    assert (robots_seen(itself) == 10).all()
+
+
+def test_things_are_missed_at_their_rate():
+    """Catches 0.3 for 0.25, and the same things missed in every step."""
+    swarm, whole = (minds_after({"sensing.miss": miss, "arena.side": 4.0}, 40) for miss in (0.25, 0.0))
+    for seen in (robots_seen, tasks_seen):
+        total = seen(whole).sum()
+        assert abs(seen(swarm).sum() - 0.75 * total) < Z * math.sqrt(0.25 * 0.75 * total)
+
+
+@pytest.mark.parametrize("mean", [0.2, 3.0, 40.0])
+def test_false_sightings_are_poisson(mean):
+    """Catches a mean off by a tenth and a variance that isn't the mean, and robots taken for tasks."""
+    alone = {"robots.count": 1, "tasks.count": 0}
+    for field, seen in (("sensing.false_robots", robots_seen), ("sensing.false_tasks", tasks_seen)):
+        swarm = reference.Swarm(scenario_of({**alone, field: mean, "decision.exploration": 1e6}), 1, 0)
+        counts = []
+        for _ in range(4000):
+            swarm.step()
+            counts.append(seen(swarm)[0])
+        numbers = np.diff(counts, prepend=0)
+        assert abs(numbers.mean() - mean) < Z * math.sqrt(mean / 4000)
+        spread = math.sqrt((mean + 2 * mean**2) / 4000)  # of the variance of a Poisson number
+        assert abs(numbers.var() - mean) < Z * spread
+        assert (robots_seen(swarm) + tasks_seen(swarm) == counts[-1]).all()
+
+
+def test_a_thing_counts_once_an_exploration_or_once_a_life():
+    """Catches a thing counted twice, forgotten never or too early, and robots confused with tasks."""
+    crowded = {"arena.side": 4.0, "sensing.observation": "unique"}
+    long = minds_after(crowded, 200)
+    assert (robots_seen(long) == 15).all()  # each other one
+    assert (tasks_seen(long) == 12).all()
+    assert (robots_seen(minds_after({**crowded, "sensing.count_self": True}, 200)) == 16).all()
+    once = minds_after({**crowded, "robots.speed": 0.0}, 1)
+    np.testing.assert_array_equal(
+        robots_seen(minds_after({**crowded, "robots.speed": 0.0}, 9)), robots_seen(once)
+    )
+    repeated = minds_after({"arena.side": 4.0, "robots.speed": 0.0}, 9)
+    np.testing.assert_array_equal(robots_seen(repeated), 9 * robots_seen(once))
+    np.testing.assert_array_equal(tasks_seen(repeated), 9 * tasks_seen(once))
+    for memory, bound in (("exploration", math.inf), ("life", 15 + 12)):
+        swarm = reference.Swarm(scenario_of({**crowded, "sensing.memory": memory}), 1, 0)
+        total, before = np.zeros(16), np.zeros(16)
+        for _ in range(200):
+            swarm.step()
+            now = robots_seen(swarm) + tasks_seen(swarm)
+            assert (robots_seen(swarm) <= 15).all()
+            assert (tasks_seen(swarm) <= 12).all()
+            total += np.where(now >= before, now - before, now)
+            before = now
+        assert (total <= bound).all()
+        assert (total > 27).all() == (memory == "exploration")
+
+
+# --- Placement (6.4) ---
+
+
+def starts(changes, what="positions", runs=300):
+    return np.concatenate(
+        [getattr(Swarm(scenario_of(changes), seed=1, run=run), what) for run in range(runs)]
+    )
+
+
+@pytest.mark.parametrize("what", ["robots", "tasks"])
+def test_points_are_where_they_were_given(what):
+    """Catches x and y swapped, and one list used for the other."""
+    points = np.random.default_rng(1).uniform(1, 7, (16, 2))
+    scenario = scenario_of(
+        {f"{what}.placement": "points", f"{what}.points": points.tolist(), f"{what}.count": 16}
+    )
+    swarm = Swarm(scenario, seed=3)
+    np.testing.assert_allclose(swarm.positions if what == "robots" else swarm.tasks, points, atol=1e-8)
+
+
+@pytest.mark.parametrize(("what", "attribute"), [("robots", "positions"), ("tasks", "tasks")])
+@pytest.mark.parametrize("boundary", ["torus", "walls"])
+def test_a_corner_is_a_half_normal_about_it(what, attribute, boundary):
+    """Catches a spread off by 5 %, a centre in the middle, and one side only."""
+    spread, low = 0.8, 0.5 if what == "robots" and boundary == "walls" else 0.0
+    changes = {f"{what}.placement": "corner", f"{what}.spread": spread, "arena.boundary": boundary}
+    places = starts(changes, attribute) - low
+    mean, deviation = spread * math.sqrt(2 / math.pi), spread * math.sqrt(1 - 2 / math.pi)
+    assert places.min() >= -1e-8
+    slack = 0.003 * spread  # the sum of twelve is a normal number but nearly
+    assert (np.abs(places.mean(axis=0) - mean) < Z * deviation / math.sqrt(len(places)) + slack).all()
+
+
+@pytest.mark.parametrize(("what", "attribute"), [("robots", "positions"), ("tasks", "tasks")])
+def test_clusters_are_normal_about_uniform_centres(what, attribute):
+    """One cluster: catches a spread off by 5 %, centres not uniform, and one centre for all runs."""
+    changes = {f"{what}.placement": "clusters", f"{what}.spread": 0.3, f"{what}.clusters": 1}
+    places = starts(changes, attribute).reshape(300, -1, 2)
+    off = (places - places[:, :1] + 4) % 8 - 4
+    variance = off.var(axis=1, ddof=1).mean()
+    freedoms = 300 * 2 * (places.shape[1] - 1)
+    assert abs(variance / 0.09 - 1) < Z * math.sqrt(2 / freedoms)
+    turned = np.exp(2j * math.pi * places[:, 0] / 8).mean(axis=0)
+    assert (np.abs(turned) < math.sqrt(-math.log(1e-7) / 300)).all()
+
+
+def test_there_are_as_many_clusters_as_asked_for():
+    """Catches a cluster never chosen, and one for each robot."""
+    changes = {"robots.placement": "clusters", "robots.spread": 1e-6, "robots.clusters": 3}
+    numbers = [
+        len(np.unique(np.round(Swarm(scenario_of(changes), seed=1, run=run).positions, 3), axis=0))
+        for run in range(50)
+    ]
+    assert max(numbers) == 3
+    assert np.mean(numbers) > 2.9
+
+
+@pytest.mark.parametrize("placement", ["clusters", "corner"])
+@pytest.mark.parametrize("boundary", ["torus", "walls"])
+@pytest.mark.parametrize("spread", [8.0, 100.0, 1e4, 1e6])
+def test_a_large_spread_is_the_references_or_refused(placement, boundary, spread):
+    """Catches an overflow of the engine's whole numbers."""
+    changes = {"tasks.placement": placement, "tasks.spread": spread, "arena.boundary": boundary}
+    if spread > 8.0:
+        with pytest.raises(ScenarioError, match=r"tasks\.spread"):
+            scenario_of(changes)
+        return
+    scenario = scenario_of(changes)
+    engine, plain = Swarm(scenario, seed=1), reference.Swarm(scenario, 1, 0)
+    np.testing.assert_array_equal(engine.tasks, np.array(plain.tasks) * float(plain.world.unit))
+
+
+# --- Mixed robots and teams (6.7) ---
+
+ONE_SKILL = [{"name": "x", "count": 10, "needs": {"any": 1}}]
+
+
+@pytest.mark.parametrize(("robots", "extra"), [(20, {}), (40, {}), (20, {"sensing.observation": "unique"})])
+def test_with_one_skill_and_one_robot_a_task_classes_change_nothing(robots, extra):
+    """The Hall ratio is then the paper's equation: catches any other weight or set of skills."""
+    plain = Scenario().replace({"robots.count": robots, "tasks.count": 10, **extra})
+    able = [
+        {"name": "a", "count": robots - 7, "skills": ["any"]},
+        {"name": "b", "count": 7, "skills": ["any"]},
+    ]
+    mixed = Scenario(robots={"classes": able}, tasks={"classes": ONE_SKILL}).replace(extra)
+    same_record(plain, mixed)
+
+
+def test_robots_that_can_do_everything_are_the_papers():
+    """Every set of skills has all robots, and the whole set most tasks: the minimum is the plain ratio."""
+    plain = Scenario(tasks={"count": 12})
+    skills = ["lift", "scan", "push"]
+    mixed = Scenario(
+        robots={"classes": [{"name": "all", "count": 20, "skills": skills}]},
+        tasks={"classes": [{"name": f"t{k}", "count": 4, "needs": {skills[k]: 1}} for k in range(3)]},
+    )
+    same_record(plain, mixed)
+
+
+def test_a_task_that_needs_several_is_as_many_tasks_in_one_place():
+    """Catches needs that aren't counted: {lift: 3} once is {lift: 1} three times at the same point."""
+    points = np.random.default_rng(1).uniform(0, 20, (5, 2)).tolist()
+    able = {"classes": [{"name": "a", "count": 20, "skills": ["lift"]}]}
+    given = {"placement": "points"}
+    three = {"classes": [{"name": "t", "count": 5, "needs": {"lift": 3}}], "points": points, **given}
+    single = {"classes": [{"name": "t", "count": 15, "needs": {"lift": 1}}], "points": 3 * points, **given}
+    same_record(Scenario(robots=able, tasks=three), Scenario(robots=able, tasks=single))
+
+
+def test_a_skill_that_nobody_has_makes_robots_sure_of_infeasible():
+    """The scarcest set of skills decides, however many robots there are: catches a mean in its place."""
+    scenario = Scenario(
+        robots={"classes": [{"name": "a", "count": 20, "skills": ["lift"]}]},
+        tasks={"classes": [{"name": "t", "count": 20, "needs": {"scan": 1}}]},
+    )
+    record = simulate_record(scenario, 400, 1)
+    assert (record.decision == 0).mean() > 0.85  # half of the runs, if all robots were set against all tasks

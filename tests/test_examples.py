@@ -1,0 +1,55 @@
+"""The examples: each is what its comment says, and runs alike in engine and reference."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, truth
+from feasibee.feasibility import explain
+from feasibee.simulation import simulate_record
+
+FOLDER = Path(__file__).parent.parent / "examples"
+FILES = sorted(FOLDER.glob("*.toml"))
+
+
+@pytest.fixture(params=FILES, ids=lambda path: path.stem)
+def path(request):
+    return request.param
+
+
+def test_there_are_three_and_the_readme_names_them():
+    assert [path.stem for path in FILES] == ["field", "search", "spill"]
+    assert set(re.findall(r"\((\w+)\.toml\)", (FOLDER / "README.md").read_text())) == {
+        path.stem for path in FILES
+    }
+
+
+def test_the_truth_is_as_the_comment_says(path):
+    (said,) = re.findall(r"^# Truth: (\w+)\.", path.read_text(), re.MULTILINE)
+    assert said == ("feasible" if truth(Scenario.read(path)) else "infeasible")
+
+
+def test_with_ten_porters_less_it_is_infeasible_as_the_comment_says():
+    tables = Scenario.read(FOLDER / "search.toml").to_dict()
+    tables["robots"]["classes"][0]["count"] -= 10
+    violator = explain(Scenario.model_validate(tables)).violator
+    assert violator is not None
+    assert (violator.skills, violator.demand, violator.robots) == (("lift", "relay"), 15, 6)
+
+
+def test_engine_and_reference_agree(path):
+    scenario = Scenario.read(path).replace({"run.steps": 60})
+    engine, plain = (
+        simulate_record(scenario, 2, 3, curves=True, backend=backend) for backend in ("engine", "reference")
+    )
+    for name in ("decision", "decision_step", "feasible_count"):
+        np.testing.assert_array_equal(getattr(engine, name), getattr(plain, name), err_msg=name)
+
+
+def test_it_runs_to_a_decision(path):
+    record = simulate_record(Scenario.read(path), 20, 1)
+    assert (record.decision != -1).sum() >= 15

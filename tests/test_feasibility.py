@@ -1,0 +1,298 @@
+"""Exact truth: cases by hand, and thousands of random ones against scipy's matching of single robots."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from itertools import combinations
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
+
+from feasibee import Scenario, truth
+from feasibee.cli import main
+from feasibee.feasibility import Violator, explain
+
+SKILLS = ("lift", "scan", "dig", "any")
+
+
+def scenario(robots, tasks):
+    """Make a scenario of (count, skills) and (count, needs) by name of class, or of plain counts."""
+    return Scenario(robots=section(robots, "skills"), tasks=section(tasks, "needs"))
+
+
+def section(classes, key):
+    if isinstance(classes, int):
+        return {"count": classes}
+    return {"classes": [{"name": name, "count": n, key: value} for name, (n, value) in classes.items()]}
+
+
+def expand(robots, tasks):
+    """Return class and skills of each single robot, and of each single place its class and the skill."""
+    robots = {"robots": (robots, ())} if isinstance(robots, int) else robots
+    if isinstance(tasks, int):
+        tasks = {"tasks": (tasks, {"any": 1})}
+        robots = {name: (count, ["any"]) for name, (count, _) in robots.items()}
+    able = [(name, set(skills)) for name, (count, skills) in robots.items() for _ in range(count)]
+    asked = [
+        (name, skill)
+        for name, (count, needs) in tasks.items()
+        for _ in range(count)
+        for skill, needed in needs.items()
+        for _ in range(needed)
+    ]
+    return able, asked
+
+
+def matching(able, asked):
+    """Return how many places can be filled at once, from scipy."""
+    edges = np.array([[skill in skills for _, skill in asked] for _, skills in able], dtype=np.int8)
+    if edges.size == 0:
+        return 0
+    return int((maximum_bipartite_matching(csr_array(edges)) >= 0).sum())
+
+
+def check_assignment(assignment, able, asked):
+    """Every place is filled, by robots that there are and that can."""
+    skills_of = dict(able)
+    filled, busy = Counter(), Counter()
+    for (robots, tasks, skill), count in assignment.items():
+        assert count > 0
+        assert skill in skills_of[robots]
+        filled[tasks, skill] += count
+        busy[robots] += count
+    assert filled == Counter(asked)
+    assert busy <= Counter(name for name, _ in able)
+
+
+def check_violator(violator, able, asked, unfilled):
+    """The set is in excess as much as any, and no other set of so few skills is."""
+
+    def count(skills):
+        demand = sum(skill in skills for _, skill in asked)
+        return demand, sum(not skills.isdisjoint(has) for _, has in able)
+
+    assert count(set(violator.skills)) == (violator.demand, violator.robots)
+    assert violator.demand - violator.robots == unfilled > 0
+    as_short = combinations(sorted({skill for _, skill in asked}), len(violator.skills))
+    most = [skills for skills in as_short if np.subtract(*count(set(skills))) == unfilled]
+    assert most == [violator.skills]
+    for size in range(1, len(violator.skills)):
+        shorter = combinations(violator.skills, size)
+        assert all(np.subtract(*count(set(skills))) < unfilled for skills in shorter)
+
+
+def random_world(draw):
+    """Draw a small world in which neither verdict is rare, odd ones included."""
+    skills = list(SKILLS[: draw.integers(1, 5)])
+
+    def some(least):
+        return draw.permutation(skills)[: draw.integers(least, len(skills) + 1)].tolist()
+
+    robots = {f"r{k}": (int(draw.integers(0, 9)), some(0)) for k in range(draw.integers(1, 6))}
+    robots["r0"] = (robots["r0"][0] + 1, robots["r0"][1])
+    tasks = {
+        f"t{k}": (int(draw.integers(0, 3)), {skill: int(draw.integers(1, 4)) for skill in some(1)})
+        for k in range(draw.integers(1, 5))
+    }
+    kind = draw.integers(0, 20)
+    if kind == 0:
+        return robots, int(draw.integers(0, 40))
+    if kind == 1:
+        return int(draw.integers(1, 20)), tasks
+    if kind == 2:
+        return int(draw.integers(1, 9)), int(draw.integers(0, 9))
+    return robots, tasks
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_as_scipys_matching_of_single_robots_with_proofs_that_hold(seed):
+    draw = np.random.default_rng(seed)
+    verdicts = Counter()
+    for _ in range(100):
+        world = random_world(draw)
+        able, asked = expand(*world)
+        verdict = explain(scenario(*world))
+        unfilled = len(asked) - matching(able, asked)
+        assert verdict.feasible == (unfilled == 0), world
+        assert truth(scenario(*world)) is verdict.feasible
+        if verdict.feasible:
+            check_assignment(verdict.assignment, able, asked)
+        else:
+            assert verdict.assignment == {}
+            check_violator(verdict.violator, able, asked, unfilled)
+        verdicts[verdict.feasible] += 1
+    assert min(verdicts[True], verdicts[False]) >= 20
+
+
+@pytest.mark.parametrize(("robots", "tasks"), [(20, 0), (20, 19), (20, 20), (1, 0), (1, 1)])
+def test_without_classes_it_takes_a_robot_a_task(robots, tasks):
+    verdict = explain(scenario(robots, tasks))
+    assert verdict.feasible
+    assert verdict.assignment == ({("robots", "tasks", "any"): tasks} if tasks else {})
+
+
+def test_without_classes_a_robot_too_few():
+    assert explain(scenario(20, 21)).violator == Violator(("any",), 21, 20)
+
+
+def test_a_skill_for_which_another_robot_must_make_way():
+    """The robots that lift and scan are given to lift first, and must be moved to scan."""
+    robots = {"both": (2, ["lift", "scan"]), "arm": (3, ["lift"])}
+    verdict = explain(scenario(robots, {"search": (1, {"lift": 3, "scan": 2})}))
+    assert verdict.assignment == {("both", "search", "scan"): 2, ("arm", "search", "lift"): 3}
+
+
+def test_a_robot_of_two_skills_is_at_one_place():
+    """Each skill alone has robots enough; both together don't."""
+    robots = {"both": (8, ["lift", "scan"]), "arm": (4, ["lift"])}
+    verdict = explain(scenario(robots, {"carry": (4, {"lift": 2}), "look": (3, {"scan": 2})}))
+    assert verdict.violator == Violator(("lift", "scan"), 14, 12)
+
+
+def test_places_of_one_skill_are_shared_out_over_the_classes():
+    robots = {"a": (3, ["lift"]), "b": (4, ["lift", "lift"]), "c": (5, ["lift"])}
+    verdict = explain(scenario(robots, {"one": (5, {"lift": 1}), "two": (3, {"lift": 2})}))
+    assert verdict.assignment == {
+        ("a", "one", "lift"): 3,
+        ("b", "one", "lift"): 2,
+        ("b", "two", "lift"): 2,
+        ("c", "two", "lift"): 4,
+    }
+
+
+def test_a_skill_that_no_robot_has():
+    robots = {"arm": (50, ["lift"])}
+    verdict = explain(scenario(robots, {"carry": (3, {"lift": 2, "fly": 4})}))
+    assert verdict.violator == Violator(("fly",), 12, 0)
+
+
+def test_robots_without_classes_have_no_skills():
+    assert explain(scenario(9, {"carry": (2, {"lift": 1})})).violator == Violator(("lift",), 2, 0)
+
+
+def test_a_users_skill_called_any_is_a_skill_like_others():
+    robots = {"jack": (2, ["any"]), "arm": (3, ["lift"])}
+    assert explain(scenario(robots, {"odd": (3, {"any": 1})})).violator == Violator(("any",), 3, 2)
+    assert explain(scenario(robots, 5)).assignment == {
+        ("jack", "tasks", "any"): 2,
+        ("arm", "tasks", "any"): 3,
+    }
+    assert explain(scenario(robots, 6)).violator == Violator(("any",), 6, 5)
+
+
+def test_a_class_named_as_a_skill_or_as_the_others():
+    robots = {"lift": (2, ["scan"]), "scan": (1, ["lift"])}
+    verdict = explain(scenario(robots, {"lift": (1, {"lift": 1, "scan": 2})}))
+    assert verdict.assignment == {("scan", "lift", "lift"): 1, ("lift", "lift", "scan"): 2}
+
+
+@pytest.mark.parametrize(
+    ("needs", "skills"),
+    [
+        ({"scan": 3, "lift": 3}, ("lift", "scan")),  # both together lack most
+        ({"scan": 3, "lift": 1}, ("scan",)),  # lift adds nothing to it: the fewest skills
+        ({"lift": 1, "scan": 3, "dig": 3}, ("dig", "scan")),
+        ({"dig": 3, "scan": 3, "both": 2}, ("dig", "scan")),
+    ],
+)
+def test_the_set_most_in_excess_with_the_fewest_skills(needs, skills):
+    robots = {"arm": (1, ["lift"]), "eye": (1, ["scan"]), "spade": (1, ["dig"]), "all": (2, ["both"])}
+    assert explain(scenario(robots, {"job": (1, needs)})).violator.skills == skills
+
+
+def ring(count, missing=0):
+    """Return sixteen classes in a ring of eight skills, in which each robot is needed."""
+    names = [f"s{k}" for k in range(8)]
+    robots = {f"r{k}": (4 * count, [names[k % 8], names[(k + 3) % 8]]) for k in range(16)}
+    robots["r0"] = (4 * count - missing, robots["r0"][1])
+    return robots, {f"t{k}": (count, {names[k % 8]: 1, names[(k + 1) % 8]: 3}) for k in range(16)}
+
+
+@pytest.mark.parametrize("missing", [0, 1])
+def test_a_million_robots_take_no_more_steps_than_sixty_four(missing):
+    lines = Counter()
+
+    def trace(frame, event, arg):
+        lines[few] += 1
+        return trace
+
+    for few in (True, False):
+        world = scenario(*ring(1 if few else 15_625, missing))
+        before = sys.gettrace()
+        sys.settrace(trace)
+        try:
+            verdict = explain(world)
+        finally:
+            sys.settrace(before)
+    assert lines[True] == lines[False] > 1000
+    if missing:
+        assert verdict.violator == Violator(tuple(f"s{k}" for k in range(8)), 10**6, 10**6 - 1)
+    else:
+        assert sum(verdict.assignment.values()) == 10**6
+
+
+TEAMS = """
+[[robots.classes]]
+name = "arm [/]"
+count = 3
+skills = ["lift"]
+[[robots.classes]]
+name = "drone"
+count = 2
+skills = ["lift", "scan"]
+[[tasks.classes]]
+name = "search"
+count = 2
+needs = { lift = 1, scan = 1 }
+"""
+
+
+def call(tmp_path, *options):
+    path = tmp_path / "teams.toml"
+    path.write_text(TEAMS)
+    result = CliRunner().invoke(main, ["truth", str(path), *options])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def test_the_command_says_why_feasible(tmp_path):
+    said = json.loads(call(tmp_path, "--json"))
+    assert said == {
+        "feasible": True,
+        "assignment": [
+            {"robots": "arm [/]", "tasks": "search", "skill": "lift", "count": 2},
+            {"robots": "drone", "tasks": "search", "skill": "scan", "count": 2},
+        ],
+    }
+    first, *table = call(tmp_path).splitlines()
+    assert first == "Feasible: each place has a robot of its own; robots left over: 1."
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in table if "│" in line]
+    assert rows == [["arm [/]", "search", "lift", "2"], ["drone", "search", "scan", "2"]]
+
+
+def test_the_command_says_why_infeasible(tmp_path):
+    needs = 'tasks.classes=[{name="search", count=3, needs={lift=1, scan=1}}]'
+    said = json.loads(call(tmp_path, "--set", needs, "--json"))
+    assert said == {"feasible": False, "violator": {"skills": ["scan"], "demand": 3, "robots": 2}}
+    said = call(tmp_path, "--set", needs)
+    assert said == "Infeasible: places that ask for scan: 3; robots that can scan: 2.\n"
+    needs = 'tasks.classes=[{name="search", count=3, needs={lift=2, scan=1}}]'
+    said = call(tmp_path, "--set", needs)
+    assert said == "Infeasible: places that ask for lift or scan: 9; robots that can lift or scan: 5.\n"
+
+
+@pytest.mark.parametrize(
+    ("tasks", "said"),
+    [
+        (0, "Feasible: each place has a robot of its own; robots left over: 20.\n"),
+        (21, "Infeasible: tasks, each for any one robot: 21; robots: 20.\n"),
+    ],
+)
+def test_the_command_without_classes(tasks, said):
+    result = CliRunner().invoke(main, ["truth", "--set", f"tasks.count={tasks}"])
+    assert (result.exit_code, result.output) == (0, said)
