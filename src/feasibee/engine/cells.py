@@ -148,17 +148,13 @@ def block(cells, grid, x, y):
 
 
 @kernel
-def count_within(params, cells, grid, x, y, limit):
-    """Return how many points lie within the limit of a place."""
+def count_within(cells, grid, x, y, limit):
+    """Return how many points lie within the limit of a place, where differences wrap by themselves."""
     first, last = block(cells, grid, x, y)
-    xs, ys = cells.points[X], cells.points[Y]
     total = 0
-    if params.wraps:
-        while first < last:
-            total += popcount(within(xs, ys, first, x, y, limit) & first_bits(last - first))
-            first += 32
-    else:
-        while first < last:
-            total += popcount(within_wrapping(grid, xs, ys, first, x, y, limit) & first_bits(last - first))
-            first += 32
+    while first < last:
+        total += popcount(
+            within(cells.points[X], cells.points[Y], first, x, y, limit) & first_bits(last - first)
+        )
+        first += 32
     return total

@@ -76,7 +76,7 @@ def sense_few(params, state):
     looking = uint32(swarm & ~speaking)
     while looking:
         i = lowest(looking)
-        tasks = count_within(params, state.task_cells, params.task_grid, xs[i], ys[i], params.sight_limit)
+        tasks = count_within(state.task_cells, params.task_grid, xs[i], ys[i], params.sight_limit)
         state.counts[TASKS_SEEN, i] += tasks
         looking = uint32(looking & uint32(looking - uint32(1)))
     for i in range(32):
@@ -144,11 +144,7 @@ def sense_closely(params, state):
             speak_maybe(params, state, int64(32 * w + lowest(speaking)))
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
         while looking:
-            i = int64(32 * w + lowest(looking))
-            if is_simple(params, state):
-                look(params, state, i)
-            else:
-                look_closely(params, state, i)
+            look_closely(params, state, int64(32 * w + lowest(looking)))
             looking = uint32(looking & uint32(looking - uint32(1)))
 
 
@@ -157,13 +153,6 @@ def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
     fill(state.robot_cells, params.robot_grid, robots[X], robots[Y], robots[LABELS], params.robots)
-
-
-@kernel
-def is_simple(params, state):
-    """Tell whether a robot only has to count what is in sight."""
-    only_counts = not params.unique and state.seen.shape[0] == 0 and params.miss == 0
-    return only_counts and params.false_robots == 0.0 and params.false_tasks == 0.0
 
 
 @kernel
@@ -182,11 +171,9 @@ def label(params, state, i):
 def look(params, state, i):
     """Let a robot count the robots and tasks in sight."""
     x, y = state.robots[X, i], state.robots[Y, i]
-    robots = count_within(params, state.robot_cells, params.robot_grid, x, y, params.sight_limit)
+    robots = count_within(state.robot_cells, params.robot_grid, x, y, params.sight_limit)
     state.counts[ROBOTS_SEEN, i] += robots - 1 + params.count_self  # it is in its own sight
-    state.counts[TASKS_SEEN, i] += count_within(
-        params, state.task_cells, params.task_grid, x, y, params.sight_limit
-    )
+    state.counts[TASKS_SEEN, i] += count_within(state.task_cells, params.task_grid, x, y, params.sight_limit)
 
 
 @subroutine
