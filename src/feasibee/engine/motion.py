@@ -13,7 +13,6 @@ from feasibee.engine.layout import (
     BLOCKED,
     ENDING,
     LABEL,
-    LABELS,
     PHASE_LEFT,
     RUN,
     STEP_X,
@@ -112,10 +111,6 @@ def is_clear(params, state, i):
             return False
     if not params.avoid_collisions:
         return True
-    if params.together:
-        return is_clear_of(
-            params, state, i, state.robots[X], state.robots[Y], state.robots[LABELS], 0, params.robots
-        )
     cells = state.robot_cells
     first, last = block(cells, params.robot_grid, state.robots[X, i], state.robots[Y, i])
     return is_clear_of(params, state, i, cells.points[X], cells.points[Y], cells.points[LABEL], first, last)

@@ -8,7 +8,17 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import block, count_within, fill, first_bits, lowest, near, popcount, within
+from feasibee.engine.cells import (
+    block,
+    block_on_torus,
+    count_within,
+    fill,
+    first_bits,
+    lowest,
+    near,
+    popcount,
+    within,
+)
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import choose, draw, poisson
 from feasibee.engine.layout import (
@@ -54,15 +64,6 @@ def sense_paper(params, state):
         sense_few(params, state)
     else:
         sense_many(params, state)
-
-
-@kernel
-def sense_beyond(params, state):
-    """Do the same in any swarm."""
-    if params.together:
-        sense_few(params, state)
-    else:
-        sense_closely(params, state)
 
 
 @kernel
@@ -134,7 +135,7 @@ def sense_many(params, state):
 
 
 @subroutine
-def sense_closely(params, state):
+def sense_beyond(params, state):
     """Sense in any swarm (model.md 6.3, 6.5, 6.6)."""
     fill_robots(params, state)
     for w in range(state.sets.shape[1]):
@@ -266,7 +267,7 @@ def speak(params, state, i):
     x, y = state.robots[X, i], state.robots[Y, i]
     message = state.robots[LABELS, i]
     points = state.robot_cells.points
-    first, last = block(state.robot_cells, params.robot_grid, x, y)
+    first, last = block_on_torus(state.robot_cells, params.robot_grid, x, y)
     while first < last:
         close = within(points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
         while close:

@@ -63,8 +63,7 @@ def start_beyond(params, state, run):
         state.known[:] = uint32(0)
     if params.stop_step == 0:
         stop(params, state)
-    if not params.together:
-        fill_robots(params, state)
+    fill_robots(params, state)
 
 
 @subroutine

@@ -38,7 +38,7 @@ def params_of(scenario: Scenario, seed: int) -> Params:
         width=width,
         height=height,
         mixed=bool(robots.classes or scenario.tasks.classes),
-        together=robots.count <= WORD and wraps and is_plain(scenario),
+        together=robots.count <= WORD and is_paper(scenario),
         sight_limit=_limit(sight + 1),
         radio_limit=_limit(radio + 1),
         reach=float(exact(robots.speed) / unit),
