@@ -28,7 +28,11 @@ def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     flags = {"flag_values": np.array(list(meanings), np.int8), "flag_meanings": " ".join(meanings.values())}
     runs = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
     data: dict[str, Any] = {
-        "decision": ("run", record.decision, {"long_name": "collective decision", **flags}),
+        "decision": (
+            "run",
+            record.decision,
+            {"long_name": "collective decision of the honest robots that still work", **flags},
+        ),
         "decision_step": (
             "run",
             record.decision_step,
@@ -41,7 +45,7 @@ def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
             ("run", "step"),
             record.feasible_count,
             {
-                "long_name": "robots with opinion 1 (feasible); -1: after the end of the run",
+                "long_name": "honest working robots with opinion 1 (feasible); -1: after the end of the run",
                 "units": "robots",
             },
         )
