@@ -169,19 +169,7 @@ def plot_decisions(
     """
     ax = _axes(ax, 3.8, 2.8)
     ax.axvline(1, color="0.8", linewidth=0.8, zorder=0)
-    for name, intervals in rates.items():
-        middle, low, high = 100 * np.array(intervals).T
-        ax.errorbar(
-            ratios,
-            middle,
-            yerr=(middle - low, high - middle),
-            color=COLOURS[name],
-            marker=MARKERS[name],
-            markersize=3.5,
-            linewidth=1.0,
-            elinewidth=0.8,
-            label=name,
-        )
+    _draw_rates(ax, ratios, rates, marker=3.5, line=1.0, bar=0.8)
     ax.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
     ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
     if len(ticks) >= 2:
@@ -306,23 +294,36 @@ def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
     return drawn
 
 
-def _draw_panel(ax: Axes, panel: Panel) -> None:
-    ax.axvline(
-        panel.tip, color="0.45", linewidth=0.9, linestyle=":", zorder=0, label="infeasible to its left"
-    )
-    for name, intervals in panel.rates.items():
+def _draw_rates(
+    ax: Axes,
+    ratios: Sequence[float],
+    rates: Mapping[str, Sequence[Interval]],
+    *,
+    marker: float,
+    line: float,
+    bar: float,
+) -> None:
+    """Draw shares with their intervals, in points as wide as said."""
+    for name, intervals in rates.items():
         middle, low, high = 100 * np.array(intervals).T
         ax.errorbar(
-            panel.ratios,
+            ratios,
             middle,
             yerr=(middle - low, high - middle),
             color=COLOURS[name],
             marker=MARKERS[name],
-            markersize=2.4,
-            linewidth=0.9,
-            elinewidth=0.7,
+            markersize=marker,
+            linewidth=line,
+            elinewidth=bar,
             label=name,
         )
+
+
+def _draw_panel(ax: Axes, panel: Panel) -> None:
+    ax.axvline(
+        panel.tip, color="0.45", linewidth=0.9, linestyle=":", zorder=0, label="infeasible to its left"
+    )
+    _draw_rates(ax, panel.ratios, panel.rates, marker=2.4, line=0.9, bar=0.7)
     ax.set(xscale="log", ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
     ax.set_title(panel.title, fontsize=8.5)
     ax.xaxis.set_major_locator(FixedLocator([0.1, 0.5, 1, 2, 10]))

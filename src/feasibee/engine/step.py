@@ -55,9 +55,9 @@ def start_paper(params, state, run):
 def start_beyond(params, state, run):
     """Put any swarm at step 0 (model.md 6)."""
     clear(params, state, run)
-    draw_faults(params, state)
     place_tasks(params, state)
     place_robots(params, state)
+    draw_faults(params, state)  # last: `stop` relies on the shuffle that it leaves
     make_ready(params, state)
     if params.unique:
         state.known[:] = uint32(0)
@@ -125,8 +125,6 @@ def stop(params, state):
     """Let the robots with that fault stop, once and for all (model.md 6.6)."""
     if params.stopped == 0:
         return
-    if params.avoid_collisions:  # their places may have been shuffled over a lattice meanwhile
-        shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots, FAULT)
     for k in range(params.stopped):
         i = int64(state.robots[ORDER, k])
         state.robots[WALK_LEFT, i] = NEVER

@@ -81,24 +81,21 @@ def unit_of(scenario: Scenario) -> Fraction:
     return longer / (TURN // 2 if scenario.arena.boundary == "walls" else TURN)
 
 
-def is_plain(scenario: Scenario) -> bool:
-    """Tell whether robots sense and tell as in the paper: nothing unique, mixed, lost or faulty."""
+def is_paper(scenario: Scenario) -> bool:
+    """Tell whether nothing is beyond the paper: no walls, collisions, classes, errors, losses or faults."""
+    arena, robots, tasks = scenario.arena, scenario.robots, scenario.tasks
     sensing, faults = scenario.sensing, scenario.faults
+    width, height = arena.size
     return (
-        sensing.observation == "repeated"
-        and not scenario.robots.classes
-        and not scenario.tasks.classes
+        arena.boundary == "torus"
+        and width == height
+        and not robots.avoid_collisions
+        and robots.placement == tasks.placement == "uniform"
+        and not (robots.classes or tasks.classes)
+        and sensing.observation == "repeated"
         and sensing.miss == sensing.false_robots == sensing.false_tasks == scenario.radio.loss == 0
         and faults.stopped == faults.byzantine == faults.stubborn == 0
     )
-
-
-def is_paper(scenario: Scenario) -> bool:
-    """Tell whether nothing is beyond the paper: robots pass through each other on a square torus."""
-    width, height = scenario.arena.size
-    on_torus = scenario.arena.boundary == "torus" and width == height
-    placed = scenario.robots.placement == scenario.tasks.placement == "uniform"
-    return is_plain(scenario) and on_torus and placed and not scenario.robots.avoid_collisions
 
 
 def _limit(squared: int) -> np.uint64:
