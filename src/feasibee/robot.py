@@ -8,15 +8,20 @@ Examples
 A robot that sees three robots and one task in every step, and hears robot 7 say *infeasible*:
 
 >>> import random
->>> from feasibee.robot import Controller
->>> from feasibee.strategies import dmmd
+>>> from feasibee.robot import Controller, Message
+>>> from feasibee.strategies import STRATEGIES
 >>> random.seed(1)
->>> robot = Controller(dmmd, opinion=1, draw_duration=lambda mean: int(random.expovariate(1 / mean)) + 1)
+>>> robot = Controller(
+...     STRATEGIES["dmmd"],
+...     opinion=1,
+...     draw_duration=lambda mean: int(random.expovariate(1 / mean)) + 1,
+...     draw_choice=lambda: (random.random(), random.random()),
+... )
 >>> for _ in range(100):
 ...     robot.observe(robots=3, tasks=1)
 ...     if robot.listens:
-...         robot.hear(sender=7, opinion=0)
-...     message = robot.message  # broadcast it, if it isn't None
+...         robot.hear(7, Message(opinion=0))
+...     message = robot.message()  # broadcast it with the robot's id, if it isn't None
 ...     robot.end_step()
 >>> robot.opinion  # one vote against its own is a tie, and a tie keeps the opinion
 1
@@ -25,20 +30,34 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from feasibee.strategies.contract import Inbox, Mind, Strategy, sent
+
+NONE = -1
 
 
-class Strategy(Protocol):
-    """What a file in ``strategies/`` provides."""
+class Message(NamedTuple):
+    """What a robot broadcasts, beside its id."""
 
-    def quality(self, robots_seen: int, tasks_seen: int, /) -> float:
-        """Return the quality of *feasible*, between 0 and 1."""
+    opinion: int
+    value: int = 0
+    """A number that some strategies send, at the width of their ``value_bits``."""
+    committed: bool = False
+    knowledge: Any = None
+    """What some strategies pass on."""
 
-    def dissemination(self, quality: float, gain: float, /) -> float:
-        """Return the mean duration of broadcasting an opinion of this quality, in steps."""
 
-    def decide(self, opinion: int, feasible_votes: int, infeasible_votes: int, /) -> int:
-        """Return the next opinion, 1 or 0."""
+class Commit(NamedTuple):
+    """When a robot commits for good to what it decided."""
+
+    quorum: Fraction
+    """The least share of its inbox that must agree,"""
+    rounds: int
+    """in as many decisions running,"""
+    heard: int
+    """each upon as many messages."""
 
 
 class Controller:
@@ -47,26 +66,40 @@ class Controller:
     Parameters
     ----------
     strategy : Strategy
-        How opinions are rated and chosen, such as ``feasibee.strategies.dmmd``.
+        How opinions are rated, told and chosen, such as ``STRATEGIES["dmmd"]``.
     opinion : int
-        The first opinion: 1 (feasible) or 0 (infeasible).
+        The first opinion: 1 (feasible) or 0 (infeasible); some strategies start without one.
     draw_duration : callable
         Given a mean, draws how many whole steps a phase lasts: at least 1.
+    draw_choice : callable
+        Draws two numbers, each at least 0 and below 1: the chance left to a decision, and the message drawn.
     exploration : float
         Mean duration of exploration, in steps.
     gain : float
         Mean steps of dissemination for an opinion of quality 1.
+    dissemination_floor : int
+        Steps that each dissemination lasts longer.
+    quality_floor : int
+        Both counts are taken for at least this when they are rated.
     own_vote : bool
         Whether its own opinion counts in its majority.
-    listen_always : bool
-        Whether it hears in both phases, or only while it disseminates.
+    listens_for : int, optional
+        It hears only in the last so many steps of dissemination; 0: in all of it; None: always.
     every_message : bool
         Whether every message is a vote, or the latest of each robot.
+    inbox_size : int, optional
+        How many different robots' messages it keeps, the newest; by default all.
+    parameters : sequence of float
+        The strategy's, in its order; by default its own.
+    commit : Commit, optional
+        When it commits to its opinion; by default never.
     stubborn : bool
         Whether it never changes its opinion (a fault).
     sets : sequence of pairs
         For unlike robots and tasks: what each class of robots and each class of tasks adds to the two sides
         of a set of skills; by default all robots against all tasks.
+    me : tuple of int
+        Its id, class and 32-bit mark, for strategies that pass on knowledge.
     """
 
     def __init__(
@@ -74,37 +107,62 @@ class Controller:
         strategy: Strategy,
         opinion: int,
         draw_duration: Callable[[float], int],
+        draw_choice: Callable[[], tuple[float, float]],
         *,
         exploration: float = 10.0,
         gain: float = 10.0,
+        dissemination_floor: int = 0,
+        quality_floor: int = 0,
         own_vote: bool = True,
-        listen_always: bool = True,
+        listens_for: int | None = None,
         every_message: bool = False,
+        inbox_size: int | None = None,
+        parameters: Sequence[float] | None = None,
+        commit: Commit | None = None,
         stubborn: bool = False,
         sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
+        me: tuple[int, int, int] = (0, 0, 0),
     ) -> None:
         self.strategy = strategy
-        self.opinion = opinion
+        self.opinion = NONE if strategy.starts_neutral else opinion
         self.exploration = exploration
         self.gain = gain
+        self.dissemination_floor = dissemination_floor
+        self.quality_floor = quality_floor
         self.own_vote = own_vote
-        self.listen_always = listen_always
+        self.listens_for = listens_for
         self.every_message = every_message
+        self.inbox_size = inbox_size
+        self.commit = commit
         self.stubborn = stubborn
         self.sets = sets
+        self.committed = False
         self.explorations = 0
+        self.feasible_quality = 0.5
+        classes = (len(sets[0][0]), len(sets[0][1]))
+        self.knowledge: Any = strategy.knowledge(me, classes) if strategy.knowledge else None
+        self._parameters = list(strategy.parameters.values() if parameters is None else parameters)
+        self._memory = [0.0] * strategy.memory
+        self._agreed = 0
         self._draw_duration = draw_duration
+        self._draw_choice = draw_choice
+        self.robots_seen = [0] * classes[0]
+        self.tasks_seen = [0] * classes[1]
         self._explore()
 
-    @property
-    def message(self) -> int | None:
-        """The opinion to broadcast in this step, with the robot's id; None while it explores."""
-        return self.opinion if self.disseminating else None
+    def message(self) -> Message | None:
+        """Return what to broadcast in this step; None while it explores or has nothing to say."""
+        if not self.disseminating or self._said == NONE:
+            return None
+        knowledge = self.knowledge.message() if self.knowledge else None
+        return Message(self._said, self._value, self.committed, knowledge)
 
     @property
     def listens(self) -> bool:
         """Whether messages count in this step."""
-        return self.listen_always or self.disseminating
+        if self.listens_for is None:
+            return True
+        return self.disseminating and not 0 < self.listens_for < self.phase_left
 
     def observe(self, robots: int | Sequence[int], tasks: int | Sequence[int]) -> None:
         """Count robots and tasks in sight, by class if there are several, if exploring (model.md 4.2)."""
@@ -113,12 +171,25 @@ class Controller:
                 for kind, number in enumerate([new] if isinstance(new, int) else new):
                     seen[kind] += number
 
-    def hear(self, sender: int, opinion: int) -> None:
+    def recognise(self, robots: Sequence[Sequence[int]], tasks: Sequence[Sequence[int]]) -> None:
+        """Tell the things in sight by id, class and mark, for a strategy that passes on knowledge."""
+        if not self.disseminating:
+            for robot in robots:
+                self.knowledge.see_robot(*robot)
+            for task in tasks:
+                self.knowledge.see_task(*task)
+
+    def hear(self, sender: int, message: Message) -> None:
         """Keep a message: the latest of each sender, or every one (model.md 4.5)."""
+        if self.knowledge:
+            self.knowledge.merge(message.knowledge)
         if self.every_message:
-            self._messages.append(opinion)
-        else:
-            self._latest[sender] = opinion
+            self._messages.append(message)
+            return
+        self._latest.pop(sender, None)  # the newest come last
+        self._latest[sender] = message
+        if self.inbox_size is not None and len(self._latest) > self.inbox_size:
+            self._latest.pop(next(iter(self._latest)))
 
     def end_step(self) -> None:
         """Let the time of one step pass; a phase that ends makes its transition (model.md 3.3)."""
@@ -131,38 +202,81 @@ class Controller:
                 self._disseminate()
 
     def _explore(self) -> None:
-        """Start afresh: no counts, an empty inbox (model.md 4.2, 4.6)."""
+        """Start afresh: an empty inbox, and no counts unless evidence is kept (model.md 4.2, 4.6)."""
         self.disseminating = False
         self.explorations += 1
-        self.robots_seen = [0] * len(self.sets[0][0])
-        self.tasks_seen = [0] * len(self.sets[0][1])
-        self._latest: dict[int, int] = {}
-        self._messages: list[int] = []
+        if self.strategy.forgets:
+            self.robots_seen = [0] * len(self.robots_seen)
+            self.tasks_seen = [0] * len(self.tasks_seen)
+        self._latest: dict[int, Message] = {}
+        self._messages: list[Message] = []
         self.phase_left = self._draw_duration(self.exploration)
 
     def _disseminate(self) -> None:
-        """Rate the own opinion and broadcast it accordingly (model.md 4.3, 4.4)."""
-        quality = self._feasible_quality()
-        if self.opinion == 0:
-            quality = 1.0 - quality
+        """Rate the own opinion, and broadcast for as long as that warrants (model.md 4.3, 4.4)."""
+        self._rate()
         self.disseminating = True
-        self.phase_left = self._draw_duration(self.strategy.dissemination(quality, self.gain))
+        mind = self._mind()
+        self._said = _opinion(self.strategy.say(mind))
+        self._value = 0
+        if self.strategy.value_bits:
+            self._value = sent(self.strategy.value(mind), self.strategy.value_bits)
+        mean = self.strategy.dissemination(mind.quality, self.gain)
+        self.phase_left = self.dissemination_floor + self._draw_duration(mean)
 
-    def _feasible_quality(self) -> float:
-        """Return the quality of *feasible*: that of the scarcest skills seen (model.md 4.3, 6.7)."""
-        seen = [(_sum(robots, self.robots_seen), _sum(tasks, self.tasks_seen)) for robots, tasks in self.sets]
-        observed = [(robots, tasks) for robots, tasks in seen if robots + tasks > 0]
-        return min(self.strategy.quality(robots, tasks) for robots, tasks in observed or [(0, 0)])
+    def _rate(self) -> None:
+        """Find the quality of *feasible*: that of the scarcest skills (model.md 4.3, 6.7)."""
+        robots, tasks = self.knowledge.counted() if self.knowledge else (self.robots_seen, self.tasks_seen)
+        sides = [(_sum(robot, robots), _sum(task, tasks)) for robot, task in self.sets]
+        observed = [pair for pair in sides if sum(pair) > 0] or [(0, 0)]
+        floor = self.quality_floor
+        self.feasible_quality = min(
+            self.strategy.quality(max(floor, robots), max(floor, tasks)) for robots, tasks in observed
+        )
+
+    def _mind(self) -> Mind:
+        qualities = {1: self.feasible_quality, 0: 1.0 - self.feasible_quality, NONE: 0.5}
+        own_vote = int(self.own_vote)
+        quality = qualities[self.opinion]
+        return Mind(self.opinion, quality, self.feasible_quality, own_vote, self._memory, self._parameters)
+
+    def _inbox(self) -> Inbox:
+        """Return the messages heard, one drawn of them and a chance."""
+        chance, drawn = self._draw_choice()
+        # The draw is among all those that say feasible, in the order of their senders, and then the others.
+        senders = sorted(self._latest)
+        votes = [self._latest[sender] for sender in senders] + self._messages
+        votes.sort(key=lambda message: -message.opinion)
+        if not votes:
+            return Inbox(0, 0, NONE, 0.0, 0.0, chance)
+        feasible = sum(message.opinion for message in votes)
+        heard = votes[int(drawn * len(votes))]
+        one = 2**self.strategy.value_bits - 1 or 1
+        mean = sum(message.value for message in votes) / (len(votes) * one)
+        return Inbox(feasible, len(votes) - feasible, heard.opinion, heard.value / one, mean, chance)
 
     def _decide(self) -> None:
-        """Follow the inbox (model.md 4.6)."""
-        votes = [*self._latest.values(), *self._messages]
-        if self.own_vote:
-            votes.append(self.opinion)
-        feasible = sum(votes)
-        decided = self.strategy.decide(self.opinion, feasible, len(votes) - feasible)
-        if not self.stubborn:
+        """Follow the inbox, or what is known (model.md 4.6)."""
+        if self.knowledge:
+            self._rate()
+        inbox = self._inbox()
+        decided = _opinion(self.strategy.decide(self._mind(), inbox))
+        if not (self.stubborn or self.committed):
             self.opinion = decided
+        if self.commit is not None:
+            self._consider_commitment(self.commit, inbox)
+
+    def _consider_commitment(self, rule: Commit, inbox: Inbox) -> None:
+        """Commit if others have long agreed with the own opinion."""
+        agreeing = {1: inbox.feasible_votes, 0: inbox.infeasible_votes}.get(self.opinion, 0)
+        votes = inbox.feasible_votes + inbox.infeasible_votes
+        agrees = self.opinion != NONE and votes >= rule.heard and agreeing >= rule.quorum * votes
+        self._agreed = self._agreed + 1 if agrees else 0
+        self.committed = self.committed or self._agreed >= rule.rounds
+
+
+def _opinion(number: int) -> int:
+    return number if number in (0, 1) else NONE
 
 
 def _sum(weights: Sequence[int], counts: Sequence[int]) -> int:

@@ -7,12 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from feasibee.errors import Problem
+from feasibee.sections import strategy_of
 from feasibee.vocabulary import exact
 
 Explicit = Mapping[str, Mapping[str, Any]]
 SKILLS = 8
 UNIQUE_LIMIT = 4 * 2**30
 """Bytes of what all robots of a swarm remember to have seen."""
+KNOWLEDGE_LIMIT = 4 * 2**30
+"""Bytes of what all robots of a swarm know and tell, for strategies that pass on knowledge."""
 
 
 def conflicts(
@@ -42,6 +45,10 @@ def conflicts(
         yield from _skills(explicit)
     if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
         yield from _faults(explicit)
+    if fit("decision.inbox", "decision.inbox_size"):
+        yield from _inbox(explicit["decision"])
+    if fit("decision.strategy"):
+        yield from _strategy(explicit, fit)
     if not fit("arena.side", "arena.boundary"):
         return
     yield from _reaches(explicit, fit)
@@ -54,6 +61,8 @@ def conflicts(
             yield from _points(section, explicit, places.get(section))
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
+        if fit("decision.strategy"):
+            yield from _knowledge_memory(explicit)
 
 
 def size_of(explicit: Explicit) -> tuple[float, float]:
@@ -111,6 +120,59 @@ def _faults(explicit: Explicit) -> Iterator[Problem]:
     if sum(shares) > 1 + 1e-12:
         rule = "stopped, byzantine and stubborn must be at most 1 together"
         yield Problem("faults", math.fsum(shares), rule, "a robot has one fault at most: lower a share")
+
+
+def _inbox(decision: Mapping[str, Any]) -> Iterator[Problem]:
+    if decision["inbox"] == "every-message" and decision["inbox_size"] is not None:
+        rule = 'counts robots, which isn\'t known with inbox = "every-message"'
+        remedy = 'leave one of them out, or choose inbox = "latest-per-robot"'
+        yield Problem("decision.inbox_size", decision["inbox_size"], rule, remedy)
+
+
+def _strategy(explicit: Explicit, fit: Any) -> Iterator[Problem]:
+    """Find settings that have no meaning for the strategy."""
+    decision, sensing = explicit["decision"], explicit["sensing"]
+    strategy = strategy_of(decision["strategy"])
+    if fit("decision.parameters"):
+        for name in sorted(set(decision["parameters"]) - set(strategy.parameters)):
+            rule = f"{strategy.name} has no such parameter"
+            remedy = f"it has {', '.join(strategy.parameters) or 'none'}"
+            yield Problem(f"decision.parameters.{name}", decision["parameters"][name], rule, remedy)
+    if strategy.value_bits and decision["inbox"] == "every-message":
+        rule = f"{strategy.name} sends a number, of which only each robot's latest is kept"
+        remedy = 'choose inbox = "latest-per-robot"'
+        yield Problem("decision.inbox", decision["inbox"], rule, remedy)
+    if strategy.knowledge and decision["quality_floor"] != 0:
+        rule = f"{strategy.name} rates what the swarm knows, not the counts of one exploration"
+        yield Problem("decision.quality_floor", decision["quality_floor"], rule, "leave it out")
+    by_name = strategy.name == "census" and explicit["radio"]["id_bits"] is not None
+    if by_name and fit("robots.classes") and len(explicit["robots"]["classes"]) > 1:
+        rule = "lets robots of two classes have one id, of which a census can't tell the class"
+        yield Problem("radio.id_bits", explicit["radio"]["id_bits"], rule, "leave it out, or choose sketch")
+    for name in ("false_robots", "false_tasks"):
+        if strategy.name in ("census", "sketch") and fit(f"sensing.{name}") and sensing[name] != 0:
+            rule = f"{strategy.name} counts things by name, and what isn't there has none"
+            yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+
+
+def _knowledge_memory(explicit: Explicit) -> Iterator[Problem]:
+    """Refuse swarms whose robots together know more than fits."""
+    strategy = explicit["decision"]["strategy"]
+    robots, tasks = total(explicit["robots"]), total(explicit["tasks"])
+    kinds = sum(max(1, len(explicit[section]["classes"])) for section in ("robots", "tasks"))
+    inventions = robots + tasks if explicit["faults"]["byzantine"] else 0
+    each = {
+        "tally": 4 * robots * kinds,
+        "estimate": 4 * robots * kinds,
+        "census": (robots + tasks + inventions) / 8,
+        "sketch": 4 * 128 * kinds,
+    }
+    needed = 2 * robots * each.get(strategy, 0)
+    if needed > KNOWLEDGE_LIMIT:
+        rule = (
+            f"what {robots} robots know would take {needed / 2**30:.0f} GiB, over {KNOWLEDGE_LIMIT // 2**30}"
+        )
+        yield Problem("decision.strategy", strategy, rule, "choose sketch or average, or fewer robots")
 
 
 def _reaches(explicit: Explicit, fit: Any) -> Iterator[Problem]:

@@ -5,13 +5,14 @@ A short text resolves to one complete form, which is hashed, stored and run. The
 
 from __future__ import annotations
 
+import copy
 import difflib
 import hashlib
 import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import tomli_w
 from pydantic import (
@@ -22,10 +23,12 @@ from pydantic import (
     ValidationError,
     model_validator,
 )
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.points import read_points
+from feasibee.presets import PRESETS, with_preset
 from feasibee.rules import conflicts
 from feasibee.sections import (
     Arena,
@@ -38,7 +41,9 @@ from feasibee.sections import (
     Sensing,
     Tasks,
     Walk,
+    strategy_of,
 )
+from feasibee.strategies.contract import Strategy
 
 
 class Scenario(BaseModel):
@@ -48,6 +53,9 @@ class Scenario(BaseModel):
     ----------
     arena, robots, tasks, walk, sensing, radio, decision, faults, run : mapping or section, optional
         What differs from the paper, such as ``tasks={"count": 50}``.
+    preset : str, optional
+        A public controller of the field, whose values stand in for the paper's: ``"valentini-2016"``,
+        ``"minimize-surprise"`` or ``"subcdm-2025"``.
 
     Raises
     ------
@@ -63,6 +71,9 @@ class Scenario(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
+    preset: Literal[*PRESETS] | None = Field(  # type: ignore[valid-type]
+        None, exclude=True, description="A public controller whose values stand in for the paper's."
+    )
     arena: Arena = Arena()
     robots: Robots = Robots()
     tasks: Tasks = Tasks()
@@ -78,6 +89,7 @@ class Scenario(BaseModel):
         def __init__(
             self,
             *,
+            preset: str | None = ...,
             arena: Arena | Mapping[str, Any] = ...,
             robots: Robots | Mapping[str, Any] = ...,
             tasks: Tasks | Mapping[str, Any] = ...,
@@ -99,7 +111,7 @@ class Scenario(BaseModel):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "see `feasibee scenario`")]
             )
-        given, places, problems = _with_points(given)
+        given, places, problems = _with_points(with_preset(given))
         try:
             scenario = handler(given)
         except ValidationError as error:
@@ -114,6 +126,8 @@ class Scenario(BaseModel):
         """Fill in what follows from other fields, without marking it as set."""
         if self.radio.range is None:
             self._put("radio", range=self.sensing.range)
+        parameters = {**self.strategy.parameters, **self.decision.parameters}
+        self._put("decision", parameters={name: float(value) for name, value in parameters.items()})
         for name in ("robots", "tasks"):
             section = getattr(self, name)
             if section.classes:
@@ -126,6 +140,11 @@ class Scenario(BaseModel):
         changed = section.model_construct(_fields_set=section.model_fields_set, **{**dict(section), **values})
         self.__dict__[name] = changed
 
+    @property
+    def strategy(self) -> Strategy:
+        """How opinions are rated, told and chosen."""
+        return strategy_of(self.decision.strategy)
+
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
         """Read a scenario from TOML text; ``source`` names it in errors."""
@@ -135,6 +154,9 @@ class Scenario(BaseModel):
                 table = tables.get(name)
                 if source and isinstance(table, dict) and isinstance(table.get("points"), str):
                     table["points"] = str(Path(source).parent / table["points"])
+            decision = tables.get("decision")
+            if source and isinstance(decision, dict) and str(decision.get("strategy")).endswith(".py"):
+                decision["strategy"] = str(Path(source).parent / decision["strategy"])
             return cls.model_validate(tables)
         except ScenarioError as error:
             raise ScenarioError(error.problems, source) from None
@@ -177,7 +199,10 @@ class Scenario(BaseModel):
             del table["count" if table["classes"] else "classes"]
             if not table["points"]:
                 del table["points"]
-        return tables
+        return {
+            name: {key: value for key, value in table.items() if value not in (None, {})}
+            for name, table in tables.items()
+        }
 
     def to_toml(self) -> str:
         """Return the complete form as TOML; reading it gives an equal scenario."""
@@ -185,23 +210,51 @@ class Scenario(BaseModel):
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the complete form: equal for equal scenarios, however they were written."""
-        text = json.dumps(self.to_dict(), sort_keys=True, separators=(",", ":"))
+        """SHA-256 of the complete form: equal for equal scenarios, however they were written.
+
+        A strategy of the user's own counts by the text of its file, not by its path.
+        """
+        tables = self.to_dict()
+        if self.strategy.source:
+            tables["decision"]["strategy"] = self.strategy.source
+        text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return nested tables with the values at some dotted paths replaced, and the paths that lead nowhere."""
-    changed = {name: dict(table) for name, table in tables.items()}
+    """Return nested tables with the values at some dotted paths replaced, and the paths that lead nowhere.
+
+    A number in a path is a place in a list: ``robots.classes.0.count``.
+    """
+    changed = copy.deepcopy(dict(tables))
     problems = []
     for path, value in changes.items():
-        section, _, key = path.partition(".")
-        if key:
-            changed.setdefault(section, {})[key] = value
-        else:
+        *way, last = path.split(".")
+        if not (way or path in Scenario.model_fields) or "" in (*way, last):
             rule = "isn't the path of a field"
             problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
+            continue
+        try:
+            table: Any = changed
+            for part in way:
+                table = _step_into(table, part)
+            if isinstance(table, list):
+                table[int(last)] = value
+            else:
+                table[last] = value
+        except (LookupError, TypeError, ValueError):
+            rule = "leads through something that isn't there"
+            problems.append(Problem(path, value, rule, f"give {'.'.join(way)} first"))
     return changed, problems
+
+
+def _step_into(table: Any, part: str) -> Any:
+    """Return what is in a table or list, which has it from now on."""
+    if isinstance(table, tuple | list):
+        return table[int(part)]
+    if table.get(part) is None:
+        table[part] = {}
+    return table[part]
 
 
 def _with_points(
@@ -228,7 +281,7 @@ def _with_points(
 def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the raw values laid over the defaults, for the rules about several fields."""
     explicit: dict[str, dict[str, Any]] = {}
-    for name, field in Scenario.model_fields.items():
+    for name, field in _sections().items():
         table = given.get(name, {})
         if isinstance(table, Section):
             table = table.model_dump(exclude_unset=True)
@@ -281,15 +334,19 @@ _WORDS = {
 
 def _field(path: str) -> Any:
     section, _, key = path.partition(".")
-    outer = Scenario.model_fields.get(section)
+    outer = _sections().get(section)
     return cast(type[Section], outer.annotation).model_fields.get(key) if outer and outer.annotation else None
+
+
+def _sections() -> dict[str, FieldInfo]:
+    return {name: field for name, field in Scenario.model_fields.items() if name != "preset"}
 
 
 def _suggestion(path: str) -> str:
     """Name the field that was most likely meant."""
     known = [
         f"{name}.{key}"
-        for name, field in Scenario.model_fields.items()
+        for name, field in _sections().items()
         for key in cast(type[Section], field.annotation).model_fields
     ]
     names = known if "." in path else list(Scenario.model_fields)
@@ -300,7 +357,7 @@ def _suggestion(path: str) -> str:
         return f"did you mean {close[0]}?"
     if "." in path and siblings:
         return f"[{section}] has {', '.join(siblings)}"
-    return f"the sections are {', '.join(Scenario.model_fields)}"
+    return f"the sections are {', '.join(_sections())}"
 
 
 def _toml(value: object) -> str:

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema
 from pydantic_core import PydanticCustomError
+
+from feasibee.errors import FeasibeeError
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy
+from feasibee.strategies.loading import load, registered
+from feasibee.vocabulary import exact
 
 Length = Annotated[float, Field(gt=0, le=1e6)]
 Duration = Annotated[float, Field(gt=0, le=1e6)]
@@ -51,6 +58,40 @@ def _as_points(value: Any) -> Any:
     raise PydanticCustomError("points", "must be the name of a CSV file, or pairs of numbers [x, y]")
 
 
+def _as_listen(value: Any) -> Any:
+    """Take a word, or {last = steps}."""
+    if value in ("always", "dissemination"):
+        return value
+    steps = value.get("last") if isinstance(value, Mapping) and len(value) == 1 else None
+    if isinstance(steps, int) and not isinstance(steps, bool) and 1 <= steps <= 1_000_000:
+        return {"last": steps}
+    rule = "must be 'always', 'dissemination', or {last = 3} for the last 3 steps of dissemination"
+    raise PydanticCustomError("listen", rule)
+
+
+def _known_strategy(name: str) -> str:
+    """Find a strategy, load it and try it."""
+    try:
+        strategy_of(name)
+    except FeasibeeError as error:
+        names = ", ".join([*STRATEGIES, *registered()])
+        rule = str(error) if name.endswith(".py") else f"must be the path of a .py file, or one of {names}"
+        raise PydanticCustomError("strategy", "{rule}", {"rule": rule}) from None
+    return name
+
+
+def strategy_of(name: str) -> Strategy:
+    """Return the strategy of a name: a built-in one, that of a file, or another package's."""
+    return STRATEGIES[name] if name in STRATEGIES else load(name)
+
+
+def _short(value: float) -> float:
+    """Refuse decimals so long that a share of an inbox couldn't be compared with them exactly."""
+    if exact(value).denominator > 10**9:
+        raise PydanticCustomError("decimals", "must have at most 9 decimals")
+    return value
+
+
 POSITIVE = {"type": "number", "exclusiveMinimum": 0, "maximum": 1e6}
 PAIRS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
 Side = Annotated[
@@ -58,6 +99,18 @@ Side = Annotated[
     BeforeValidator(_as_side),
     WithJsonSchema({"anyOf": [POSITIVE, {"type": "array", "items": POSITIVE, "minItems": 2, "maxItems": 2}]}),
 ]
+LAST = {
+    "type": "object",
+    "properties": {"last": {"type": "integer", "minimum": 1, "maximum": 1_000_000}},
+    "required": ["last"],
+    "additionalProperties": False,
+}
+Listen = Annotated[
+    Any,
+    BeforeValidator(_as_listen),
+    WithJsonSchema({"anyOf": [{"enum": ["always", "dissemination"]}, LAST]}),
+]
+StrategyName = Annotated[str, AfterValidator(_known_strategy)]
 Points = Annotated[Any, BeforeValidator(_as_points), WithJsonSchema({"anyOf": [{"type": "string"}, PAIRS]})]
 
 
@@ -165,19 +218,49 @@ class Radio(Section):
         json_schema_extra=_without_default,
     )
     loss: Share = Field(0.0, description="Probability that one receiver misses one message.")
+    id_bits: int | None = Field(
+        None, ge=1, le=32, description="Random ids of so many bits, which may collide; by default exact ids."
+    )
+
+
+class Commit(Section):
+    """When a robot knows that it has decided: from then on it keeps its opinion, and says so."""
+
+    quorum: Annotated[Share, AfterValidator(_short)] = Field(
+        0.9, description="Least share of its inbox that agrees with its decision,"
+    )
+    rounds: int = Field(3, ge=1, le=1_000_000, description="in so many decisions running,")
+    heard: int = Field(3, ge=1, le=1_000_000, description="each upon at least so many messages.")
 
 
 class Decision(Section):
     """The controller (model.md 4)."""
 
-    strategy: Literal["dmmd"] = Field("dmmd", description="How opinions are rated and chosen.")
+    strategy: StrategyName = Field(
+        "dmmd", description="How opinions are rated, told and chosen: a name, or the path of a .py file."
+    )
+    parameters: dict[Word, float] = Field(
+        default_factory=dict, description="The strategy's own parameters, if it has any."
+    )
     exploration: Duration = Field(10.0, description="Mean duration of exploration, in steps.")
     gain: Duration = Field(10.0, description="Mean steps of dissemination for an opinion of quality 1: g.")
-    listen: Literal["always", "dissemination"] = Field("always", description="In which phases robots hear.")
+    dissemination_floor: int = Field(
+        0, ge=0, le=1_000_000, description="Steps that each dissemination lasts longer."
+    )
+    quality_floor: int = Field(
+        0, ge=0, le=1_000_000, description="Counts are taken for at least this when they are rated."
+    )
+    listen: Listen = Field(
+        "always", description="When robots hear: always, while disseminating, or in its last steps."
+    )
     inbox: Literal["latest-per-robot", "every-message"] = Field(
         "latest-per-robot", description="What the inbox keeps of a robot heard twice."
     )
+    inbox_size: int | None = Field(
+        None, ge=1, le=1_000_000, description="How many robots' messages the inbox keeps, the newest."
+    )
     own_vote: bool = Field(True, description="Whether a robot's own opinion counts in its majority.")
+    commit: Commit | None = Field(None, description="A robot's own rule to know that it has decided.")
     threshold: float = Field(
         0.9, ge=0.5, lt=1, description="The swarm has decided when more than this share of it agrees."
     )

@@ -46,13 +46,15 @@ class Swarm:
         self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
         self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
         self._kinds = translation.kinds_of(self.scenario, self._params)
+        self._packed = layout.packed(self._params)
         self._unit = float(translation.unit_of(self.scenario))
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
         self._slots = slots
-        self._state = self._layout.empty_state(self._params, self._kinds, slots)
-        self._start(self._params, self._state, self._run)
+        memory = self.scenario.strategy.memory
+        self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
+        self._start(self._packed, self._state, self._run)
 
     def advance(self, steps: int = 1) -> None:
         """Let some steps pass."""
@@ -61,12 +63,14 @@ class Swarm:
         unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
         while self.step < until:
             self._advance(
-                self._params,
+                self._packed,
                 self._state,
                 until,
                 record.decision,
                 record.decision_step,
                 record.feasible_count[0],
+                record.infeasible_count[0],
+                record.account[0],
                 *unwatched,
                 *self._strategy,
             )
@@ -93,8 +97,9 @@ class Swarm:
 
     @property
     def opinions(self) -> NDArray[np.int8]:
-        """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible."""
-        return self._members(self._state.sets[self._layout.OPINIONS])
+        """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing."""
+        feasible = self._members(self._state.sets[self._layout.OPINIONS])
+        return feasible - self._members(self._state.sets[self._layout.NEUTRAL])
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
@@ -103,8 +108,24 @@ class Swarm:
 
     @property
     def feasible_count(self) -> int:
-        """Number of robots with opinion 1."""
+        """Number of counted robots with opinion 1."""
         return int(self._state.clock[self._layout.FEASIBLE_COUNT])
+
+    @property
+    def infeasible_count(self) -> int:
+        """Number of counted robots with opinion 0."""
+        neutral = int(self._state.clock[self._layout.NEUTRAL_COUNT])
+        return int(self.counted.sum()) - self.feasible_count - neutral
+
+    @property
+    def committed(self) -> NDArray[np.bool_]:
+        """Which robots have committed to their opinion: bool, shape (robots,)."""
+        return self._members(self._state.sets[self._layout.COMMITTED]).astype(np.bool_)
+
+    @property
+    def bits_sent(self) -> int:
+        """Length of all messages so far."""
+        return int(self._state.clock[self._layout.BITS])
 
     @property
     def decision(self) -> int:
@@ -113,7 +134,7 @@ class Swarm:
         needed = exact(self.scenario.decision.threshold) * counted
         if self.feasible_count > needed:
             return FEASIBLE
-        if counted - self.feasible_count > needed:
+        if self.infeasible_count > needed:
             return INFEASIBLE
         return UNDECIDED
 

@@ -12,6 +12,7 @@ MODEL_VERSION: Final = 1
 INFEASIBLE: Final = 0
 FEASIBLE: Final = 1
 UNDECIDED: Final = -1
+NO_OPINION: Final = -1
 DECISIONS: Final = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", UNDECIDED: "undecided"}
 
 # Phases of the controller (model.md 4.2, 4.4).
@@ -23,7 +24,7 @@ PLACE_ROBOT: Final = 0  # words 0, 1: x, y
 PLACE_TASK: Final = 1  # words 0, 1: x, y
 FIRST_OPINION: Final = 2  # word 0: its top bit
 WALK: Final = 3  # word 0: heading; word 1: duration
-PHASE: Final = 4  # word 0: duration
+PHASE: Final = 4  # word 0: duration; for the decision before it, word 1: chance, word 2: the message drawn
 CENTRE_ROBOT: Final = 5  # words 0, 1: x, y of a cluster's centre
 CENTRE_TASK: Final = 6
 CLUSTER_ROBOT: Final = 7  # word 0: which cluster
@@ -40,6 +41,7 @@ FALSE_ROBOT_CLASS: Final = 17  # word 0; of (observer, number of the sighting)
 FALSE_TASK_CLASS: Final = 18
 LOSS: Final = 19  # word 0; of (receiver, sender)
 LIE: Final = 20  # word 0: its top bit is what a random liar says
+IDENTITY: Final = 21  # word 0: a robot's random id; word 1: the hash of a robot, a task or a liar's invention
 PURPOSES: Final = (
     "PLACE_ROBOT",
     "PLACE_TASK",
@@ -62,6 +64,7 @@ PURPOSES: Final = (
     "FALSE_TASK_CLASS",
     "LOSS",
     "LIE",
+    "IDENTITY",
 )
 PAIR: Final = 256
 """A draw about a pair has purpose + PAIR * (number of the second): the fourth word tells both."""

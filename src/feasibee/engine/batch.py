@@ -8,43 +8,80 @@ from numba import boolean, float64, int8, int32, int64, typeof, types
 
 from feasibee.engine import step
 from feasibee.engine.compile import entry, kernel
-from feasibee.engine.layout import FEASIBLE_COUNT, FULL, STEP, empty_state
+from feasibee.engine.layout import (
+    BITS,
+    COMMITTED_FEASIBLE,
+    COMMITTED_INFEASIBLE,
+    FEASIBLE_COUNT,
+    FULL,
+    NEUTRAL_COUNT,
+    STEP,
+    empty_state,
+    packed,
+)
 from feasibee.engine.translation import kinds_of, params_of
+from feasibee.record import BITS_SENT, COMMIT_STEP
+from feasibee.record import COMMITTED_FEASIBLE as FOR
+from feasibee.record import COMMITTED_INFEASIBLE as AGAINST
 from feasibee.scenario import Scenario
+from feasibee.strategies.contract import Inbox, Mind
 from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
 
-QUALITY = float64(int64, int64)
-DISSEMINATION = float64(float64, float64)
-DECIDE = int64(int64, int64, int64)
-
 _params = params_of(Scenario(), 0)
-PARAMS = typeof(_params)
-STATE = typeof(empty_state(_params, kinds_of(Scenario(), _params), 2))
-DECISIONS, STEPS, CURVES, DONE, CANCEL = int8[::1], int32[::1], int32[:, ::1], int64[::1], boolean[::1]
-STRATEGY = (types.FunctionType(QUALITY), types.FunctionType(DISSEMINATION), types.FunctionType(DECIDE))
+_state = empty_state(_params, kinds_of(Scenario(), _params), 2)
+PARAMS = typeof(packed(_params))
+STATE = typeof(_state)
+MIND = typeof(Mind(0, 0.0, 0.0, 0, _state.memory[0, 1:], _state.kinds.parameters))
+INBOX = typeof(Inbox(0, 0, 0, 0.0, 0.0, 0.0))
+SIGNATURES = {
+    "quality": float64(int64, int64),
+    "dissemination": float64(float64, float64),
+    "decide": int64(MIND, INBOX),
+    "say": int64(MIND),
+    "value": float64(MIND),
+}
+"""Of the functions of a strategy, in the order of `feasibee.engine.step`."""
+STRATEGY = [types.FunctionType(each) for each in SIGNATURES.values()]
+DECISIONS, STEPS, DONE, CANCEL = int8[::1], int32[::1], int64[::1], boolean[::1]
+CURVES, CURVE = int32[:, ::1], int32[::1]
 
 START = types.void(PARAMS, STATE, int64)
-ADVANCE = types.void(PARAMS, STATE, int64, DECISIONS, STEPS, STEPS, DONE, CANCEL, *STRATEGY)
+ADVANCE = types.void(
+    PARAMS, STATE, int64, DECISIONS, STEPS, CURVE, CURVE, int64[::1], DONE, CANCEL, *STRATEGY
+)
 
 
 @kernel
-def note(params, state, decision, decision_step, curve):
-    """Write down a run's present step: its curve, and its decision if it is the first (model.md 4.7)."""
+def note(params, state, decision, decision_step, curve, counter_curve, account):
+    """Write down a run's present step: its curves, and its decision if it is the first (model.md 4.7)."""
+    counted = params.robots - params.byzantine
+    quorum = params.quorum
+    if params.stopped > 0 and state.clock[STEP] >= params.stop_step:
+        counted -= params.stopped
+        quorum = params.quorum_stopped
     feasible = state.clock[FEASIBLE_COUNT]
+    infeasible = counted - feasible - state.clock[NEUTRAL_COUNT]
     if curve.size > 0:
         curve[state.clock[STEP]] = feasible
+        counter_curve[state.clock[STEP]] = infeasible
     if decision[0] == UNDECIDED:
-        counted = params.robots - params.byzantine
-        quorum = params.quorum
-        if params.stopped > 0 and state.clock[STEP] >= params.stop_step:
-            counted -= params.stopped
-            quorum = params.quorum_stopped
         if feasible >= quorum:
             decision[0] = FEASIBLE
             decision_step[0] = state.clock[STEP]
-        elif counted - feasible >= quorum:
+        elif infeasible >= quorum:
             decision[0] = INFEASIBLE
             decision_step[0] = state.clock[STEP]
+    committed = state.clock[COMMITTED_FEASIBLE] + state.clock[COMMITTED_INFEASIBLE]
+    if params.commit and account[COMMIT_STEP] < 0 and committed >= quorum:
+        account[COMMIT_STEP] = state.clock[STEP]
+
+
+@kernel
+def settle(state, account):
+    """Write down what a run has come to."""
+    account[BITS_SENT] = state.clock[BITS]
+    account[FOR] = state.clock[COMMITTED_FEASIBLE]
+    account[AGAINST] = state.clock[COMMITTED_INFEASIBLE]
 
 
 def start_paper(params, state, run):
@@ -58,31 +95,61 @@ def start_beyond(params, state, run):
 
 
 def advance_paper(
-    params, state, until, decision, decision_step, curve, done, cancel, quality, dissemination, decide
+    params,
+    state,
+    until,
+    decision,
+    decision_step,
+    curve,
+    counter_curve,
+    account,
+    done,
+    cancel,
+    quality,
+    dissemination,
+    decide,
+    say,
+    value,
 ):
     """Play one run on, up to a step or to its end.
 
-    ``decision`` and ``decision_step`` hold one number each; ``curve`` is empty when nobody wants it.
+    ``decision`` and ``decision_step`` hold one number each; the curves are empty when nobody wants them.
     ``done[0]`` counts steps; setting ``cancel[0]`` ends the run, as does an inbox table that is full.
     """
     if state.clock[STEP] == 0:
-        note(params, state, decision, decision_step, curve)
+        note(params, state, decision, decision_step, curve, counter_curve, account)
     while goes_on(params, state, until, decision, cancel):
-        step.advance_paper(params, state, quality, dissemination, decide)
-        note(params, state, decision, decision_step, curve)
+        step.advance_paper(params, state, quality, dissemination, decide, say, value)
+        note(params, state, decision, decision_step, curve, counter_curve, account)
         done[0] += 1
+    settle(state, account)
 
 
 def advance_beyond(
-    params, state, until, decision, decision_step, curve, done, cancel, quality, dissemination, decide
+    params,
+    state,
+    until,
+    decision,
+    decision_step,
+    curve,
+    counter_curve,
+    account,
+    done,
+    cancel,
+    quality,
+    dissemination,
+    decide,
+    say,
+    value,
 ):
     """Do the same with what is beyond the paper."""
     if state.clock[STEP] == 0:
-        note(params, state, decision, decision_step, curve)
+        note(params, state, decision, decision_step, curve, counter_curve, account)
     while goes_on(params, state, until, decision, cancel):
-        step.advance_beyond(params, state, quality, dissemination, decide)
-        note(params, state, decision, decision_step, curve)
+        step.advance_beyond(params, state, quality, dissemination, decide, say, value)
+        note(params, state, decision, decision_step, curve, counter_curve, account)
         done[0] += 1
+    settle(state, account)
 
 
 @kernel
@@ -101,6 +168,8 @@ def goes_on(params, state, until, decision, cancel):
         DECISIONS,
         STEPS,
         CURVES,
+        CURVES,
+        int64[:, ::1],
         DONE,
         CANCEL,
         types.FunctionType(START),
@@ -115,6 +184,8 @@ def play(
     decisions,
     decision_steps,
     curves,
+    counter_curves,
+    accounts,
     done,
     cancel,
     start,
@@ -122,6 +193,8 @@ def play(
     quality,
     dissemination,
     decide,
+    say,
+    value,
 ):
     """Play the runs from ``first_run`` on, one for each place of ``decisions``; return how many are whole.
 
@@ -132,6 +205,7 @@ def play(
         start(params, state, first_run + r)
         decisions[r] = UNDECIDED
         decision_steps[r] = -1
+        accounts[r, COMMIT_STEP] = -1
         advance(
             params,
             state,
@@ -139,11 +213,15 @@ def play(
             decisions[r : r + 1],
             decision_steps[r : r + 1],
             curves[r],
+            counter_curves[r],
+            accounts[r],
             done,
             cancel,
             quality,
             dissemination,
             decide,
+            say,
+            value,
         )
         if state.clock[FULL] or cancel[0]:
             return r

@@ -148,11 +148,11 @@ def block(cells, grid, x, y):
 
 
 @kernel
-def block_on_torus(cells, grid, x, y):
+def block_on_torus(cells, bits, x, y):
     """Return the same on a square torus, where the side is 2**32: by shifts."""
-    side = 1 << grid.bits
-    shift = uint64(32 - grid.bits)
-    half = int64(1) << int64(31 - grid.bits)
+    side = 1 << bits
+    shift = uint64(32 - bits)
+    half = int64(1) << int64(31 - bits)
     column = int64(uint64(uint32(x - half)) >> shift)
     row = int64(uint64(uint32(y - half)) >> shift)
     cell = row * (side + 1) + column
@@ -160,9 +160,9 @@ def block_on_torus(cells, grid, x, y):
 
 
 @kernel
-def count_within(cells, grid, x, y, limit):
+def count_within(cells, bits, x, y, limit):
     """Return how many points lie within the limit of a place on a square torus."""
-    first, last = block_on_torus(cells, grid, x, y)
+    first, last = block_on_torus(cells, bits, x, y)
     total = 0
     while first < last:
         total += popcount(

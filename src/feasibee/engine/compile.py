@@ -27,6 +27,12 @@ def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
     return compiled
 
 
+def passage(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile as part of the one function that calls it: a long one, which would else be compiled twice."""
+    compiled: Callable[..., Any] = numba.njit(inline="always", **OPTIONS)(function)
+    return compiled
+
+
 def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner."""
     compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
@@ -53,14 +59,14 @@ def entry(signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 def cache_folder() -> Path:
     """Return the folder of the compiled code, named after all that it was compiled from.
 
-    numba notices a change in a kernel's own file, not in the files of the kernels that it calls.
+    numba notices a change in a kernel's own file, not in the files of the kernels that it calls. Strategies
+    call none.
     ``FEASIBEE_CACHE`` moves the folder.
     """
     package = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    for source in sorted(
-        [*package.glob("engine/*.py"), *package.glob("strategies/*.py"), package / "vocabulary.py"]
-    ):
+    shared = ("vocabulary.py", "record.py", "strategies/contract.py")
+    for source in (*sorted(package.glob("engine/*.py")), *(package / name for name in shared)):
         digest.update(source.name.encode())
         digest.update(source.read_bytes())
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cache
 from typing import Any
 
 import numpy as np
+from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from feasibee.engine import batch
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Kinds, Params, empty_state
+from feasibee.engine.layout import Kinds, Params, empty_state, packed
 from feasibee.engine.translation import is_paper, kinds_of, params_of
+from feasibee.errors import FeasibeeError
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
 FIRST_SLOTS = 64
@@ -29,17 +32,33 @@ Functions = tuple[Callable[..., Any], ...]
 
 def engine_functions(scenario: Scenario) -> Functions:
     """Compile what a scenario takes: how a run starts, how it goes on, and its strategy."""
-    return (*batch.world_functions(not is_paper(scenario)), *strategy_functions(scenario.decision.strategy))
+    return (*batch.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
 
 
 @cache
-def strategy_functions(name: str) -> Functions:
+def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
-    strategy = STRATEGIES[name]
+    return tuple(_compiled(strategy, name) for name in batch.SIGNATURES)
+
+
+def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
+    try:
+        return entry(batch.SIGNATURES[name])(getattr(strategy, name))
+    except NumbaError as error:
+        if not strategy.source:
+            raise
+        raise FeasibeeError(_explained(strategy, name, error)) from None
+
+
+def _explained(strategy: Strategy, name: str, error: Exception) -> str:
+    """Say what doesn't compile, and in which line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    place = next((found[1] for line in lines if (found := re.search(r"line (\d+)\)", line))), "?")
+    what = next((line for line in lines if not line.startswith(("Failed in", "File", "During"))), "")
+    what = re.sub(r"\x1b\[[0-9;]*m", "", what)
     return (
-        entry(batch.QUALITY)(strategy.quality),
-        entry(batch.DISSEMINATION)(strategy.dissemination),
-        entry(batch.DECIDE)(strategy.decide),
+        f"{strategy.name}, line {place}: {name} doesn't compile: {what}; "
+        "a strategy computes with numbers and math only"
     )
 
 
@@ -71,13 +90,14 @@ def simulate(
     params = params_of(scenario, seed)
     kinds = kinds_of(scenario, params)
     functions = engine_functions(scenario)
+    memory = scenario.strategy.memory
     parts = list(_parts(record, chunk or _chunk_length(params, record.runs, threads)))
     done = np.zeros((len(parts), 1), np.int64)
     cancel = np.zeros(1, np.bool_)
     slots = [FIRST_SLOTS]
     with ThreadPoolExecutor(threads) as pool:
         futures = [
-            pool.submit(_play, params, kinds, part, functions, done[row], cancel, slots)
+            pool.submit(_play, params, kinds, memory, part, functions, done[row], cancel, slots)
             for row, part in enumerate(parts)
         ]
         try:
@@ -125,6 +145,7 @@ def _chunk_length(params: Params, runs: int, threads: int) -> int:
 def _play(
     params: Params,
     kinds: Kinds,
+    memory: int,
     record: Record,
     functions: Functions,
     done: NDArray[np.int64],
@@ -139,12 +160,14 @@ def _play(
     while whole < record.runs and not cancel[0]:
         rest = record.part(whole, record.runs)
         whole += batch.play(
-            params,
-            empty_state(params, kinds, slots[0]),
+            packed(params),
+            empty_state(params, kinds, slots[0], memory),
             rest.first_run,
             rest.decision,
             rest.decision_step,
             rest.feasible_count,
+            rest.infeasible_count,
+            rest.account,
             done,
             cancel,
             *functions,

@@ -4,30 +4,43 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32
 
+from feasibee.engine import inbox
 from feasibee.engine.cells import fill, first_bits, lowest, popcount
-from feasibee.engine.compile import kernel, subroutine
-from feasibee.engine.draws import draw, duration, shuffle
+from feasibee.engine.compile import kernel, passage, subroutine
+from feasibee.engine.draws import draw, duration, philox, shuffle
+from feasibee.engine.knowledge import count_known, has, name
 from feasibee.engine.layout import (
+    AGREED,
+    BITS,
     BLOCKED,
+    COMMITTED,
+    COMMITTED_FEASIBLE,
+    COMMITTED_INFEASIBLE,
     COUNTED,
     DISSEMINATING,
     ENDING,
     FEASIBLE_COUNT,
     FULL,
+    KNOWN,
     LABELS,
     LIARS,
+    NEUTRAL,
+    NEUTRAL_COUNT,
     OPINIONS,
     ORDER,
     PHASE_LEFT,
     PHASES,
     ROBOTS_SEEN,
     RUN,
+    SAID,
+    SPEAKING,
     STEP,
     STEP_X,
     STEP_Y,
     STUBBORN,
     TASK_LABEL,
     TASKS_SEEN,
+    TOLD_VALUE,
     VOTES,
     WALK_LEFT,
     WALKS,
@@ -37,13 +50,14 @@ from feasibee.engine.layout import (
 )
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.placing import place_robots, place_tasks, scatter
-from feasibee.engine.sensing import count_votes, fill_robots, forget, has, label, sense_beyond, sense_paper
-from feasibee.vocabulary import FAULT, FIRST_OPINION, PHASE
+from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_beyond, sense_paper
+from feasibee.strategies.contract import Inbox, Mind
+from feasibee.vocabulary import FAULT, FIRST_OPINION, NO_OPINION, PHASE
 
 NEVER = 2**31 - 1
 
 
-@kernel
+@passage
 def start_paper(params, state, run):
     """Put the swarm of a run at step 0, with nothing beyond the paper (model.md 1.2, 1.3, 4.1)."""
     clear(params, state, run)
@@ -51,16 +65,17 @@ def start_paper(params, state, run):
     make_ready(params, state)
 
 
-@kernel
+@passage
 def start_beyond(params, state, run):
     """Put any swarm at step 0 (model.md 6)."""
     clear(params, state, run)
+    name(params, state)
     place_tasks(params, state)
     place_robots(params, state)
     draw_faults(params, state)  # last: `stop` relies on the shuffle that it leaves
     make_ready(params, state)
     if params.unique:
-        state.known[:] = uint32(0)
+        state.remembered[:] = uint32(0)
     if params.stop_step == 0:
         stop(params, state)
     fill_robots(params, state)
@@ -72,6 +87,7 @@ def clear(params, state, run):
     state.clock[RUN] = run
     state.clock[STEP] = 0
     state.clock[FULL] = 0
+    state.clock[BITS] = 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
@@ -79,7 +95,7 @@ def clear(params, state, run):
         state.sets[COUNTED, w] = state.sets[WORKING, w]
 
 
-@subroutine
+@passage
 def make_ready(params, state):
     """Give the robots that stand in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
     fill(
@@ -93,16 +109,23 @@ def make_ready(params, state):
     for i in range(params.robots):
         word = draw(params, state.clock[RUN], i, 0, FIRST_OPINION)
         state.sets[OPINIONS, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
+        if params.starts_neutral:
+            hold(state, i, int64(NO_OPINION))
         state.robots[WALKS, i] = 0
         head(params, state, i)
         state.robots[PHASES, i] = 0
-        enter_phase(params, state, i, params.exploration)
+        word = draw(params, state.clock[RUN], i, 0, PHASE)
+        enter_phase(state, i, duration(word, params.exploration))
         state.counts[VOTES, i] = 1  # makes sure that an inbox left by another run is emptied
         forget(params, state, i)
+        clear_counts(params, state, i)
+        state.robots[AGREED, i] = 0
+        state.memory[i] = 0.0
+    state.clock[COMMITTED_FEASIBLE] = state.clock[COMMITTED_INFEASIBLE] = 0
     for i in range(params.robots, state.robots.shape[1]):
         state.robots[WALK_LEFT, i] = NEVER
         state.robots[PHASE_LEFT, i] = NEVER
-    count_opinions(state)
+    count_opinions(params, state)
 
 
 @subroutine
@@ -134,33 +157,34 @@ def stop(params, state):
         state.sets[WORKING, i >> 5] &= ~bit(i)
         state.sets[COUNTED, i >> 5] &= ~bit(i)
         state.sets[DISSEMINATING, i >> 5] &= ~bit(i)
+        state.sets[SPEAKING, i >> 5] &= ~bit(i)
         state.sets[BLOCKED, i >> 5] &= ~bit(i)
-        state.robots[LABELS, i] = label(params, state, i)
-    count_opinions(state)
+        state.robots[LABELS, i] = label(state, i)
+    count_opinions(params, state)
 
 
-@kernel
-def advance_paper(params, state, quality, dissemination, decide):
+@passage
+def advance_paper(params, state, quality, dissemination, decide, say, value):
     """Do one step, with nothing beyond the paper (model.md 3.1 to 3.3)."""
     move_freely(state)
     tick(state)
     sense_paper(params, state)
-    finish(params, state, quality, dissemination, decide)
+    finish(params, state, quality, dissemination, decide, say, value)
 
 
-@kernel
-def advance_beyond(params, state, quality, dissemination, decide):
+@passage
+def advance_beyond(params, state, quality, dissemination, decide, say, value):
     """Do one step of any swarm."""
     if params.stopped > 0 and state.clock[STEP] + 1 == params.stop_step:
         stop(params, state)
     move_where_clear(params, state)
     tick(state)
     sense_beyond(params, state)
-    finish(params, state, quality, dissemination, decide)
+    finish(params, state, quality, dissemination, decide, say, value)
 
 
-@kernel
-def finish(params, state, quality, dissemination, decide):
+@passage
+def finish(params, state, quality, dissemination, decide, say, value):
     """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
@@ -168,31 +192,101 @@ def finish(params, state, quality, dissemination, decide):
         while left:
             i = int64(32 * w + lowest(left))
             if has(state.sets[DISSEMINATING], i):
-                end_dissemination(params, state, i, decide)
+                end_dissemination(params, state, i, quality, decide)
             else:
-                end_exploration(params, state, i, quality, dissemination)
+                end_exploration(params, state, i, quality, dissemination, say, value)
             left = uint32(left & uint32(left - uint32(1)))
     state.clock[STEP] += 1
-    count_opinions(state)
+    count_opinions(params, state)
 
 
 @kernel
-def end_exploration(params, state, i, quality, dissemination):
+def end_exploration(params, state, i, quality, dissemination, say, value):
     """Rate the own opinion, and broadcast it for as long as that warrants (model.md 4.3, 4.4)."""
+    rate(params, state, i, quality)
+    mind = mind_of(params, state, i)
+    said = mind.opinion
+    if params.says:
+        said = say(mind)
+    put(state, SPEAKING, i, said in (0, 1))
+    put(state, SAID, i, said == 1)
+    if params.value_scale > 0.0:
+        share = min(max(value(mind), 0.0), 1.0)
+        state.robots[TOLD_VALUE, i] = int32(share * params.value_scale + 0.5)
+    put(state, DISSEMINATING, i, True)
+    word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
+    mean = dissemination(mind.quality, params.gain)
+    enter_phase(state, i, duration(word, mean) + int32(params.dissemination_floor))
+
+
+@kernel
+def end_dissemination(params, state, i, quality, decide):
+    """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
+    if params.knowledge:
+        rate(params, state, i, quality)
+    words = philox(state.robots[PHASES, i], i, state.clock[RUN], PHASE, params.seed_low, params.seed_high)
+    feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
+    mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
+    chance = words[1] * (1.0 / 4294967296.0)
+    received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
+    decided = decide(mind_of(params, state, i), received)
+    if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
+        hold(state, i, decided)
+    if params.commit:
+        consider_commitment(params, state, i, feasible, votes)
+    forget(params, state, i)
+    put(state, DISSEMINATING, i, False)
+    put(state, SPEAKING, i, False)
+    enter_phase(state, i, duration(words[0], params.exploration))
+
+
+@kernel
+def rate(params, state, i, quality):
+    """Find the quality of *feasible*: that of the scarcest skills (model.md 4.3, 6.7)."""
+    if params.knowledge:
+        count_known(params, state, KNOWN, i)
     if state.seen.shape[0] > 0:
-        rho = scarcest(params, state, i, quality)
+        state.memory[i, 0] = scarcest(params, state, i, quality)
     else:
-        rho = quality(state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i])
-    if not has(state.sets[OPINIONS], i):
-        rho = 1.0 - rho
-    state.sets[DISSEMINATING, i >> 5] |= bit(i)
-    enter_phase(params, state, i, dissemination(rho, params.gain))
+        floor = params.quality_floor
+        robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
+        state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
+
+
+@kernel
+def mind_of(params, state, i):
+    """Return what a robot knows of itself."""
+    quality = state.memory[i, 0]
+    feasible_quality = quality
+    opinion = opinion_of(state, i)
+    if opinion == 0:
+        quality = 1.0 - quality
+    elif opinion == NO_OPINION:
+        quality = 0.5
+    return Mind(
+        opinion, quality, feasible_quality, params.own_vote, state.memory[i, 1:], state.kinds.parameters
+    )
+
+
+@kernel
+def opinion_of(state, i):
+    """Return a robot's opinion."""
+    if has(state.sets[NEUTRAL], i):
+        return int64(NO_OPINION)
+    return int64(has(state.sets[OPINIONS], i))
+
+
+@kernel
+def hold(state, i, opinion):
+    """Give a robot an opinion, or none."""
+    put(state, OPINIONS, i, opinion == 1)
+    put(state, NEUTRAL, i, opinion not in (0, 1))
 
 
 @subroutine
 def scarcest(params, state, i, quality):
     """Return the least quality over the sets of skills of which anything was seen (model.md 6.7)."""
-    least = 2.0
+    least, floor = 2.0, params.quality_floor
     for s in range(state.kinds.adds.shape[0]):
         robots, tasks = int64(0), int64(0)
         for kind in range(params.robot_classes):
@@ -200,35 +294,30 @@ def scarcest(params, state, i, quality):
         for kind in range(params.robot_classes, state.kinds.adds.shape[1]):
             tasks += state.kinds.adds[s, kind] * state.seen[i, kind]
         if robots + tasks > 0:
-            least = min(least, quality(robots, tasks))
-    return quality(int64(0), int64(0)) if least == 2.0 else least
+            least = min(least, quality(max(robots, floor), max(tasks, floor)))
+    return quality(floor, floor) if least == 2.0 else least
+
+
+@subroutine
+def consider_commitment(params, state, i, feasible, votes):
+    """Let a robot commit if others have long agreed with its opinion."""
+    opinion = opinion_of(state, i)
+    agreeing = feasible if opinion == 1 else votes - feasible
+    agrees = votes >= params.commit_heard and agreeing * params.commit_whole >= params.commit_share * votes
+    if opinion == NO_OPINION or not agrees:
+        state.robots[AGREED, i] = 0
+        return
+    state.robots[AGREED, i] += int32(1)
+    if state.robots[AGREED, i] >= params.commit_rounds:
+        put(state, COMMITTED, i, True)
 
 
 @kernel
-def end_dissemination(params, state, i, decide):
-    """Follow the inbox, and explore again (model.md 4.6)."""
-    opinion = int64(has(state.sets[OPINIONS], i))
-    feasible, infeasible = count_votes(params, state, i)
-    feasible += params.own_vote * opinion
-    infeasible += params.own_vote * (1 - opinion)
-    decided = decide(opinion, feasible, infeasible)
-    if not has(state.sets[STUBBORN], i):
-        if decided == 1:
-            state.sets[OPINIONS, i >> 5] |= bit(i)
-        else:
-            state.sets[OPINIONS, i >> 5] &= ~bit(i)
-    forget(params, state, i)
-    state.sets[DISSEMINATING, i >> 5] &= ~bit(i)
-    enter_phase(params, state, i, params.exploration)
-
-
-@kernel
-def enter_phase(params, state, i, mean):
-    """Draw how long a robot's new phase lasts."""
-    word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
+def enter_phase(state, i, lasts):
+    """Let a robot begin a phase."""
     state.robots[PHASES, i] += int32(1)
-    state.robots[PHASE_LEFT, i] = duration(word, mean)
-    state.robots[LABELS, i] = label(params, state, i)
+    state.robots[PHASE_LEFT, i] = lasts
+    state.robots[LABELS, i] = label(state, i)
 
 
 @kernel
@@ -238,9 +327,28 @@ def bit(i):
 
 
 @kernel
-def count_opinions(state):
-    """Note how many counted robots hold opinion 1."""
-    total = 0
+def put(state, kind, i, member):
+    """Put a robot in a set, or take it out."""
+    if member:
+        state.sets[kind, i >> 5] |= bit(i)
+    else:
+        state.sets[kind, i >> 5] &= ~bit(i)
+
+
+@kernel
+def count_opinions(params, state):
+    """Note how many counted robots hold opinion 1, how many none, and how many have committed."""
+    feasible = neutral = int64(0)
     for w in range(state.sets.shape[1]):
-        total += popcount(state.sets[OPINIONS, w] & state.sets[COUNTED, w])
-    state.clock[FEASIBLE_COUNT] = total
+        feasible += popcount(state.sets[OPINIONS, w] & state.sets[COUNTED, w])
+        neutral += popcount(state.sets[NEUTRAL, w] & state.sets[COUNTED, w])
+    state.clock[FEASIBLE_COUNT] = feasible
+    state.clock[NEUTRAL_COUNT] = neutral
+    if params.commit:
+        committed = committed_feasible = int64(0)
+        for w in range(state.sets.shape[1]):
+            counted = state.sets[COMMITTED, w] & state.sets[COUNTED, w]
+            committed += popcount(counted)
+            committed_feasible += popcount(counted & state.sets[OPINIONS, w])
+        state.clock[COMMITTED_FEASIBLE] = committed_feasible
+        state.clock[COMMITTED_INFEASIBLE] = committed - committed_feasible

@@ -4,13 +4,31 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
-from feasibee.engine.layout import TURN, WORD, Grid, Int32s, Kinds, Params, Placing
+from feasibee.engine.layout import (
+    ALWAYS,
+    CENSUS,
+    NOTHING,
+    SKETCH,
+    TALLY,
+    TURN,
+    WHILE_DISSEMINATING,
+    WORD,
+    Grid,
+    Int32s,
+    Kinds,
+    Params,
+    Placing,
+)
 from feasibee.scenario import Scenario
 from feasibee.sections import Placed, Robots, Tasks
+from feasibee.strategies import contract
 from feasibee.vocabulary import exact
+
+KNOWLEDGE = {"tally": TALLY, "estimate": TALLY, "census": CENSUS, "sketch": SKETCH}
 
 
 def params_of(scenario: Scenario, seed: int) -> Params:
@@ -27,6 +45,8 @@ def params_of(scenario: Scenario, seed: int) -> Params:
     widest = max(math.isqrt(sight), math.isqrt(radio), meeting if robots.avoid_collisions else 0) + 1
     wraps = walls or width == height
     numbers = _faulty(scenario)
+    strategy, rule = scenario.strategy, decision.commit
+    id_bits = scenario.radio.id_bits or max(1, (robots.count - 1).bit_length())
     return Params(
         robots=robots.count,
         tasks=scenario.tasks.count,
@@ -51,6 +71,23 @@ def params_of(scenario: Scenario, seed: int) -> Params:
         mean_run=scenario.walk.mean_run,
         exploration=decision.exploration,
         gain=decision.gain,
+        dissemination_floor=decision.dissemination_floor,
+        quality_floor=decision.quality_floor,
+        forgets=strategy.forgets,
+        starts_neutral=strategy.starts_neutral,
+        says=strategy.say is not contract.say,
+        value_scale=float(2**strategy.value_bits - 1),
+        inbox_size=decision.inbox_size or 0,
+        commit=rule is not None,
+        commit_share=exact(rule.quorum).numerator if rule else 0,
+        commit_whole=exact(rule.quorum).denominator if rule else 1,
+        commit_rounds=rule.rounds if rule else 0,
+        commit_heard=rule.heard if rule else 0,
+        knowledge=KNOWLEDGE.get(strategy.name, NOTHING),
+        estimates=strategy.name == "estimate",
+        message_bits=_message_bits(scenario, id_bits),
+        id_bits=id_bits,
+        random_ids=scenario.radio.id_bits is not None,
         count_self=int(sensing.count_self),
         unique=sensing.observation == "unique",
         for_life=sensing.memory == "life",
@@ -59,7 +96,7 @@ def params_of(scenario: Scenario, seed: int) -> Params:
         false_robots=sensing.false_robots,
         false_tasks=sensing.false_tasks,
         own_vote=int(decision.own_vote),
-        listen_always=decision.listen == "always",
+        listens_for=_listens_for(decision.listen),
         every_message=decision.inbox == "every-message",
         stopped=numbers[0],
         byzantine=numbers[1],
@@ -82,7 +119,10 @@ def unit_of(scenario: Scenario) -> Fraction:
 
 
 def is_paper(scenario: Scenario) -> bool:
-    """Tell whether nothing is beyond the paper: no walls, collisions, classes, errors, losses or faults."""
+    """Tell whether nothing is beyond the paper but its strategy.
+
+    No walls, collisions, classes, errors, losses or faults, and messages of which each robot's latest counts.
+    """
     arena, robots, tasks = scenario.arena, scenario.robots, scenario.tasks
     sensing, faults = scenario.sensing, scenario.faults
     width, height = arena.size
@@ -95,7 +135,24 @@ def is_paper(scenario: Scenario) -> bool:
         and sensing.observation == "repeated"
         and sensing.miss == sensing.false_robots == sensing.false_tasks == scenario.radio.loss == 0
         and faults.stopped == faults.byzantine == faults.stubborn == 0
+        and scenario.decision.listen in ("always", "dissemination")
+        and (scenario.decision.inbox_size, scenario.decision.commit, scenario.radio.id_bits)
+        == (None, None, None)
+        and scenario.strategy.knowledge is None
     )
+
+
+def _listens_for(listen: Any) -> int:
+    words = {"always": ALWAYS, "dissemination": WHILE_DISSEMINATING}
+    return words[listen] if isinstance(listen, str) else int(listen["last"])
+
+
+def _message_bits(scenario: Scenario, id_bits: int) -> int:
+    """Return the length of what a message holds beside knowledge: id, opinion, value and commitment."""
+    commitment = int(scenario.decision.commit is not None)
+    if scenario.strategy.knowledge:
+        return (id_bits + 2) * commitment
+    return id_bits + 1 + scenario.strategy.value_bits + commitment
 
 
 def _limit(squared: int) -> np.uint64:
@@ -174,6 +231,7 @@ def kinds_of(scenario: Scenario, params: Params) -> Kinds:
                 _fixed(scenario.tasks, unit, 0, params),
             ]
         ),
+        parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
     )
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
+from typing import Any
 
-from feasibee.reference.draws import cos_sin, duration, happens, philox
+from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
+from feasibee.reference.names import Names
 from feasibee.reference.world import Place, World
-from feasibee.robot import Controller
+from feasibee.robot import Commit, Controller, Message
 from feasibee.scenario import Scenario
-from feasibee.strategies import STRATEGIES
 from feasibee.vocabulary import FIRST_OPINION, LIE, PHASE, WALK, exact
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
@@ -32,6 +33,8 @@ class Robot:
         Number of its class.
     fault : str
         Its fault (model.md 6.6).
+    names : Names
+        What it and the others are called.
     """
 
     def __init__(
@@ -44,6 +47,7 @@ class Robot:
         place: Place,
         kind: int,
         fault: str,
+        names: Names,
     ) -> None:
         self.number = number
         self.place = place
@@ -55,19 +59,8 @@ class Robot:
         self._walks = 0
         self._phases = 0
         self._turn()
-        decision = scenario.decision
-        self.mind = Controller(
-            STRATEGIES[decision.strategy],
-            opinion=self.draw(0, FIRST_OPINION) >> 31,
-            draw_duration=self._draw_phase,
-            exploration=decision.exploration,
-            gain=decision.gain,
-            own_vote=decision.own_vote,
-            listen_always=decision.listen == "always",
-            every_message=decision.inbox == "every-message",
-            stubborn=fault == STUBBORN,
-            sets=hall_sets(scenario),
-        )
+        self._names = names
+        self.mind = self._mind()
         self._remembered: set[tuple[str, int]] = set()
         self._remembers_since = 0
 
@@ -75,18 +68,21 @@ class Robot:
         """Tell whether it hasn't stopped by a step."""
         return self.fault != STOPPED or step < self._scenario.faults.stop_step
 
-    def says(self, step: int) -> int | None:
+    def says(self, step: int) -> Message | None:
         """Return what it broadcasts in a step; a Byzantine robot lies."""
-        opinion = self.mind.message
-        if opinion is None or self.fault != BYZANTINE:
-            return opinion
+        message = self.mind.message()
+        if message is None or self.fault != BYZANTINE:
+            return message
         lies = {
-            "opposite": 1 - opinion,
+            "opposite": 1 - message.opinion,
             "feasible": 1,
             "infeasible": 0,
             "random": self.draw(step, LIE) >> 31,
         }
-        return lies[self._scenario.faults.byzantine_says]
+        told = lies[self._scenario.faults.byzantine_says]
+        value = 2**self.mind.strategy.value_bits - 1 if told else 0
+        knowledge = self.mind.knowledge and self.mind.knowledge.lie(told == 1, self._names.inventions(told))
+        return message._replace(opinion=told, value=value, knowledge=knowledge)
 
     def counts(self, thing: str, number: int) -> bool:
         """Tell whether a thing in view counts: always, or when it is new (model.md 6.3)."""
@@ -123,10 +119,46 @@ class Robot:
         self.velocity = (math.floor(self._reach * cosine + 0.5), math.floor(self._reach * sine + 0.5))
         self._walk_left = duration(lasting, self._scenario.walk.mean_run)
 
+    def _mind(self) -> Controller:
+        """Return its controller, as the scenario has it."""
+        decision = self._scenario.decision
+        rule = decision.commit
+        return Controller(
+            self._scenario.strategy,
+            opinion=self.draw(0, FIRST_OPINION) >> 31,
+            draw_duration=self._draw_phase,
+            draw_choice=self._draw_choice,
+            exploration=decision.exploration,
+            gain=decision.gain,
+            dissemination_floor=decision.dissemination_floor,
+            quality_floor=decision.quality_floor,
+            own_vote=decision.own_vote,
+            listens_for=listening(decision.listen),
+            every_message=decision.inbox == "every-message",
+            inbox_size=decision.inbox_size,
+            parameters=list(decision.parameters.values()),
+            commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
+            stubborn=self.fault == STUBBORN,
+            sets=hall_sets(self._scenario),
+            me=self._names.robot(self.number, self.kind),
+        )
+
+    def _draw_choice(self) -> tuple[float, float]:
+        """Draw a chance and a message; the same coordinate then says how long the next phase lasts."""
+        _, chance, message, _ = philox(*self._coordinates, self._phases, PHASE)
+        return chance / TURN, message / TURN
+
     def _draw_phase(self, mean: float) -> int:
         word = self.draw(self._phases, PHASE)
         self._phases += 1
         return duration(word, mean)
+
+
+def listening(listen: Any) -> int | None:
+    """Return in how many last steps of dissemination a robot hears; 0: in all; None: always."""
+    if listen == "always":
+        return None
+    return 0 if listen == "dissemination" else int(listen["last"])
 
 
 def hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:

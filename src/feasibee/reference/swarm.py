@@ -7,7 +7,9 @@ from collections.abc import Callable, Iterator
 from feasibee.record import Record
 from feasibee.reference.body import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
+from feasibee.reference.names import Name, Names
 from feasibee.reference.world import Place, World
+from feasibee.robot import Message
 from feasibee.scenario import Scenario
 from feasibee.vocabulary import (
     FALSE_ROBOT,
@@ -33,11 +35,17 @@ def simulate(scenario: Scenario, runs: int, seed: int, first_run: int = 0, curve
         for step, swarm in enumerate(play(scenario, seed, first_run + row)):
             if curves:
                 record.feasible_count[row, step] = swarm.feasible_count
+                record.infeasible_count[row, step] = swarm.infeasible_count
             if record.decision[row] == UNDECIDED:
                 record.decision[row] = swarm.decision
                 record.decision_step[row] = step if swarm.decision != UNDECIDED else -1
+            if record.commit_step[row] == -1 and swarm.is_committed:
+                record.commit_step[row] = step
             if scenario.run.stop_at_decision and record.decision[row] != UNDECIDED:
                 break
+        record.bits_sent[row] = swarm.bits_sent
+        record.committed_feasible[row] = swarm.committed_to(FEASIBLE)
+        record.committed_infeasible[row] = swarm.committed_to(INFEASIBLE)
     return record
 
 
@@ -63,9 +71,11 @@ class Swarm:
         self.robot_kinds = self.robot_kinds or [0] * count
         self.task_kinds = self.task_kinds or [0] * scenario.tasks.count
         faults = _faults(scenario, lambda k: philox(seed, run, 0, k, FAULT)[0])
+        self.names = Names(scenario, seed, run)
+        self.bits_sent = 0
         self.tasks = self.world.task_places()
         self.robots = [
-            Robot(scenario, seed, run, i, self.world, place, self.robot_kinds[i], faults[i])
+            Robot(scenario, seed, run, i, self.world, place, self.robot_kinds[i], faults[i], self.names)
             for i, place in enumerate(self.world.robot_places())
         ]
         self._sight = self.world.squared(scenario.sensing.range)
@@ -78,13 +88,14 @@ class Swarm:
         blocked = self._move(working)
         # What is said is fixed before anyone changes: the opinions held when the step began.
         messages = [(robot, robot.says(self.time)) for robot in working]
+        self.bits_sent += sum(self._bits(sender, message) for sender, message in messages if message)
         for robot in working:
             if not robot.mind.disseminating:
                 self._observe(robot)
             if robot.mind.listens:
-                for sender, opinion in messages:
-                    if opinion is not None and sender is not robot and self._hears(robot, sender):
-                        robot.mind.hear(sender.number, opinion)
+                for sender, message in messages:
+                    if message and sender is not robot and self._hears(robot, sender):
+                        robot.mind.hear(self.names.id(sender.number), message)
         for robot in working:
             robot.end_step(robot in blocked)
 
@@ -118,20 +129,27 @@ class Swarm:
         sensing = self.scenario.sensing
         robots, tasks = robot.mind.robots_seen, robot.mind.tasks_seen
         robots_now, tasks_now = [0] * len(robots), [0] * len(tasks)
+        names: tuple[list[Name], list[Name]] = ([], [])
         for other in self.robots:
             seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
             if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
                 robots_now[other.kind] += 1
+                names[0].append(self.names.robot(other.number, other.kind))
         for number, place in enumerate(self.tasks):
             if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
                 tasks_now[self.task_kinds[number]] += 1
+                names[1].append(self.names.task(number, self.task_kinds[number]))
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
         for kind in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
             robots_now[kind] += 1
+            names[0].append((-1, kind, 0))
         false = (FALSE_TASK, FALSE_TASK_CLASS)
         for kind in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
             tasks_now[kind] += 1
+            names[1].append((-1, kind, 0))
         robot.mind.observe(robots_now, tasks_now)
+        if robot.mind.knowledge:
+            robot.mind.recognise(*names)
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Tell whether a thing is in range, the range included, and not missed (model.md 1.4, 6.3)."""
@@ -155,15 +173,42 @@ class Swarm:
                 word = robot.draw(self.time, kind + PAIR * k)
                 yield kinds[choose(word, len(kinds))] if kinds else 0
 
+    def _bits(self, sender: Robot, message: Message) -> int:
+        """Return the length of a message: id, opinion, value, commitment, or what it passes on."""
+        commitment = self.scenario.decision.commit is not None
+        if sender.mind.knowledge:
+            bits: int = sender.mind.knowledge.bits(message.knowledge, self.names.id_bits)
+            return bits + (self.names.id_bits + 2 if commitment else 0)
+        return self.names.id_bits + 1 + sender.mind.strategy.value_bits + commitment
+
     @property
     def counted(self) -> list[Robot]:
         """The robots that the decision is taken over: honest, and still working (model.md 6.6)."""
         return [robot for robot in self.robots if robot.fault != BYZANTINE and robot.works(self.time)]
 
+    def holding(self, opinion: int) -> list[Robot]:
+        """Return the counted robots that hold an opinion."""
+        return [robot for robot in self.counted if robot.mind.opinion == opinion]
+
     @property
     def feasible_count(self) -> int:
         """Number of counted robots with opinion 1."""
-        return sum(robot.mind.opinion for robot in self.counted)
+        return len(self.holding(FEASIBLE))
+
+    @property
+    def infeasible_count(self) -> int:
+        """Number of counted robots with opinion 0."""
+        return len(self.holding(INFEASIBLE))
+
+    def committed_to(self, opinion: int) -> int:
+        """Return how many counted robots have committed to an opinion."""
+        return sum(robot.mind.committed for robot in self.holding(opinion))
+
+    @property
+    def is_committed(self) -> bool:
+        """Whether more than the threshold's share of the counted robots has committed."""
+        committed = self.committed_to(FEASIBLE) + self.committed_to(INFEASIBLE)
+        return committed > exact(self.scenario.decision.threshold) * len(self.counted)
 
     @property
     def decision(self) -> int:
@@ -171,7 +216,7 @@ class Swarm:
         needed = exact(self.scenario.decision.threshold) * len(self.counted)
         if self.feasible_count > needed:
             return FEASIBLE
-        if len(self.counted) - self.feasible_count > needed:
+        if self.infeasible_count > needed:
             return INFEASIBLE
         return UNDECIDED
 

@@ -2,9 +2,44 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Final
 
-from feasibee.strategies import dmmd
+from feasibee.strategies import (
+    accumulate,
+    average,
+    bayes,
+    census,
+    cross_inhibition,
+    dc,
+    dmmd,
+    dmvd,
+    estimate,
+    k_unanimity,
+    majority,
+    sketch,
+    tally,
+    voter,
+)
+from feasibee.strategies.contract import Strategy
+from feasibee.strategies.loading import of_module
 
-STRATEGIES: Final[dict[str, ModuleType]] = {"dmmd": dmmd}
+STRATEGIES: Final[dict[str, Strategy]] = {
+    name: of_module(name, module)
+    for name, module in {
+        "dmmd": dmmd,
+        "dmvd": dmvd,
+        "dc": dc,
+        "voter": voter,
+        "majority": majority,
+        "k-unanimity": k_unanimity,
+        "cross-inhibition": cross_inhibition,
+        "bayes": bayes,
+        "accumulate": accumulate,
+        "average": average,
+        "tally": tally,
+        "estimate": estimate,
+        "census": census,
+        "sketch": sketch,
+    }.items()
+}
+"""The built-in strategies, the paper's first."""

@@ -1,9 +1,9 @@
 """DMMD, Direct Modulation of Majority-based Decisions: the paper's strategy.
 
-A robot broadcasts its opinion for a time in proportion to the opinion's quality, then takes the
-majority of the opinions that it heard.
+A robot broadcasts its opinion for a time in proportion to the opinion's quality, g rho, then takes the
+majority of the opinions that it heard, its own included.
 
-Message: the robot's id and its opinion. Memory: two counts, and one opinion for each robot heard.
+Message: id and opinion. Memory: two counts, and one opinion for each robot heard.
 
 References
 ----------
@@ -12,22 +12,24 @@ Fuady, Tarapore, Ehsan, Soorati, "Collective Decision-Making on Task Allocation 
 """
 
 
-def quality(robots_seen: int, tasks_seen: int) -> float:
+def quality(robots_seen, tasks_seen):
     """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen (eq. 1)."""
     if robots_seen + tasks_seen == 0:
         return 0.5
     return robots_seen / (robots_seen + tasks_seen)
 
 
-def dissemination(quality: float, gain: float) -> float:
+def dissemination(quality, gain):
     """Return the mean duration, in steps, of broadcasting an opinion of this quality: g rho."""
     return gain * quality
 
 
-def decide(opinion: int, feasible_votes: int, infeasible_votes: int) -> int:
+def decide(mind, inbox):
     """Return the majority of the votes; a tie keeps the opinion."""
-    if feasible_votes > infeasible_votes:
+    feasible = inbox.feasible_votes + (mind.own_vote if mind.opinion == 1 else 0)
+    infeasible = inbox.infeasible_votes + (mind.own_vote if mind.opinion == 0 else 0)
+    if feasible > infeasible:
         return 1
-    if feasible_votes < infeasible_votes:
+    if feasible < infeasible:
         return 0
-    return opinion
+    return mind.opinion

@@ -1,0 +1,324 @@
+"""What robots know and pass on in strategies whose messages hold more than opinions.
+
+A robot's knowledge is a row of 32-bit words: for a tally, the totals of each robot by class of robots and of
+tasks; for a census, sets of robots, of tasks and of what liars invented, one bit each; for a sketch, the
+registers of each class. It only grows: what two robots know together is the larger of each word, or the
+union. Things are numbered: robots, tasks, invented robots (as many as tasks), invented tasks (one more than
+robots).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import float64, int32, int64, uint32, uint64
+
+from feasibee.engine.cells import lowest, popcount
+from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.draws import draw, philox
+from feasibee.engine.layout import (
+    BITS,
+    CENSUS,
+    IDENTITY,
+    KNOWN,
+    LIARS,
+    OPPOSITE,
+    ORDER,
+    RANDOM,
+    REGISTERS,
+    RUN,
+    SAID,
+    SAYS_FEASIBLE,
+    SKETCH,
+    SPEAKING,
+    STEP,
+    TALLY,
+    TOLD,
+)
+from feasibee.vocabulary import IDENTITY as NAMING
+from feasibee.vocabulary import LIE
+
+POSITION_BITS = 32
+TOP = 15  # rank in a sketch
+SCALE = 65536.0  # of the estimates of sketches
+
+
+@kernel
+def has(words, i):
+    """Tell whether a set has robot i."""
+    return uint32(words[i >> 5] >> uint32(i & 31)) & uint32(1) == uint32(1)
+
+
+@kernel
+def told(params, state, i):
+    """Return the opinion in a robot's message, true or a lie (model.md 6.6)."""
+    said = int64(has(state.sets[SAID], i))
+    if not has(state.sets[LIARS], i):
+        return said
+    if params.byzantine_says == OPPOSITE:
+        return 1 - said
+    if params.byzantine_says == RANDOM:
+        return int64(draw(params, state.clock[RUN], i, state.clock[STEP] + 1, LIE) >> uint32(31))
+    return int64(params.byzantine_says == SAYS_FEASIBLE)
+
+
+@subroutine
+def name(params, state):
+    """Give robots their ids, things their hashes, and each robot the knowledge of itself."""
+    for i in range(params.robots):
+        state.robots[IDENTITY, i] = int32(i)
+    if params.random_ids:
+        find_namesakes(params, state)
+    for thing in range(state.marks.size):
+        holder = int64(state.robots[IDENTITY, thing]) if thing < params.robots else int64(thing)
+        words = philox(0, holder, state.clock[RUN], NAMING, params.seed_low, params.seed_high)
+        state.marks[thing] = words[1]
+    if params.knowledge:
+        state.knowledge[:] = uint32(0)
+        if params.knowledge != TALLY:
+            for i in range(params.robots):
+                me = int64(state.robots[IDENTITY, i])
+                learn(params, state, KNOWN, i, me, int64(state.kinds.of[i]))
+
+
+@subroutine
+def find_namesakes(params, state):
+    """Find for each robot the first that has the same id, by a hash table in the room of the counts."""
+    ids, table = state.robots[ORDER], state.counts
+    size = 4 * table.shape[1]
+    table[:] = 0
+    for i in range(params.robots):
+        words = philox(0, i, state.clock[RUN], NAMING, params.seed_low, params.seed_high)
+        ids[i] = int32(words[0] >> uint32(32 - params.id_bits))
+        place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
+        holder = table[place & 3, place >> 2]
+        while holder > 0 and ids[holder - 1] != ids[i]:
+            place = (place + 1) % size
+            holder = table[place & 3, place >> 2]
+        if holder == 0:
+            table[place & 3, place >> 2] = i + 1
+        else:
+            state.robots[IDENTITY, i] = int32(holder - 1)
+
+
+@subroutine
+def learn(params, state, row, i, thing, column):
+    """Add a thing to what a robot knows, or tells; ``column`` is its class, robots' first."""
+    words = state.knowledge[row, i]
+    if params.knowledge == TALLY:
+        words[state.robots[IDENTITY, i] * state.kinds.adds.shape[1] + column] += uint32(1)
+    elif params.knowledge == CENSUS:
+        first, number = side_of(params, thing)
+        words[first + (number >> 5)] |= uint32(uint32(1) << uint32(number & 31))
+    else:
+        mark = state.marks[thing]
+        rest = uint32(mark >> uint32(7))
+        rank = uint32(TOP)
+        if rest:
+            rank = uint32(min(TOP, lowest(rest) + 1))
+        register = column * REGISTERS + int64(mark & uint32(REGISTERS - 1))
+        words[register] = max(words[register], rank)
+
+
+@kernel
+def side_of(params, thing):
+    """Return the first word of a thing's side of a census, and its number there."""
+    number = int64(thing)
+    first = int64(0)
+    if number < params.robots:
+        return first, number
+    number -= params.robots
+    first += (params.robots + 31) >> 5
+    if number < params.tasks:
+        return first, number
+    number -= params.tasks
+    first += (params.tasks + 31) >> 5
+    if number < params.tasks:
+        return first, number
+    return first + ((params.tasks + 31) >> 5), number - params.tasks
+
+
+@subroutine
+def publish(params, state):
+    """Fix what each robot tells in this step, and count its bits."""
+    for w in range(state.sets.shape[1]):
+        speaking = state.sets[SPEAKING, w]
+        state.clock[BITS] += popcount(speaking) * params.message_bits
+        if params.knowledge:
+            while speaking:
+                i = int64(32 * w + lowest(speaking))
+                for k in range(state.knowledge.shape[2]):
+                    state.knowledge[TOLD, i, k] = state.knowledge[KNOWN, i, k]
+                if has(state.sets[LIARS], i):
+                    lie(params, state, i)
+                state.clock[BITS] += length(params, state, i)
+                speaking = uint32(speaking & uint32(speaking - uint32(1)))
+
+
+@subroutine
+def lie(params, state, i):
+    """Let a liar tell of robots, or tasks, that there aren't; or, in a tally, call one what is the other."""
+    feasible = told(params, state, i)
+    column = int64(0) if feasible else params.robot_classes
+    if params.knowledge == TALLY:
+        classes = state.kinds.adds.shape[1]
+        first = int64(state.robots[IDENTITY, i]) * classes
+        own = uint32(0)
+        for k in range(classes):
+            own += state.knowledge[TOLD, i, first + k]
+            state.knowledge[TOLD, i, first + k] = uint32(0)
+        state.knowledge[TOLD, i, first + column] = own
+        return
+    thing = params.robots + params.tasks
+    number = params.tasks
+    if not feasible:
+        thing += params.tasks
+        number = params.robots + 1
+    for k in range(number):
+        learn(params, state, TOLD, i, int64(thing + k), column)
+
+
+@subroutine
+def merge(params, state, i, sender):
+    """Let a robot take in what it hears."""
+    if params.knowledge == CENSUS:
+        for k in range(state.knowledge.shape[2]):
+            state.knowledge[KNOWN, i, k] |= state.knowledge[TOLD, sender, k]
+    else:
+        for k in range(state.knowledge.shape[2]):
+            heard = state.knowledge[TOLD, sender, k]
+            state.knowledge[KNOWN, i, k] = max(heard, state.knowledge[KNOWN, i, k])
+
+
+@subroutine
+def count_known(params, state, row, i):
+    """Count what a robot knows, or tells, by class: sightings, things, or their estimates times 2**16."""
+    classes = state.kinds.adds.shape[1]
+    words = state.knowledge[row, i]
+    state.seen[i] = 0
+    if params.knowledge == TALLY:
+        for k in range(words.size):
+            state.seen[i, k % classes] += int64(words[k])
+        if params.estimates:
+            known, _ = rows_of(words, classes)
+            for k in range(classes):
+                state.seen[i, k] *= 2 * known + 1 if k < params.robot_classes else 2 * known - 2
+    elif params.knowledge == SKETCH:
+        for column in range(classes):
+            state.seen[i, column] = int64(estimate(words, column * REGISTERS) * SCALE)
+    else:
+        count_census(params, state, row, i)
+
+
+@subroutine
+def count_census(params, state, row, i):
+    """Count the bits of a census, by side and class; what liars invented is of the first class."""
+    words = state.knowledge[row, i]
+    tasks = (params.robots + 31) >> 5
+    inventions = tasks + ((params.tasks + 31) >> 5)
+    invented_tasks = inventions + ((params.tasks + 31) >> 5)
+    for k in range(words.size):
+        left = words[k]
+        is_task = k >= invented_tasks or tasks <= k < inventions
+        if k >= inventions or not params.mixed:
+            state.seen[i, params.robot_classes if is_task else 0] += popcount(left)
+            continue
+        while left:
+            number = 32 * k + lowest(left)
+            if is_task:
+                kind = int64(state.kinds.of[params.robots + number - 32 * tasks])
+                state.seen[i, params.robot_classes + kind] += 1
+            else:
+                state.seen[i, state.kinds.of[number]] += 1
+            left = uint32(left & uint32(left - uint32(1)))
+
+
+@subroutine
+def length(params, state, i):
+    """Return the length of what a robot tells, in bits."""
+    classes = state.kinds.adds.shape[1]
+    words = state.knowledge[TOLD, i]
+    if params.knowledge == SKETCH:
+        return classes * REGISTERS * 4
+    if params.knowledge == TALLY:
+        rows, largest = rows_of(words, classes)
+        return 5 + rows * (1 + params.id_bits + classes * bit_length(int64(largest))) + 1
+    count_known(params, state, TOLD, i)
+    robot = 1 + params.id_bits + bit_length(params.robot_classes - 1)
+    task = 1 + POSITION_BITS + bit_length(classes - params.robot_classes - 1)
+    bits = int64(2)
+    for kind in range(classes):
+        bits += state.seen[i, kind] * (robot if kind < params.robot_classes else task)
+    return bits
+
+
+@subroutine
+def rows_of(words, classes):
+    """Return how many rows of a tally aren't zero, and the largest number in it."""
+    rows, largest = int64(0), uint32(0)
+    for first in range(0, words.size, classes):
+        row = uint32(0)
+        for k in range(classes):
+            row = max(row, words[first + k])
+        rows += row > 0
+        largest = max(largest, row)
+    return rows, largest
+
+
+@kernel
+def bit_length(number):
+    """Return how many binary digits a number has; none for 0."""
+    digits = int64(0)
+    while number > 0:
+        digits += 1
+        number >>= 1
+    return digits
+
+
+@subroutine
+def estimate(words, first):
+    """Return the estimated size of a sketch (Ertl 2017, algorithm 6)."""
+    # How many registers have each rank, in bytes: none has more than 128.
+    low, high = uint64(0), uint64(0)
+    for k in range(REGISTERS):
+        rank = uint64(words[first + k])
+        one = uint64(uint64(1) << uint64(uint64(8) * (rank & uint64(7))))
+        if rank < uint64(8):
+            low += one
+        else:
+            high += one
+    unused = int64(low & uint64(255))
+    if unused == REGISTERS:
+        return 0.0
+    z = REGISTERS * tau(1.0 - float64(high >> uint64(56)) / REGISTERS)
+    for rank in range(TOP - 1, 0, -1):
+        byte = (high if rank >= 8 else low) >> uint64(8 * (rank & 7))
+        z = 0.5 * (z + float64(byte & uint64(255)))
+    z += REGISTERS * sigma(float64(unused) / REGISTERS)
+    return 0.7213475204444817 * REGISTERS * REGISTERS / z
+
+
+@kernel
+def sigma(x):
+    """Return x + the sum of 2**(k - 1) x**(2**k) over k >= 1."""
+    power, weight, total, last = x, 1.0, x, -1.0
+    while total != last:
+        last = total
+        power = power * power
+        total += power * weight
+        weight += weight
+    return total
+
+
+@kernel
+def tau(x):
+    """Return (1 - x - the sum of 2**-k (1 - x**(2**-k))**2 over k >= 1) / 3."""
+    if x in (0.0, 1.0):
+        return 0.0
+    root, weight, total, last = x, 1.0, 1.0 - x, -1.0
+    while total != last:
+        last = total
+        root = math.sqrt(root)
+        weight *= 0.5
+        total -= (1.0 - root) * (1.0 - root) * weight
+    return total / 3.0

@@ -1,0 +1,32 @@
+"""What public controllers of the field do, as scenarios' values (model.md 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+# Durations in steps: 10 s and 3 s at ten ticks a second.
+_LONG: Final = {"exploration": 100.0, "gain": 100.0}
+_WINDOW: Final = {"dissemination_floor": 30, "listen": {"last": 30}}
+
+PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
+    "valentini-2016": {"decision": {**_LONG, **_WINDOW, "inbox_size": 2}, "run": {"steps": 10_000}},
+    "minimize-surprise": {"decision": {**_LONG, **_WINDOW, "inbox_size": 4}, "run": {"steps": 10_000}},
+    "subcdm-2025": {
+        "decision": {**_LONG, "listen": "dissemination", "inbox_size": 2, "quality_floor": 1},
+        "radio": {"id_bits": 8},
+        "run": {"steps": 10_000},
+    },
+}
+
+
+def with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scenario's tables laid over those of the preset that it names, if there is such a one."""
+    tables = dict(given)
+    name = tables.get("preset")
+    for section, values in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
+        table = tables.get(section, {})
+        if not isinstance(table, Mapping):
+            table = table.model_dump(exclude_unset=True) if hasattr(table, "model_dump") else {}
+        tables[section] = {**values, **table}
+    return tables

@@ -1,0 +1,36 @@
+"""DC, direct comparison of qualities.
+
+A robot broadcasts its opinion and its quality for g steps on average, whatever the quality. Then it draws
+one of the messages that it heard, and takes its opinion if that has the higher quality:
+rho_heard > rho_own.
+
+Message: id, opinion, quality of *feasible* in 16 bits. Memory: two counts, and one opinion and quality for
+each robot heard.
+
+References
+----------
+Valentini, Brambilla, Hamann, Dorigo, "Collective perception of environmental features in a robot swarm",
+2016.
+"""
+
+VALUE_BITS = 16
+
+
+def quality(robots_seen, tasks_seen):
+    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
+    if robots_seen + tasks_seen == 0:
+        return 0.5
+    return robots_seen / (robots_seen + tasks_seen)
+
+
+def dissemination(quality, gain):
+    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
+    return gain
+
+
+def decide(mind, inbox):
+    """Return the opinion of a random message if its quality is higher than the own."""
+    heard_quality = inbox.heard_value if inbox.heard_opinion == 1 else 1.0 - inbox.heard_value
+    if inbox.heard_opinion >= 0 and heard_quality > mind.quality:
+        return inbox.heard_opinion
+    return mind.opinion

@@ -1,0 +1,30 @@
+"""DMVD, Direct Modulation of Voter-based Decisions.
+
+A robot broadcasts its opinion for a time in proportion to the opinion's quality, g rho, then takes one of
+the opinions that it heard at random; its own isn't among them.
+
+Message: id and opinion. Memory: two counts, and one opinion for each robot heard.
+
+References
+----------
+Valentini, Hamann, Dorigo, "Self-organized collective decision making: the weighted voter model", 2014.
+"""
+
+
+def quality(robots_seen, tasks_seen):
+    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
+    if robots_seen + tasks_seen == 0:
+        return 0.5
+    return robots_seen / (robots_seen + tasks_seen)
+
+
+def dissemination(quality, gain):
+    """Return the mean duration, in steps, of broadcasting an opinion of this quality: g rho."""
+    return gain * quality
+
+
+def decide(mind, inbox):
+    """Return a random opinion of those heard; without any, the own."""
+    if inbox.heard_opinion < 0:
+        return mind.opinion
+    return inbox.heard_opinion

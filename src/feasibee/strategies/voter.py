@@ -1,0 +1,30 @@
+"""The voter model, unmodulated: quality plays no part.
+
+A robot broadcasts for g steps on average, then takes one of the opinions that it heard at random. The swarm
+agrees on something; what it saw has no say. A baseline.
+
+Message: id and opinion. Memory: two counts, and one opinion for each robot heard.
+
+References
+----------
+Holley, Liggett, "Ergodic theorems for weakly interacting infinite systems and the voter model", 1975.
+"""
+
+
+def quality(robots_seen, tasks_seen):
+    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
+    if robots_seen + tasks_seen == 0:
+        return 0.5
+    return robots_seen / (robots_seen + tasks_seen)
+
+
+def dissemination(quality, gain):
+    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
+    return gain
+
+
+def decide(mind, inbox):
+    """Return a random opinion of those heard; without any, the own."""
+    if inbox.heard_opinion < 0:
+        return mind.opinion
+    return inbox.heard_opinion
