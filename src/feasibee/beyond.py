@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.files import make_folder, whole_file
 from feasibee.plots import Panel, draw_panels, save_figure
 from feasibee.scenario import Scenario
-from feasibee.simulation import check_numbers, simulate_record
+from feasibee.simulation import check_numbers, first_run_of, simulate_record
 from feasibee.stats import DecisionTimes, Interval, accuracy, decision_rates, decision_times
 
 PLACES = (2, 4, 8, 10, 13, 16, 20, 25, 31, 40, 50, 100, 200)
@@ -39,9 +38,6 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     },
 }
 """What differs from the paper, by panel."""
-
-RUNS_APART = 1_000_000
-"""The runs with m places are numbered from m times this on: ratios share no random numbers, panels do."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +105,7 @@ def reproduce_beyond(
     list of Row
         Panel by panel, from the fewest places to the most.
     """
-    if runs > RUNS_APART:
-        raise FeasibeeError(f"runs = {runs}: must be at most {RUNS_APART} at each ratio; take fewer")
+    first_run_of(0, runs)
     check_numbers(runs, seed)
     folder = make_folder(out)
     rows = []
@@ -161,7 +156,7 @@ def _mixed_tasks(places: int) -> dict[str, Any]:
 
 def _simulate(panel: str, places: int, runs: int, seed: int, threads: int | None) -> Row:
     scenario = world(panel, places)
-    record = simulate_record(scenario, runs, seed, first_run=places * RUNS_APART, threads=threads)
+    record = simulate_record(scenario, runs, seed, first_run=first_run_of(places, runs), threads=threads)
     feasible = truth(scenario)
     return Row(
         panel,

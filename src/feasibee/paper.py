@@ -17,11 +17,10 @@ from pathlib import Path
 from matplotlib import colormaps
 
 from feasibee.claims import Claim, Point, check_claims
-from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder, whole_file
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_figure
 from feasibee.scenario import Scenario
-from feasibee.simulation import check_numbers, simulate_record
+from feasibee.simulation import check_numbers, first_run_of, simulate_record
 from feasibee.stats import decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, MODEL_VERSION
@@ -32,8 +31,6 @@ TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 
 CONVERGING = (2, 4, 10, 40, 100, 200)
 DIVERGING = (16, 20, 25)
 SHOWN_STEPS = 400
-RUNS_APART = 1_000_000
-"""The runs with m tasks are numbered from m times this on, so that no two ratios share random numbers."""
 
 
 def reproduce(
@@ -63,8 +60,7 @@ def reproduce(
     list of Claim
         As in ``claims.json``.
     """
-    if runs > RUNS_APART:
-        raise FeasibeeError(f"runs = {runs}: must be at most {RUNS_APART} at each ratio; take fewer")
+    first_run_of(0, runs)
     check_numbers(runs, seed)
     folder = make_folder(out)
     points = run_study(runs, seed, threads, progress)
@@ -93,7 +89,13 @@ def run_study(
         scenario = Scenario(tasks={"count": tasks})
         share = None if progress is None else _part_of(progress, done, len(TASKS))
         record = simulate_record(
-            scenario, runs, seed, first_run=tasks * RUNS_APART, curves=True, threads=threads, progress=share
+            scenario,
+            runs,
+            seed,
+            first_run=first_run_of(tasks, runs),
+            curves=True,
+            threads=threads,
+            progress=share,
         )
         robots = scenario.robots.count
         quartiles = opinion_quartiles(record.feasible_count, robots)

@@ -21,7 +21,7 @@ from feasibee.files import whole_file
 from feasibee.results import scenario_of
 from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
-from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 
 COLOURS = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
@@ -69,7 +69,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     """
     ax = _axes(ax, 3.4, 3.4)
     side, reach = swarm.scenario.arena.side, swarm.scenario.sensing.range
-    names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible"}
+    names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
     for number, (place, opinion) in enumerate(zip(swarm.positions, swarm.opinions, strict=True), start=1):
         for x, y in _images(place, max(reach, ROBOT_DIAMETER / 2), side):
             ax.add_patch(Circle((x, y), reach, color="0.5", alpha=0.13, linewidth=0))

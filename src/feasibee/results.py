@@ -39,6 +39,9 @@ def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
             {"long_name": "first step at which the swarm had decided; -1: undecided", "units": "step"},
         ),
     }
+    data["bits_sent"] = ("run", record.bits_sent, {"long_name": "length of all messages", "units": "bit"})
+    if scenario.decision.commit is not None:
+        data |= _commitments(record)
     coordinates: dict[str, Any] = {"run": ("run", runs, {"long_name": "number of the run"})}
     if record.feasible_count.shape[1]:
         data["feasible_count"] = (
@@ -49,11 +52,41 @@ def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
                 "units": "robots",
             },
         )
+        data["infeasible_count"] = (
+            ("run", "step"),
+            record.infeasible_count,
+            {
+                "long_name": "honest working robots with opinion 0 (infeasible); -1: after the end of the run",
+                "units": "robots",
+            },
+        )
         steps = np.arange(record.feasible_count.shape[1], dtype=np.int64)
         coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
     return xr.Dataset(
         data, coordinates, {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
     )
+
+
+def _commitments(record: Record) -> dict[str, Any]:
+    at_the_end = "honest working robots that have committed to {} at the end"
+    return {
+        "commit_step": (
+            "run",
+            record.commit_step,
+            {"long_name": "first step at which the swarm had committed; -1: it never had", "units": "step"},
+        ),
+        **{
+            f"committed_{name}": (
+                "run",
+                values,
+                {"long_name": at_the_end.format(name), "units": "robots"},
+            )
+            for name, values in (
+                ("feasible", record.committed_feasible),
+                ("infeasible", record.committed_infeasible),
+            )
+        },
+    }
 
 
 def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
@@ -68,6 +101,7 @@ def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "model_version": MODEL_VERSION,
         "version": version("feasibee"),
         "python": platform.python_version(),
+        **({"strategy_source": scenario.strategy.source} if scenario.strategy.source else {}),
         "libraries": {name: version(name) for name in LIBRARIES},
     }
 

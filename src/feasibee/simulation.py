@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 CURVES_LIMIT = 8 * 2**30
 """Bytes of curves in one call."""
 
+RUNS_APART = 1_000_000
+"""The points of a study have runs of their own, so many apart: they share no random numbers."""
+
 
 def simulate(
     scenario: Scenario | None = None,
@@ -152,6 +155,13 @@ def check_numbers(runs: int, seed: int, first_run: int = 0) -> tuple[int, int, i
     runs = _whole("runs", runs, 1, RUN_LIMIT)
     seed = _whole("seed", seed, 0, SEED_LIMIT - 1)
     return runs, seed, _whole("first_run", first_run, 0, RUN_LIMIT - runs)
+
+
+def first_run_of(point: int, runs: int) -> int:
+    """Return the number of the first run of a point of a study."""
+    if runs > RUNS_APART:
+        raise FeasibeeError(f"runs = {runs}: must be at most {RUNS_APART} at each point; take fewer")
+    return point * RUNS_APART
 
 
 def _whole(name: str, value: int, low: int, high: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -151,3 +152,64 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
     values = np.asarray(decision)
     right = values == (FEASIBLE if feasible else INFEASIBLE)
     return wilson(int(right.sum()), values.size, confidence)
+
+
+def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return how much more often one thing holds than another in the same runs, with its interval.
+
+    Runs in which both hold or neither does tell nothing about the difference, and don't widen the interval
+    as they would if the runs weren't the same.
+
+    Parameters
+    ----------
+    one, other : array of bool, shape (runs,)
+        Whether each held, run by run.
+    confidence : float
+        Between 0 and 1.
+
+    Returns
+    -------
+    Interval
+        Of the difference of the shares, within [-1, 1].
+
+    Raises
+    ------
+    ValueError
+        If there are no runs, or not as many of both.
+
+    References
+    ----------
+    Bonett, Price, "Adjusted Wald confidence interval for a difference of binomial proportions based on paired
+    data", 2012.
+
+    Examples
+    --------
+    >>> from feasibee.stats import paired_difference
+    >>> paired_difference([True, True, True, False], [True, False, False, False]).estimate
+    0.5
+    """
+    first, second = np.asarray(one, np.bool_), np.asarray(other, np.bool_)
+    if first.size == 0 or first.shape != second.shape:
+        raise ValueError(f"{first.size} and {second.size} runs: must be as many of both, and at least one")
+    runs = first.size
+    gained, lost = int((first & ~second).sum()), int((second & ~first).sum())
+    up, down = (gained + 1) / (runs + 2), (lost + 1) / (runs + 2)
+    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    half = z * math.sqrt((up + down - (up - down) ** 2) / (runs + 2))
+    return Interval((gained - lost) / runs, max(-1.0, up - down - half), min(1.0, up - down + half))
+
+
+def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
+    """Return which choices are best at their cost, from the cheapest on: all others gain less, or cost more.
+
+    Examples
+    --------
+    >>> from feasibee.stats import pareto
+    >>> pareto([3.0, 1.0, 2.0, 2.0], [0.9, 0.5, 0.4, 0.8])
+    [1, 3, 0]
+    """
+    best: list[int] = []
+    for place in sorted(range(len(costs)), key=lambda place: (costs[place], -gains[place])):
+        if not best or gains[place] > gains[best[-1]]:
+            best.append(place)
+    return best

@@ -1,0 +1,59 @@
+"""The command line: parse, call, print. Heavy libraries load inside the commands."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import version
+from typing import Any, NoReturn
+
+import click
+
+from feasibee.cli.run import run
+from feasibee.cli.scenarios import scenario, schema, truth
+from feasibee.cli.studies import compare, paper
+from feasibee.errors import FeasibeeError
+
+INTERRUPTED = 130
+
+
+class Commands(click.Group):
+    """The commands, with feasibee's errors as lines and exit status 2."""
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(context)
+        except FeasibeeError as error:
+            fail(str(error))
+        except click.UsageError as error:
+            path = error.ctx.command_path if error.ctx else context.command_path
+            fail(f"{error.format_message()} See '{path} --help'.")
+        except MemoryError:
+            fail("not enough memory; ask for fewer runs, steps or robots")
+        except KeyboardInterrupt:
+            click.echo("feasibee: interrupted; no file was left half-written", err=True)
+            sys.exit(INTERRUPTED)
+
+
+def fail(message: str) -> NoReturn:
+    """Print an error, and leave with the status of wrong input."""
+    for line in message.splitlines():
+        click.echo(f"feasibee: {line}", err=True)
+    sys.exit(2)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(version("feasibee"), message="%(prog)s %(version)s")
+def main() -> None:
+    """Can this swarm do these tasks? Simulate how the swarm itself finds out.
+
+    \b
+    Examples:
+      feasibee paper                              the paper's figures and claims, in paper/
+      feasibee run --set tasks.count=50           one scenario, 100 runs
+      feasibee scenario > mine.toml               a file to edit
+    """
+
+
+for command in (run, compare, paper, truth, scenario, schema):
+    main.add_command(command)

@@ -1,0 +1,77 @@
+"""What commands share: options, scenarios, progress."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.scenario import Scenario
+
+
+def scenario_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Let a command take a scenario: a file, and changes to it."""
+    file = click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
+    changes = click.option(
+        "--set",
+        "changes",
+        multiple=True,
+        metavar="FIELD=VALUE",
+        help="Change a field, such as tasks.count=50.",
+    )
+    return file(changes(command))
+
+
+seed_option = click.option(
+    "--seed", type=int, default=0, show_default=True, help="64 bits; the same seed, the same runs."
+)
+threads_option = click.option(
+    "--threads", type=click.IntRange(1, 1024), help="Runs at a time; by default one for each processor."
+)
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+
+
+def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
+    """Return the scenario of a file, or the paper's, with changes."""
+    from feasibee.scenario import Scenario
+
+    base = Scenario() if file is None else Scenario.read(file)
+    return base.replace(dict(_parse_change(change) for change in changes))
+
+
+def _parse_change(change: str) -> tuple[str, Any]:
+    """Read FIELD=VALUE, the value being TOML or else plain text."""
+    path, equals, text = change.partition("=")
+    if not equals:
+        raise FeasibeeError(f"--set {change}: must be FIELD=VALUE; such as --set tasks.count=50")
+    try:
+        return path.strip(), tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return path.strip(), text.strip()
+
+
+def keep_matplotlib_in_cache() -> None:
+    """Let matplotlib keep its list of fonts in our folder; it would make one in the user's home."""
+    from feasibee.files import cache_root
+
+    os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Callable[[float], None]]:
+    """Show a bar on a terminal, and nothing elsewhere; standard output stays clean."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)

@@ -1,0 +1,208 @@
+"""feasibee run: one scenario, many times."""
+
+from __future__ import annotations
+
+import json
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.cli.options import (
+    json_option,
+    keep_matplotlib_in_cache,
+    progress,
+    read_scenario,
+    scenario_options,
+    seed_option,
+    threads_option,
+)
+from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.record import Record
+    from feasibee.scenario import Scenario
+
+
+@click.command()
+@scenario_options
+@click.option("--runs", type=click.IntRange(1), default=100, show_default=True, help="How many swarms.")
+@seed_option
+@click.option(
+    "--first-run", type=click.IntRange(0), default=0, show_default=True, help="Number of the first run."
+)
+@click.option("--steps", type=int, help="Steps a run: short for --set run.steps=...")
+@threads_option
+@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.nc", help="Save all runs as NetCDF.")
+@click.option(
+    "--plot", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw opinions and decision steps."
+)
+@json_option
+def run(
+    file: Path | None,
+    changes: tuple[str, ...],
+    runs: int,
+    seed: int,
+    first_run: int,
+    steps: int | None,
+    threads: int | None,
+    save: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    """Simulate one scenario many times and say what the swarms decided.
+
+    FILE is a scenario in TOML; without one, the paper's defaults.
+
+    \b
+    Examples:
+      feasibee run --set tasks.count=50 --runs 1000 --seed 1
+      feasibee run mine.toml --plot mine.png --save mine.nc
+    """
+    from feasibee.simulation import simulate_record
+
+    more = () if steps is None else (f"run.steps={steps}",)
+    scenario = read_scenario(file, (*changes, *more))
+    _check_outputs(save, plot)
+    with progress("Simulating") as advance:
+        record = simulate_record(
+            scenario,
+            runs,
+            seed,
+            first_run=first_run,
+            curves=bool(save or plot),
+            threads=threads,
+            progress=advance,
+        )
+    if save or plot:
+        keep_matplotlib_in_cache()
+        _write_results(record, scenario, seed, save, plot)
+    summary = _summary(record, scenario, seed)
+    if as_json:
+        click.echo(json.dumps(summary, indent=2))
+    else:
+        _print_summary(summary, scenario)
+
+
+def _check_outputs(save: Path | None, plot: Path | None) -> None:
+    """Find out before a long computation that its outcome couldn't be written."""
+    from feasibee.files import check_writable
+
+    if plot is not None and plot.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise FeasibeeError(f"--plot {plot}: unknown kind of figure; end it with .png, .pdf or .svg")
+    if save is not None and plot is not None and save.resolve() == plot.resolve():
+        raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; name two")
+    for path in (save, plot):
+        if path is not None:
+            check_writable(path)
+
+
+def _write_results(
+    record: Record, scenario: Scenario, seed: int, save: Path | None, plot: Path | None
+) -> None:
+    from feasibee.results import label, save_results
+
+    dataset = label(record, scenario, seed)
+    if save is not None:
+        save_results(dataset, save)
+    if plot is not None:
+        from feasibee.plots import figure, plot_decision_steps, plot_opinions, save_figure
+
+        with figure(7.2, 2.8, columns=2) as (drawn, (left, right)):
+            plot_opinions(dataset, left)
+            plot_decision_steps(dataset, right)
+            left.set_title("Median and quartiles over the runs")
+            right.set_title("Collective decisions")
+        save_figure(drawn, plot)
+
+
+def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
+    from feasibee.feasibility import truth
+    from feasibee.stats import accuracy, decision_counts, decision_rates, decision_times
+    from feasibee.vocabulary import MODEL_VERSION
+
+    times = decision_times(record.decision_step)
+    feasible = truth(scenario)
+    return {
+        "runs": record.runs,
+        **decision_counts(record.decision),
+        "decision_step": {"median": times.median, "q25": times.q25, "q75": times.q75},
+        "truth": "feasible" if feasible else "infeasible",
+        "accuracy": accuracy(record.decision, feasible)._asdict(),
+        "bits_per_robot_and_step": _bits(record, scenario),
+        **_commitments(record, scenario),
+        "seed": seed,
+        "first_run": record.first_run,
+        "scenario": scenario.to_dict(),
+        "scenario_hash": scenario.hash,
+        "version": version("feasibee"),
+        "model_version": MODEL_VERSION,
+        "rates": {name: rate._asdict() for name, rate in decision_rates(record.decision).items()},
+    }
+
+
+def _bits(record: Record, scenario: Scenario) -> float:
+    """Return the mean bits sent a robot and step."""
+    steps = record.runs * scenario.run.steps
+    if scenario.run.stop_at_decision:
+        lasted = (step if step >= 0 else scenario.run.steps for step in record.decision_step.tolist())
+        steps = max(1, sum(lasted))
+    return float(record.bits_sent.sum() / (scenario.robots.count * steps))
+
+
+def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
+    """Return how many robots committed, to what, and when, if the scenario has a rule for it."""
+    from feasibee.stats import decision_times
+
+    if scenario.decision.commit is None:
+        return {}
+    times = decision_times(record.commit_step)
+    robots = record.runs * scenario.robots.count
+    return {
+        "committed": {
+            "feasible": int(record.committed_feasible.sum()) / robots,
+            "infeasible": int(record.committed_infeasible.sum()) / robots,
+            "step": {"median": times.median, "q25": times.q25, "q75": times.q75},
+        }
+    }
+
+
+def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    robots, tasks = scenario.robots.count, scenario.tasks.count
+    table = Table(
+        title=f"{robots} robots, {tasks} tasks, {scenario.decision.strategy}: {summary['runs']} runs"
+    )
+    table.add_column("decision")
+    for column in ("runs", "share", "95 % interval"):
+        table.add_column(column, justify="right")
+    counts = {**summary, "accuracy": summary[summary["truth"]]}
+    for name, rate in (*summary["rates"].items(), ("accuracy", summary["accuracy"])):
+        right = " (true)" if name == summary["truth"] else ""
+        interval = f"{rate['low']:.1%} to {rate['high']:.1%}"
+        share = f"{rate['estimate']:.1%}"
+        table.add_row(name + right, str(counts[name]), share, interval, end_section=name == "undecided")
+    console = Console()
+    console.print(table)
+    times = summary["decision_step"]
+    shown = {key: "not reached" if step is None else f"step {step}" for key, step in times.items()}
+    console.print(
+        f"Decided: a quarter of the runs by {shown['q25']}, half by {shown['median']}, "
+        f"three quarters by {shown['q75']} (of {scenario.run.steps}).",
+        highlight=False,
+        soft_wrap=True,
+    )
+    console.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits a robot and step.", highlight=False)
+    if "committed" in summary:
+        committed = summary["committed"]
+        step = committed["step"]["median"]
+        console.print(
+            f"Committed: {committed['feasible']:.1%} of the robots to feasible, {committed['infeasible']:.1%} to "
+            f"infeasible; half of the swarms by {'no step' if step is None else f'step {step}'}.",
+            highlight=False,
+            soft_wrap=True,
+        )
+    console.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)

@@ -1,0 +1,85 @@
+"""feasibee truth, scenario, schema: what a scenario is, without running it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from feasibee.cli.options import json_option, read_scenario, scenario_options
+
+if TYPE_CHECKING:
+    from feasibee.feasibility import Verdict
+    from feasibee.scenario import Scenario
+
+
+@click.command()
+@scenario_options
+@json_option
+def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
+    """Say exactly whether the tasks are feasible, and why.
+
+    If so, which robots do what; if not, for which skills there are too few. A robot serves one place at most.
+
+    \b
+    Examples:
+      feasibee truth mine.toml
+      feasibee truth --set robots.count=20 --set tasks.count=21 --json
+    """
+    from feasibee.feasibility import explain
+
+    scenario = read_scenario(file, changes)
+    verdict = explain(scenario)
+    if as_json:
+        click.echo(json.dumps(verdict.to_dict(), indent=2))
+    else:
+        _print_verdict(verdict, scenario)
+
+
+@click.command()
+@scenario_options
+def scenario(file: Path | None, changes: tuple[str, ...]) -> None:
+    """Print a scenario in full, as TOML.
+
+    \b
+    Example:
+      feasibee scenario --set robots.count=40 > forty.toml
+    """
+    click.echo(read_scenario(file, changes).to_toml(), nl=False)
+
+
+@click.command()
+def schema() -> None:
+    """Print the JSON Schema of scenarios, for editors and other tools.
+
+    \b
+    Example:
+      feasibee schema > scenario.schema.json
+    """
+    from feasibee.scenario import Scenario
+
+    click.echo(json.dumps(Scenario.model_json_schema(), indent=2))
+
+
+def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    if verdict.violator is not None:
+        skills, demand, robots = verdict.violator
+        named = " or ".join(skills)
+        asking, able = f"places that ask for {named}", f"robots that can {named}"
+        if not scenario.tasks.classes:
+            asking, able = "tasks, each for any one robot", "robots"
+        click.echo(f"Infeasible: {asking}: {demand}; {able}: {robots}.")
+        return
+    free = scenario.robots.count - sum(verdict.assignment.values())
+    click.echo(f"Feasible: each place has a robot of its own; robots left over: {free}.")
+    table = Table("robots", "tasks", "skill")
+    table.add_column("count", justify="right")
+    for names, count in verdict.assignment.items():
+        table.add_row(*names, str(count))
+    if verdict.assignment:
+        Console(markup=False, emoji=False).print(table)

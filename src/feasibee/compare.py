@@ -1,0 +1,285 @@
+"""Strategies, or the field's variants, on the same worlds: how often right, how soon, at how many bits."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.errors import FeasibeeError
+from feasibee.feasibility import truth
+from feasibee.files import whole_file
+from feasibee.frontier import draw_against_bits, draw_against_ratio, draw_against_time
+from feasibee.plots import save_figure
+from feasibee.presets import PRESETS
+from feasibee.record import Record
+from feasibee.scenario import Scenario
+from feasibee.simulation import first_run_of, simulate_record
+from feasibee.stats import DecisionTimes, Interval, accuracy, decision_times, paired_difference, wilson
+from feasibee.strategies import STRATEGIES
+from feasibee.vocabulary import FEASIBLE, INFEASIBLE, exact
+
+TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)
+"""Numbers of tasks for 20 robots, most of them near ratio one, where strategies differ."""
+
+DEFAULT = "default"
+"""As a preset: the scenario as it is."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one contender's swarms made of one number of tasks.
+
+    Parameters
+    ----------
+    contender : str
+        A strategy or a preset.
+    robots, tasks : int
+        How many there are.
+    feasible : bool
+        The truth.
+    right : bool array, shape (runs,)
+        Whether the swarm was right at the last step: more than the threshold's share of the counted robots
+        held the true opinion.
+    right_at : int64 array, shape (steps + 1,)
+        How many runs were right at each step.
+    decision : int8 array, shape (runs,)
+        The first collective decision (model.md 4.7).
+    decision_step : int32 array, shape (runs,)
+        When it was taken; -1: never.
+    bits : float64 array, shape (runs,)
+        Bits sent a robot and step.
+    committed, committed_wrong : float64 array, shape (runs,)
+        Share of the counted robots that have committed at the last step, and to the wrong opinion.
+    commit_step : int64 array, shape (runs,)
+        When more than the threshold's share had; -1: never.
+    """
+
+    contender: str
+    robots: int
+    tasks: int
+    feasible: bool
+    right: NDArray[np.bool_]
+    right_at: NDArray[np.int64]
+    decision: NDArray[np.int8]
+    decision_step: NDArray[np.int32]
+    bits: NDArray[np.float64]
+    committed: NDArray[np.float64]
+    committed_wrong: NDArray[np.float64]
+    commit_step: NDArray[np.int64]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.right.size
+
+    @property
+    def accuracy(self) -> Interval:
+        """Share of the runs that were right at the last step."""
+        return accuracy(np.where(self.right, FEASIBLE, INFEASIBLE), True)
+
+    @property
+    def first(self) -> Interval:
+        """Share of the runs whose first collective decision was right."""
+        return accuracy(self.decision, self.feasible)
+
+    @property
+    def times(self) -> DecisionTimes:
+        """By when a quarter, half and three quarters of the runs had decided."""
+        return decision_times(self.decision_step)
+
+
+def contenders_of(
+    scenario: Scenario, strategies: Sequence[str] = (), presets: Sequence[str] = ()
+) -> dict[str, Scenario]:
+    """Return the scenario under each strategy, or else each preset, by name.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is common to them.
+    strategies : sequence of str
+        Names or files; with neither strategies nor presets, all that are built in.
+    presets : sequence of str
+        Their values are laid under those that the scenario sets itself; ``"default"`` has none.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is no such strategy or preset, or it appears twice.
+    """
+    if strategies and presets:
+        raise FeasibeeError("strategies and presets: can't be compared at once; name one kind")
+    names = list(presets or strategies or STRATEGIES)
+    for name in names:
+        if names.count(name) > 1:
+            raise FeasibeeError(f"{name}: is named twice; name it once")
+        if presets and name not in (DEFAULT, *PRESETS):
+            known = ", ".join([DEFAULT, *PRESETS])
+            raise FeasibeeError(f"{name}: is no preset; choose from {known}")
+    if presets:
+        changes: list[Mapping[str, Any]] = [{} if name == DEFAULT else {"preset": name} for name in names]
+    else:
+        changes = [{"decision.strategy": name, "decision.parameters": {}} for name in names]
+        own = scenario.decision.strategy
+        changes = [{} if name == own else each for name, each in zip(names, changes, strict=True)]
+    return {
+        Path(name).name: scenario.replace({**each, "run.stop_at_decision": False})
+        for name, each in zip(names, changes, strict=True)
+    }
+
+
+def compare(
+    contenders: Mapping[str, Scenario],
+    tasks: Sequence[int] = (),
+    runs: int = 200,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Outcome]:
+    """Simulate every contender in the same worlds: run r starts from the same places for all of them.
+
+    Parameters
+    ----------
+    contenders : mapping of str to Scenario
+        From `contenders_of`.
+    tasks : sequence of int
+        Numbers of tasks; by default that of the scenarios.
+    runs : int
+        Runs of each contender at each number of tasks.
+    seed : int
+        64 bits.
+    threads : int, optional
+        By default one for each processor.
+    progress : callable, optional
+        Called with the share of the work done.
+
+    Returns
+    -------
+    list of Outcome
+        Contender by contender, in the order of ``tasks``.
+    """
+    numbers: list[int | None] = [*tasks] or [None]
+    outcomes: list[Outcome] = []
+    for name, scenario in contenders.items():
+        for place, number in enumerate(numbers):
+            changed = scenario if number is None else scenario.replace({"tasks.count": number})
+            first_run = first_run_of(place, runs)
+            record = simulate_record(changed, runs, seed, first_run=first_run, curves=True, threads=threads)
+            outcomes.append(outcome_of(name, changed, record))
+            if progress is not None:
+                progress(len(outcomes) / (len(contenders) * len(numbers)))
+    return outcomes
+
+
+def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
+    """Sum up the runs of one contender."""
+    feasible = truth(scenario)
+    held = record.feasible_count if feasible else record.infeasible_count
+    counted = np.array([counted_robots(scenario, step) for step in range(held.shape[1])])
+    needed = exact(scenario.decision.threshold)
+    right = held * needed.denominator > counted * needed.numerator
+    committed = np.stack([record.committed_infeasible, record.committed_feasible])
+    return Outcome(
+        contender,
+        scenario.robots.count,
+        scenario.tasks.count,
+        feasible,
+        right[:, -1],
+        right.sum(axis=0),
+        record.decision,
+        record.decision_step,
+        record.bits_sent / (scenario.robots.count * scenario.run.steps),
+        committed.sum(axis=0) / max(1, counted[-1]),
+        committed[0 if feasible else 1] / max(1, counted[-1]),
+        record.commit_step,
+    )
+
+
+def counted_robots(scenario: Scenario, step: int) -> int:
+    """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
+    left = count = scenario.robots.count
+    numbers = []
+    for share in (scenario.faults.stopped, scenario.faults.byzantine):
+        numbers.append(min(left, math.floor(exact(share) * count + Fraction(1, 2))))
+        left -= numbers[-1]
+    stopped = numbers[0] if step >= scenario.faults.stop_step else 0
+    return count - numbers[1] - stopped
+
+
+def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
+    """Write ``compare.csv`` and its three figures into a folder, as PNG and PDF."""
+    groups = by_contender(outcomes)
+    some = next(iter(groups.values()))
+    labels = [f"{each.robots / each.tasks:.3g}" if each.tasks else "no task" for each in some]
+    numbers = [each.tasks for each in some]
+    accuracies = {name: [each.accuracy for each in group] for name, group in groups.items()}
+    shares = {name: np.array([each.right_at / each.runs for each in group]) for name, group in groups.items()}
+    totals = {name: (mean_bits(group), overall(group)) for name, group in groups.items()}
+    figures = {
+        "compare_ratio": draw_against_ratio(labels, numbers, accuracies),
+        "compare_time": draw_against_time(shares),
+        "compare_bits": draw_against_bits(totals),
+    }
+    for name, drawn in figures.items():
+        for suffix in ("png", "pdf"):
+            save_figure(drawn, folder / f"{name}.{suffix}")
+    _write_rows(folder / "compare.csv", outcomes)
+
+
+def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
+    """Return the outcomes of each contender."""
+    groups: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        groups.setdefault(outcome.contender, []).append(outcome)
+    return groups
+
+
+def overall(group: Sequence[Outcome]) -> Interval:
+    """Return the share of a contender's runs, at all numbers of tasks, that were right."""
+    return wilson(sum(int(each.right.sum()) for each in group), sum(each.runs for each in group))
+
+
+def overall_difference(group: Sequence[Outcome], baseline: Sequence[Outcome]) -> Interval:
+    """Return by how much more often a contender was right than the baseline, over the same runs."""
+    return paired_difference(
+        np.concatenate([each.right for each in group]), np.concatenate([each.right for each in baseline])
+    )
+
+
+def mean_bits(group: Sequence[Outcome]) -> float:
+    """Return the mean bits sent a robot and step."""
+    return float(np.mean([each.bits.mean() for each in group]))
+
+
+def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
+    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
+    header = ["contender", "robots", "tasks", "truth", "runs"]
+    for name in ("accuracy", "first_decision", f"difference_from_{outcomes[0].contender}"):
+        header += [name, f"{name}_low", f"{name}_high"]
+    header += ["step_q25", "step_median", "step_q75", "bits_per_robot_and_step"]
+    header += ["committed", "committed_wrong", "commit_step_median"]
+    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        for each in outcomes:
+            times = (*each.times, each.bits.mean(), each.committed.mean(), each.committed_wrong.mean())
+            writer.writerow(
+                [
+                    *(each.contender, each.robots, each.tasks),
+                    "feasible" if each.feasible else "infeasible",
+                    each.runs,
+                    *each.accuracy,
+                    *each.first,
+                    *paired_difference(each.right, baseline[each.tasks].right),
+                    *("" if value is None else f"{value:.6g}" for value in times),
+                    *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
+                ]
+            )

@@ -1,0 +1,108 @@
+"""Figures of a comparison: accuracy against ratio, time, and bits on the air."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from numpy.typing import NDArray
+
+from feasibee.plots import figure
+from feasibee.stats import Interval, pareto
+
+MARKERS = "os^vDP<>Xhpd*8"
+DASHES = ("-", "--", "-.", ":")
+
+
+def draw_against_ratio(
+    ratios: Sequence[str], tasks: Sequence[int], accuracies: Mapping[str, Sequence[Interval]]
+) -> Figure:
+    """Draw how often each contender was right at each ratio, evenly spaced, with intervals."""
+    places = np.arange(len(ratios))
+    with figure(7.2, 3.6) as (drawn, ax):
+        for look, (name, intervals) in zip(_looks(accuracies), accuracies.items(), strict=True):
+            middle, low, high = 100 * np.array(intervals).T
+            spread = (middle - low, high - middle)
+            ax.errorbar(places, middle, yerr=spread, markersize=4, elinewidth=0.6, label=name, **look)
+        labels = [f"{ratio}\nm = {number}" for ratio, number in zip(ratios, tasks, strict=True)]
+        ax.set(xticks=places, xticklabels=labels, xlabel="robot-to-task ratio n/m, and tasks m")
+        ax.set(ylabel="swarms that are right at the end (%)", ylim=(-2, 102))
+        _legend(ax)
+    return drawn
+
+
+def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
+    """Draw how right the swarms would be if stopped at each step: on average over the ratios, and at worst.
+
+    ``shares`` has, for each contender, an array of shape (ratio, step).
+    """
+    with figure(7.2, 3.2, columns=2, sharey=True) as (drawn, (left, right)):
+        for look, (name, share) in zip(_looks(shares), shares.items(), strict=True):
+            steps = np.arange(share.shape[1])
+            look.pop("marker")
+            left.plot(steps[1:], 100 * share.mean(axis=0)[1:], label=name, **look)
+            right.plot(steps[1:], 100 * share.min(axis=0)[1:], label=name, **look)
+        left.set(ylabel="swarms that are right (%)", ylim=(-2, 102))
+        for ax, title in ((left, "Mean over the ratios"), (right, "At the hardest ratio")):
+            ax.set(xscale="log", xlabel="stopped at step", title=title, xlim=(10, None))
+            ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        _legend(right)
+    return drawn
+
+
+def draw_against_bits(totals: Mapping[str, tuple[float, Interval]]) -> Figure:
+    """Draw accuracy over all ratios against bits sent a robot and step, and the Pareto frontier."""
+    bits = [cost for cost, _ in totals.values()]
+    shares = [100 * accuracy.estimate for _, accuracy in totals.values()]
+    best = pareto(bits, shares)
+    with figure(7.2, 3.6) as (drawn, ax):
+        ax.step(
+            [bits[place] for place in best],
+            [shares[place] for place in best],
+            where="post",
+            color="0.75",
+            linewidth=4,
+            solid_capstyle="round",
+            zorder=0,
+            label="Pareto frontier",
+        )
+        for look, (name, (cost, accuracy)) in zip(_looks(totals), totals.items(), strict=True):
+            middle, low, high = (100 * value for value in accuracy)
+            ax.errorbar(
+                cost,
+                middle,
+                yerr=[[middle - low], [high - middle]],
+                markersize=6,
+                elinewidth=0.8,
+                label=name,
+                **{**look, "linestyle": ""},
+            )
+        ax.set(xscale="log", xlabel="bits sent a robot and step", ylim=(None, 102))
+        shown = [base * 10**power for power in range(-1, 7) for base in (1, 2, 5)]
+        low, high = ax.get_xlim()
+        ax.xaxis.set_major_locator(FixedLocator([tick for tick in shown if low <= tick <= high]))
+        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set(ylabel="swarms that are right at the end,\nover all ratios (%)")
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        _legend(ax)
+    return drawn
+
+
+def _looks(names: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield a colour, a marker and dashes for each name; no two are told apart by colour alone."""
+    colours = colormaps["turbo"](np.linspace(0.05, 0.95, len(names)))
+    for number in range(len(names)):
+        yield {
+            "color": colours[number],
+            "marker": MARKERS[number % len(MARKERS)],
+            "linestyle": DASHES[number % len(DASHES)],
+            "linewidth": 1.2,
+        }
+
+
+def _legend(ax: Any) -> None:
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
