@@ -56,7 +56,7 @@ def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
             ("run", "step"),
             record.infeasible_count,
             {
-                "long_name": "honest working robots with opinion 0 (infeasible); -1: after the end of the run",
+                "long_name": "honest working robots with opinion 0 (infeasible); -1: after the run's end",
                 "units": "robots",
             },
         )

@@ -199,9 +199,10 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     if "committed" in summary:
         committed = summary["committed"]
         step = committed["step"]["median"]
+        by = "no step" if step is None else f"step {step}"
         console.print(
-            f"Committed: {committed['feasible']:.1%} of the robots to feasible, {committed['infeasible']:.1%} to "
-            f"infeasible; half of the swarms by {'no step' if step is None else f'step {step}'}.",
+            f"Committed: {committed['feasible']:.1%} of the robots to feasible, "
+            f"{committed['infeasible']:.1%} to infeasible; half of the swarms by {by}.",
             highlight=False,
             soft_wrap=True,
         )

@@ -171,8 +171,8 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
         title="All together",
         padding=(0, 1),
         caption="right: at the end (%), and where that lies with 95 % confidence; difference: from "
-        f"{next(iter(groups))}, in points, in the same runs; first: the first collective decision is right (%); "
-        "by: the step by which half of the runs had decided; bits: sent a robot and step",
+        f"{next(iter(groups))}, in points, in the same runs; first: the first collective decision is right "
+        "(%); by: the step by which half of the runs had decided; bits: sent a robot and step",
     )
     for column in ("right", "interval", "difference", "first", "by", "bits", *more):
         sums.add_column(column, justify="right")
