@@ -149,19 +149,30 @@ class Scenario(BaseModel):
     def from_toml(cls, text: str, source: str = "") -> Self:
         """Read a scenario from TOML text; ``source`` names it in errors."""
         try:
-            tables = tomllib.loads(text)
-            for name in ("robots", "tasks"):  # a file of points is named from the scenario's folder
-                table = tables.get(name)
-                if source and isinstance(table, dict) and isinstance(table.get("points"), str):
-                    table["points"] = str(Path(source).parent / table["points"])
-            decision = tables.get("decision")
-            if source and isinstance(decision, dict) and str(decision.get("strategy")).endswith(".py"):
-                decision["strategy"] = str(Path(source).parent / decision["strategy"])
-            return cls.model_validate(tables)
+            return cls.from_tables(tomllib.loads(text), Path(source).parent if source else None)
         except ScenarioError as error:
             raise ScenarioError(error.problems, source) from None
         except (ValueError, RecursionError) as error:
             raise FeasibeeError(f"{source or 'scenario'}: not TOML: {error}; mend it there") from None
+
+    @classmethod
+    def from_tables(cls, tables: Mapping[str, Any], folder: Path | None = None) -> Self:
+        """Make a scenario of tables; files that they name are found from ``folder``."""
+        given = copy.deepcopy(dict(tables))
+        for name, key, suffix in (
+            ("robots", "points", ""),
+            ("tasks", "points", ""),
+            ("decision", "strategy", ".py"),
+        ):
+            table = given.get(name)
+            if (
+                folder
+                and isinstance(table, dict)
+                and isinstance(table.get(key), str)
+                and table[key].endswith(suffix)
+            ):
+                table[key] = str(folder / table[key])
+        return cls.model_validate(given)
 
     @classmethod
     def read(cls, path: str | Path) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -213,3 +213,66 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
         if not best or gains[place] > gains[best[-1]]:
             best.append(place)
     return best
+
+
+def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
+    """Return a rate with an interval that stays valid however often one looks at it while trials go on.
+
+    An interval for a fixed number of trials, such as Wilson's, is wrong far more often than it says when it
+    decides when to stop. This one covers the true rate at all times at once with the confidence asked for;
+    it is the set of rates that a test by a mixture of likelihood ratios, Beta(1/2, 1/2), hasn't refuted.
+
+    Parameters
+    ----------
+    successes, trials : int
+        How often it happened so far, of how many times.
+    confidence : float
+        Between 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        If not 0 <= successes <= trials, or not 0 < confidence < 1.
+
+    References
+    ----------
+    Robbins, "Statistical methods related to the law of the iterated logarithm", 1970; Howard, Ramdas,
+    McAuliffe, Sekhon, "Time-uniform, nonparametric, nonasymptotic confidence sequences", 2021.
+
+    Examples
+    --------
+    >>> from feasibee.stats import confidence_sequence
+    >>> _, low, high = confidence_sequence(80, 100)
+    >>> round(low, 3), round(high, 3)
+    (0.671, 0.893)
+    """
+    if not 0 <= successes <= trials:
+        raise ValueError(f"{successes} of {trials}: must be 0 <= successes <= trials")
+    if not 0 < confidence < 1:
+        raise ValueError(f"confidence = {confidence}: must be between 0 and 1; 0.95 is usual")
+    if trials == 0:
+        return Interval(math.nan, 0.0, 1.0)
+    failures = trials - successes
+    mixture = math.lgamma(successes + 0.5) + math.lgamma(failures + 0.5) - math.lgamma(trials + 1.0)
+    bar = mixture - math.log(math.pi) + math.log(1.0 - confidence)
+
+    def refuted(rate: float) -> bool:
+        likelihood = successes * math.log(rate) if successes else 0.0
+        likelihood += failures * math.log1p(-rate) if failures else 0.0
+        return likelihood <= bar
+
+    rate = successes / trials
+    low = 0.0 if successes == 0 else _edge(refuted, 0.0, rate)
+    high = 1.0 if failures == 0 else _edge(refuted, 1.0, rate)
+    return Interval(rate, low, high)
+
+
+def _edge(refuted: Callable[[float], bool], outer: float, inner: float) -> float:
+    """Return where a refuted rate on one side meets the others, on the refuted side."""
+    for _ in range(60):
+        middle = (outer + inner) / 2
+        if refuted(middle):
+            outer = middle
+        else:
+            inner = middle
+    return outer

@@ -11,6 +11,7 @@ import click
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.studies import compare, paper
+from feasibee.cli.sweeps import export, merge, plot, status, sweep
 from feasibee.errors import FeasibeeError
 
 INTERRUPTED = 130
@@ -55,5 +56,5 @@ def main() -> None:
     """
 
 
-for command in (run, compare, paper, truth, scenario, schema):
+for command in (run, compare, sweep, status, plot, export, merge, paper, truth, scenario, schema):
     main.add_command(command)

@@ -1,0 +1,292 @@
+"""feasibee sweep, status, export, plot, merge: studies that survive anything."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.cli.options import keep_matplotlib_in_cache
+from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.study.sweep import Crew, Progress
+
+_folder = click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+PATIENCE = 10.0
+"""Seconds between two lines of progress where there is no terminal."""
+
+
+def _shard(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, int]:
+    """Read I/N, parts counted from 1."""
+    if text is None:
+        return (0, 1)
+    part, _, parts = text.partition("/")
+    if part.isdigit() and parts.isdigit() and 1 <= int(part) <= int(parts):
+        return (int(part) - 1, int(parts))
+    raise click.BadParameter("must be I/N, such as 3/16 for the third of 16 parts")
+
+
+@click.command()
+@click.argument("study", type=click.Path(dir_okay=False, path_type=Path))
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("results"),
+    show_default=True,
+    help="Folder of the journal; what is there already isn't run again.",
+)
+@click.option("--runs", type=click.IntRange(1), help="Runs of each point, instead of the study's.")
+@click.option("--workers", type=click.IntRange(1, 1024), help="By default one for each processor.")
+@click.option(
+    "--processes", is_flag=True, help="Use processes instead of threads; one that dies is replaced."
+)
+@click.option("--dask", metavar="ADDRESS", help="Use a Dask cluster, such as tcp://10.0.0.1:8786.")
+@click.option("--shard", callback=_shard, metavar="I/N", help="Do part I of N only, for job arrays.")
+@click.option("--log", type=click.Path(dir_okay=False, path_type=Path), help="Append progress as JSON lines.")
+def sweep(
+    study: Path,
+    out: Path,
+    runs: int | None,
+    workers: int | None,
+    processes: bool,
+    dask: str | None,
+    shard: tuple[int, int],
+    log: Path | None,
+) -> None:
+    """Run a study: many scenarios, many runs of each, into a journal.
+
+    STUDY is a TOML file with [scenario], [sweep], runs and seed. Interrupt it, kill it, let the disk fill up:
+    the same command goes on where it was.
+
+    \b
+    Examples:
+      feasibee sweep ratio.toml --out results
+      feasibee sweep ratio.toml --out results --runs 1000     grows what is there
+      feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee merge results part*
+    """
+    from dataclasses import replace
+
+    from feasibee.study.plan import Study
+    from feasibee.study.sweep import sweep as run_sweep
+
+    plan = Study.read(study)
+    if runs is not None:
+        plan = replace(plan, runs=runs)
+    crew = _crew(workers, processes, dask)
+    _prepare(plan, dask)
+    with _told(log) as progress:
+        done = run_sweep(plan, out, crew, shard, progress)
+    click.echo(
+        f"{done.runs_new} runs in {done.seconds:.1f} s; {out}/ has {done.runs_done} runs of "
+        f"{done.points} points. Look: feasibee status {out}"
+    )
+
+
+def _crew(workers: int | None, use_processes: bool, address: str | None) -> Crew:
+    from feasibee.study import crews
+
+    if address is not None:
+        if use_processes or workers is not None:
+            raise FeasibeeError("--dask: brings its own workers; leave --workers and --processes out")
+        return crews.dask(address)
+    return crews.processes(workers) if use_processes else crews.threads(workers)
+
+
+def _prepare(plan: Any, address: str | None) -> None:
+    """Compile here, once, what workers on this machine will need."""
+    from feasibee.simulation import load_engine
+
+    if address is None:
+        for point in plan.points:
+            load_engine(point.scenario)
+
+
+@contextmanager
+def _told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
+    """Show a bar on a terminal, a line now and then elsewhere, and append to a log if there is one."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    terminal = sys.stderr.isatty()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    last = time.monotonic()
+    with Bar(*columns, console=Console(stderr=True), transient=True, disable=not terminal) as bar:
+        task = bar.add_task("Sweeping", total=None)
+
+        def tell(progress: Progress) -> None:
+            nonlocal last
+            rate = progress.runs_new / progress.seconds if progress.seconds > 0 else 0.0
+            bar.update(
+                task,
+                total=progress.runs,
+                completed=progress.runs_done,
+                description=f"{progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
+            )
+            if log is not None:
+                with log.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"time": time.time(), **vars(progress)}) + "\n")
+            if not terminal and time.monotonic() - last >= PATIENCE:
+                last = time.monotonic()
+                click.echo(_line(progress, rate), err=True)
+
+        yield tell
+
+
+def _line(progress: Progress, rate: float) -> str:
+    left = (progress.runs - progress.runs_done) / rate if rate else float("inf")
+    return (
+        f"feasibee: {progress.points_done} of {progress.points} points, "
+        f"{progress.runs_done} of {progress.runs} runs, {rate:.0f} runs/s, about {left:.0f} s left"
+    )
+
+
+@click.command()
+@_folder
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
+def status(folder: Path, as_json: bool) -> None:
+    """Say how far a sweep is, and what its points say so far; also while it runs.
+
+    \b
+    Example:
+      feasibee status results
+    """
+    from feasibee.study.journal import Journal
+    from feasibee.study.table import summaries, varied
+
+    with Journal(folder) as journal:
+        points, fields = summaries(journal), varied(journal)
+    if as_json:
+        click.echo(json.dumps([_as_json(point) for point in points], indent=2))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(
+        *fields, title=f"{folder}: {sum(point.runs for point in points)} runs of {len(points)} points"
+    )
+    for column in ("truth", "runs", "right (%)", "95 % interval", "undecided (%)", "half by"):
+        table.add_column(column, justify="right")
+    for point in points:
+        values = [str(point.row.values.get(path, "")) for path in fields]
+        accuracy = point.accuracy
+        middle = "" if point.times.median is None else f"step {point.times.median}"
+        told = ["", "", "", middle]
+        if accuracy is not None:
+            told = [
+                f"{100 * accuracy.estimate:.1f}",
+                f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
+                f"{100 * point.counts['undecided'] / point.runs:.1f}",
+                middle,
+            ]
+        table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *told)
+    Console(highlight=False).print(table)
+
+
+def _as_json(point: Any) -> dict[str, Any]:
+    return {
+        "values": point.row.values,
+        "hash": point.row.hash,
+        "seed": point.row.seed,
+        "truth": "feasible" if point.row.truth else "infeasible",
+        "runs": point.runs,
+        **point.counts,
+        "accuracy": point.accuracy._asdict() if point.accuracy else None,
+        "decision_step": point.times._asdict(),
+        "bits_per_robot_and_step": point.bits,
+    }
+
+
+@click.command()
+@_folder
+@click.option(
+    "--to", "kind", type=click.Choice(["csv", "parquet", "netcdf"]), default="csv", show_default=True
+)
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), help="By default FOLDER/runs.csv, ..."
+)
+def export(folder: Path, kind: str, out: Path | None) -> None:
+    """Write all runs of a sweep as one table, a row a run.
+
+    \b
+    Examples:
+      feasibee export results
+      feasibee export results --to parquet --out ratio.parquet
+    """
+    from feasibee.study.journal import Journal
+    from feasibee.study.table import export as write
+
+    suffix = {"netcdf": "nc"}.get(kind, kind)
+    target = out or folder / f"runs.{suffix}"
+    with Journal(folder) as journal:
+        rows = write(journal, kind, target)
+    click.echo(f"{rows} runs are in {target}")
+
+
+@click.command()
+@_folder
+@click.option("--x", required=True, metavar="FIELD", help="Field along the horizontal axis.")
+@click.option("--hue", metavar="FIELD", help="A line for each value of this field.")
+@click.option("--y", metavar="FIELD", help="Instead, a heat map over --x and this field.")
+@click.option(
+    "--show",
+    type=click.Choice(["accuracy", "feasible", "infeasible", "undecided"]),
+    default="accuracy",
+    show_default=True,
+    help="The share of the runs to draw.",
+)
+@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="By default FOLDER/plot.png.")
+def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: Path | None) -> None:
+    """Draw a sweep: lines with 95 % bands, or a heat map over two fields.
+
+    \b
+    Examples:
+      feasibee plot results --x tasks.count --hue decision.strategy
+      feasibee plot results --x tasks.count --y radio.loss --out map.pdf
+    """
+    keep_matplotlib_in_cache()
+    from feasibee.plots import save_figure
+    from feasibee.study.figures import draw_lines, draw_map
+    from feasibee.study.journal import Journal
+    from feasibee.study.table import summaries
+
+    target = out or folder / "plot.png"
+    if target.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise FeasibeeError(f"--out {target}: unknown kind of figure; end it with .png, .pdf or .svg")
+    if hue and y:
+        raise FeasibeeError("--hue and --y: can't stand together; leave one of them out")
+    with Journal(folder) as journal:
+        points = [each for each in summaries(journal) if each.runs]
+    if not points:
+        raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
+    drawn = draw_map(points, x, y, show) if y else draw_lines(points, x, hue, show)
+    save_figure(drawn, target)
+    click.echo(f"The figure is {target}")
+
+
+@click.command()
+@_folder
+@click.argument("parts", nargs=-1, required=True, type=click.Path(file_okay=False, path_type=Path))
+def merge(folder: Path, parts: tuple[Path, ...]) -> None:
+    """Bring the runs of several journals, such as those of a job array, into one.
+
+    \b
+    Example:
+      feasibee merge results part1 part2 part3
+    """
+    from feasibee.files import make_folder
+    from feasibee.study.journal import Journal
+
+    with Journal(make_folder(folder), write=True) as journal:
+        for part in parts:
+            with Journal(part) as other:
+                journal.take(other)
+        total = sum(runs for runs, _ in journal.counts().values())
+    click.echo(f"{folder}/ has {total} runs of {len(parts)} parts and of what was there")

@@ -1,0 +1,62 @@
+"""Who does a sweep's work: threads of this process, other processes, or a Dask cluster."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from typing import Any
+
+from feasibee.errors import FeasibeeError
+from feasibee.simulation import processors
+from feasibee.study.sweep import Crew
+
+
+def threads(workers: int | None = None) -> Crew:
+    """Return threads of this process, by default one a processor: the engine runs free of Python's lock."""
+    number = workers or processors()
+    return Crew(lambda: ThreadPoolExecutor(number), number)
+
+
+def processes(workers: int | None = None) -> Crew:
+    """Return processes of this machine, by default one for each processor; one that dies is replaced."""
+    number = workers or processors()
+    return Crew(lambda: ProcessPoolExecutor(number, mp_context=get_context("spawn")), number)
+
+
+def dask(client: Any) -> Crew:
+    """Return the workers of a Dask cluster.
+
+    Parameters
+    ----------
+    client : dask.distributed.Client, or str
+        Or the address of a scheduler, such as ``"tcp://10.0.0.1:8786"``.
+
+    Raises
+    ------
+    FeasibeeError
+        If Dask isn't installed, or the cluster doesn't answer or has no workers.
+    """
+    if isinstance(client, str):
+        client = _connected(client)
+    number = sum(client.nthreads().values())
+    if number == 0:
+        raise FeasibeeError(f"{client.scheduler.address}: the cluster has no workers; start some")
+
+    def make() -> Executor:
+        executor: Executor = client.get_executor(pure=False, retries=3)
+        return executor
+
+    return Crew(make, number)
+
+
+def _connected(address: str) -> Any:
+    try:
+        from distributed import Client  # type: ignore[import-not-found,unused-ignore]
+    except ImportError:
+        raise FeasibeeError("Dask isn't installed; install feasibee[dask]") from None
+    try:
+        return Client(address, timeout=20)
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(
+            f"--dask {address}: doesn't answer: {error}; give a scheduler's address"
+        ) from None

@@ -1,0 +1,305 @@
+"""What a study is to run: its points, read from TOML, and in which order.
+
+A study file::
+
+    runs = 1000
+    seed = 1
+
+    [scenario]
+    decision.strategy = "dmvd"
+
+    [sweep]
+    "tasks.count" = {logspace = [2, 200, 19]}
+    "radio.loss" = [0.0, 0.1, 0.3]
+"""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from feasibee.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.scenario import Scenario
+from feasibee.simulation import check_numbers
+
+POINTS_LIMIT = 1_000_000
+KEYS = ("runs", "seed", "curves", "combine", "file", "design", "until", "scenario", "sweep")
+RANGES: Final[Mapping[str, Callable[[float, float, int], Any]]] = {
+    "linspace": np.linspace,
+    "logspace": np.geomspace,
+}
+
+
+@dataclass(frozen=True)
+class Until:
+    """When a point has been run often enough, instead of a fixed number of runs.
+
+    Parameters
+    ----------
+    width : float, optional
+        Until the share of right decisions is known to within this width,
+    decided : float, optional
+        or until it is known whether the share is above or below this.
+    most : int
+        No more runs than these in any case.
+    """
+
+    width: float | None
+    decided: float | None
+    most: int
+
+
+@dataclass(frozen=True)
+class Point:
+    """One scenario of a study."""
+
+    values: Mapping[str, Any]
+    """What the study varies, by dotted path."""
+    scenario: Scenario
+
+
+@dataclass(frozen=True)
+class Study:
+    """Points, and how often to run each.
+
+    Parameters
+    ----------
+    points : sequence of Point
+        No two have the same scenario.
+    runs : int
+        Runs of each point, numbered from 0; all points share them, so that they can be compared in pairs.
+    seed : int
+        64 bits.
+    curves : bool
+        Whether to keep the opinions at each step.
+    until : Until, optional
+        When to stop earlier or later.
+    """
+
+    points: Sequence[Point]
+    runs: int
+    seed: int
+    curves: bool = False
+    until: Until | None = None
+
+    @classmethod
+    def read(cls, path: str | Path) -> Study:
+        """Read a study from a TOML file.
+
+        Raises
+        ------
+        FeasibeeError
+            If it can't be read, or something in it is wrong: which key, value and rule.
+        ScenarioError
+            With what is wrong with its points.
+        """
+        try:
+            tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise FeasibeeError(f"{path}: can't be read: {error.strerror}; name a study in TOML") from None
+        except (ValueError, RecursionError) as error:
+            raise FeasibeeError(f"{path}: not TOML: {error}; mend it there") from None
+        try:
+            return study_of(tables, Path(path).parent)
+        except ScenarioError as error:
+            raise ScenarioError(error.problems, str(path)) from None
+        except FeasibeeError as error:
+            raise FeasibeeError(f"{path}: {error}") from None
+
+
+def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
+    """Return the study that the tables of a file describe; ``folder`` is where its files are."""
+    for key in tables:
+        if key not in KEYS:
+            raise FeasibeeError(f"{key}: unknown key; a study has {', '.join(KEYS)}")
+    runs, seed, _ = check_numbers(tables.get("runs", 100), tables.get("seed", 0))
+    curves = tables.get("curves", False)
+    if not isinstance(curves, bool):
+        raise FeasibeeError(f"curves = {curves!r}: must be true or false; leave it out for false")
+    base = _base(tables, folder)
+    designs = [_located(values, folder) for values in _designs(tables, folder, base)]
+    points = _points(base, designs)
+    return Study(points, runs, seed, curves, _until(tables.get("until"), runs))
+
+
+def _base(tables: Mapping[str, Any], folder: Path) -> Scenario:
+    """Return what all points have in common."""
+    own = tables.get("scenario", {})
+    if not isinstance(own, Mapping):
+        raise FeasibeeError(f"scenario = {own!r}: must be a table; write [scenario] and its fields below")
+    if "file" not in tables:
+        return Scenario.from_tables(own, folder)
+    if not isinstance(tables["file"], str):
+        raise FeasibeeError(f"file = {tables['file']!r}: must be a name; name a scenario in TOML")
+    return Scenario.read(folder / tables["file"]).replace(dict(_flat(own)))
+
+
+def _flat(tables: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the values of nested tables by dotted path."""
+    for key, value in tables.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{way}{key}.")
+        else:
+            yield f"{way}{key}", value
+
+
+def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterator[dict[str, Any]]:
+    """Yield what each point changes."""
+    sweep, design = tables.get("sweep", {}), tables.get("design")
+    if design is not None:
+        if sweep:
+            raise FeasibeeError("design and sweep: can't stand together; leave one of them out")
+        yield from _table(folder / str(design), base)
+        return
+    if not isinstance(sweep, Mapping):
+        raise FeasibeeError(f"sweep = {sweep!r}: must be a table; write [sweep] and fields below")
+    values = {path: _values(path, given, base) for path, given in _listed(sweep)}
+    combine = tables.get("combine", "grid")
+    if combine == "zip":
+        lengths = {path: len(each) for path, each in values.items()}
+        if len(set(lengths.values())) > 1:
+            raise FeasibeeError(f"sweep: lengths {lengths} differ; to zip, give as many values to each field")
+        combined: Any = zip(*values.values(), strict=True)
+    elif combine == "grid":
+        combined = itertools.product(*values.values())
+    else:
+        raise FeasibeeError(f"combine = {combine!r}: must be 'grid' or 'zip'; leave it out for a grid")
+    for each in combined:
+        yield dict(zip(values, each, strict=True))
+
+
+def _listed(sweep: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the fields of [sweep], dotted or nested, with what is given for each."""
+    for key, given in sweep.items():
+        if isinstance(given, Mapping) and not set(given) & {*RANGES, "range"}:
+            yield from _listed(given, f"{way}{key}.")
+        else:
+            yield f"{way}{key}", given
+
+
+def _values(path: str, given: Any, base: Scenario) -> list[Any]:
+    """Return the values of one field: a list, or a range."""
+    if isinstance(given, list) and given:
+        return given
+    if isinstance(given, Mapping) and len(given) == 1:
+        kind, numbers = next(iter(given.items()))
+        if isinstance(numbers, list) and len(numbers) == 3 and all(_is_number(each) for each in numbers):
+            return _range(path, kind, numbers, base)
+    rule = "must be a list of values, or {linspace = [first, last, count]}, {logspace = ...} or {range = ...}"
+    raise FeasibeeError(f"sweep.{path} = {given!r}: {rule}; such as [10, 20, 40]")
+
+
+def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> list[Any]:
+    first, last, third = numbers
+    if kind == "range":
+        if third == 0:
+            raise FeasibeeError(
+                f"sweep.{path}: the step of a range can't be 0; such as range = [10, 100, 10]"
+            )
+        steps = int(np.floor((last - first) / third + 1e-9)) + 1
+        made = [first + third * k for k in range(steps)]
+    elif kind in RANGES and third == int(third) and 1 <= third <= POINTS_LIMIT:
+        if kind == "logspace" and min(first, last) <= 0:
+            raise FeasibeeError(
+                f"sweep.{path}: logspace from {first} to {last}: must be > 0; choose linspace"
+            )
+        made = [float(each) for each in RANGES[kind](first, last, int(third))]
+    else:
+        raise FeasibeeError(f"sweep.{path}: {kind} must have a whole number of values; such as [2, 200, 19]")
+    if _is_whole(base, path):
+        made = list(dict.fromkeys(round(each) for each in made))
+    if not made:
+        raise FeasibeeError(f"sweep.{path}: range = {list(numbers)} is empty; change its ends")
+    return made
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_whole(base: Scenario, path: str) -> bool:
+    """Tell whether a field holds whole numbers, by what it holds now."""
+    value: Any = base
+    for part in path.split("."):
+        try:
+            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part, None)
+        except (IndexError, ValueError):
+            return False
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a design table in CSV, whose header has the paths of fields."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if row]
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise FeasibeeError(f"design = {str(path)!r}: can't be read: {why}; name a CSV file") from None
+    if len(rows) < 2:
+        raise FeasibeeError(f"design = {str(path)!r}: has no row; write fields in line 1 and points below")
+    header = [name.strip() for name in rows[0]]
+    whole = [_is_whole(base, name) for name in header]
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(header):
+            rule = f"line {number} has {len(row)} values, not {len(header)}"
+            raise FeasibeeError(f"design = {str(path)!r}: {rule}; give each field one")
+        yield {name: _read(text, is_whole) for name, text, is_whole in zip(header, row, whole, strict=True)}
+
+
+def _read(text: str, is_whole: bool) -> Any:
+    """Read a value, TOML or else plain text; designs of other tools have floats for whole numbers."""
+    try:
+        value = tomllib.loads(f"value = {text.strip()}")["value"]
+    except ValueError:
+        return text.strip()
+    return round(value) if is_whole and isinstance(value, float) else value
+
+
+def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Find strategies' files from the study's folder."""
+    return {
+        path: str(folder / value) if path == "decision.strategy" and str(value).endswith(".py") else value
+        for path, value in values.items()
+    }
+
+
+def _points(base: Scenario, designs: Sequence[Mapping[str, Any]]) -> list[Point]:
+    """Return the points, each scenario once, or all that is wrong with them."""
+    if len(designs) > POINTS_LIMIT:
+        raise FeasibeeError(
+            f"sweep: {len(designs)} points: must be at most {POINTS_LIMIT}; take fewer values"
+        )
+    points: dict[str, Point] = {}
+    problems: dict[str, Problem] = {}
+    for values in designs:
+        try:
+            scenario = base.replace(values)
+        except ScenarioError as error:
+            problems |= {str(problem): problem for problem in error.problems}
+            continue
+        points.setdefault(scenario.hash, Point(values, scenario))
+    if problems:
+        raise ScenarioError(list(problems.values()))
+    return list(points.values())
+
+
+def _until(given: Any, runs: int) -> Until | None:
+    if given is None:
+        return None
+    rule = "must be {width = 0.05} or {decided = 0.75}, perhaps with most = 10000"
+    if not isinstance(given, Mapping) or not set(given) <= {"width", "decided", "most"}:
+        raise FeasibeeError(f"until = {given!r}: {rule}; leave it out for a fixed number of runs")
+    width, decided, most = given.get("width"), given.get("decided"), given.get("most", 100_000)
+    shares = [each for each in (width, decided) if each is not None]
+    if len(shares) != 1 or not _is_number(shares[0]) or not 0 < shares[0] < 1:
+        raise FeasibeeError(f"until = {dict(given)!r}: {rule}, of a number between 0 and 1; choose one")
+    check_numbers(most, 0)
+    return Until(width, decided, max(most, runs))

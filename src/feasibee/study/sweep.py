@@ -1,0 +1,266 @@
+"""Run what a study's journal doesn't hold yet, on threads, processes or a Dask cluster."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder
+from feasibee.record import Record
+from feasibee.scenario import Scenario
+from feasibee.simulation import CURVES_LIMIT, simulate_record
+from feasibee.stats import confidence_sequence
+from feasibee.study.journal import Journal
+from feasibee.study.plan import Study, Until
+
+CHUNK_WORK = 40_000_000
+"""Robot-steps of a chunk: about a second."""
+ROUNDS = 8
+"""A point's runs are done in at least so many rounds over all points: a half-done sweep is balanced."""
+GROWTH = 1.5
+"""When a study runs until it is sure, each look at a point comes after so many times the runs of the last."""
+TRIES = 3
+"""How often a chunk is tried whose worker dies."""
+
+
+class Piece(NamedTuple):
+    """Some runs of one point."""
+
+    point: int
+    first_run: int
+    runs: int
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a sweep is."""
+
+    points: int
+    points_done: int
+    runs: int
+    """Wanted, as far as known: a study that runs until it is sure may want more."""
+    runs_done: int
+    runs_new: int
+    """Of these, computed by this sweep."""
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Who does the work.
+
+    Parameters
+    ----------
+    make : callable
+        Makes an executor of `concurrent.futures`; called again if a worker's death broke the last one.
+    workers : int
+        How many chunks it does at a time.
+    """
+
+    make: Callable[[], Executor]
+    workers: int
+
+
+def sweep(
+    study: Study,
+    folder: str | Path,
+    crew: Crew,
+    shard: tuple[int, int] = (0, 1),
+    progress: Callable[[Progress], None] | None = None,
+) -> Progress:
+    """Run what the journal in a folder doesn't hold yet.
+
+    Whatever ends it, the same call goes on: at most the chunks in flight are computed again.
+
+    Parameters
+    ----------
+    study : Study
+        What to run.
+    folder : path
+        Where the journal is; made if need be.
+    crew : Crew
+        Who does the work; it changes no result.
+    shard : pair of int
+        Part number, from 0, and number of parts: do that part of each point's runs only.
+    progress : callable, optional
+        Called after each chunk.
+
+    Raises
+    ------
+    FeasibeeError
+        If the folder can't be written to, another sweep writes to it, or a worker keeps dying.
+    """
+    if study.until is not None and shard[1] > 1:
+        raise FeasibeeError("until: needs all runs of a point at one place; leave it out, or don't shard")
+    with Journal(make_folder(folder), write=True) as journal:
+        agenda = _Agenda(study, journal, journal.add(study.points, study.seed), shard)
+        agenda.begin()
+        if progress is not None:
+            progress(agenda.progress())
+        _work_off(agenda, crew, progress)
+        return agenda.progress()
+
+
+@dataclass
+class _Agenda:
+    """What is left to do, and what the journal holds. Points are known by their places in the study."""
+
+    study: Study
+    journal: Journal
+    numbers: Sequence[int]
+    shard: tuple[int, int]
+    queue: deque[Piece] = field(default_factory=deque)
+    wanted: dict[int, int] = field(default_factory=dict)
+    there: dict[int, int] = field(default_factory=dict)
+    pending: dict[int, int] = field(default_factory=dict)
+    """Runs wanted so far, runs in the journal, and pieces that aren't, of each point."""
+    new: int = 0
+    started: float = field(default_factory=time.monotonic)
+
+    def begin(self) -> None:
+        """Queue what is missing of all points, round-robin over them."""
+        plans = [self.plan(place, self.study.runs) for place in range(len(self.study.points))]
+        for turn in range(max(map(len, plans), default=0)):
+            self.queue.extend(pieces[turn] for pieces in plans if turn < len(pieces))
+        for place in range(len(plans)):
+            self.extend(place)
+
+    def plan(self, place: int, runs: int) -> list[Piece]:
+        """Return what is missing of the first runs of a point, in pieces."""
+        first, last = (runs * part // self.shard[1] for part in (self.shard[0], self.shard[0] + 1))
+        size = _piece_size(self.study.points[place].scenario, last - first, self.study.curves)
+        pieces = [
+            Piece(place, start, min(size, min(high, last) - start))
+            for low, high in self.journal.missing(self.numbers[place], runs, self.study.curves)
+            for start in range(max(low, first), min(high, last), size)
+        ]
+        self.wanted[place] = last - first
+        self.there[place] = last - first - sum(piece.runs for piece in pieces)
+        self.pending[place] = len(pieces)
+        return pieces
+
+    def extend(self, place: int) -> None:
+        """Queue more runs of a point, if the study runs until it is sure and isn't."""
+        rule = self.study.until
+        while rule is not None and self.pending[place] == 0 and self.wanted[place] < rule.most:
+            runs = self.wanted[place]
+            if is_sure(rule, self.journal.right(self.numbers[place], runs), runs):
+                return
+            self.queue.extend(self.plan(place, min(rule.most, math.ceil(GROWTH * runs))))
+
+    def chunk(self) -> list[Piece]:
+        """Take pieces from the queue: about a second's work."""
+        pieces: list[Piece] = []
+        work = 0
+        while self.queue and work < CHUNK_WORK:
+            pieces.append(self.queue.popleft())
+            work += pieces[-1].runs * _work(self.study.points[pieces[-1].point].scenario)
+        return pieces
+
+    def enter(self, pieces: Sequence[Piece], records: Sequence[Record]) -> None:
+        """Write a chunk down, and look whether its points need more runs."""
+        numbers = (self.numbers[piece.point] for piece in pieces)
+        self.journal.write(list(zip(numbers, records, strict=True)))
+        for piece in pieces:
+            self.new += piece.runs
+            self.there[piece.point] += piece.runs
+            self.pending[piece.point] -= 1
+        for place in {piece.point for piece in pieces}:
+            self.extend(place)
+
+    def progress(self) -> Progress:
+        """Say how far it is."""
+        return Progress(
+            len(self.pending),
+            sum(pieces == 0 for pieces in self.pending.values()),
+            sum(self.wanted.values()),
+            sum(self.there.values()),
+            self.new,
+            time.monotonic() - self.started,
+        )
+
+
+def is_sure(rule: Until, right: int, runs: int) -> bool:
+    """Tell whether a rate of right decisions is known as well as a study wants."""
+    _, low, high = confidence_sequence(right, runs)
+    if rule.width is not None:
+        return high - low <= rule.width
+    return rule.decided is not None and not low <= rule.decided <= high
+
+
+def _work(scenario: Scenario) -> int:
+    return scenario.robots.count * scenario.run.steps
+
+
+def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
+    """Return how many runs to do at a time: at most a chunk, an eighth of all, and what fits in memory."""
+    room = CURVES_LIMIT // 64 // (8 * (scenario.run.steps + 1)) if curves else runs
+    return max(1, min(CHUNK_WORK // _work(scenario), -(-runs // ROUNDS), room))
+
+
+def play(
+    scenarios: Sequence[Mapping[str, Any]], pieces: Sequence[Piece], seed: int, curves: bool
+) -> list[Record]:
+    """Play a chunk, wherever this runs: ``scenarios`` has that of each piece, as plain tables."""
+    return [
+        simulate_record(
+            Scenario.model_validate(tables),
+            piece.runs,
+            seed,
+            first_run=piece.first_run,
+            curves=curves,
+            threads=1,
+        )
+        for tables, piece in zip(scenarios, pieces, strict=True)
+    ]
+
+
+def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] | None) -> None:
+    """Keep the workers busy until nothing is left; few chunks wait, so that memory stays flat."""
+    executor = crew.make()
+    waiting: dict[Future[list[Record]], list[Piece]] = {}
+    deaths: Counter[tuple[Piece, ...]] = Counter()
+    try:
+        while agenda.queue or waiting:
+            while agenda.queue and len(waiting) < 2 * crew.workers:
+                pieces = agenda.chunk()
+                waiting[_submit(executor, agenda.study, pieces)] = pieces
+            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+                if isinstance(future.exception(), BrokenExecutor):
+                    executor.shutdown(wait=False, cancel_futures=True)
+                    executor = crew.make()
+                    lost = list(waiting.values())
+                    waiting = {}
+                    _queue_again(agenda, lost, deaths)
+                    break
+                pieces = waiting.pop(future)
+                agenda.enter(pieces, future.result())
+                if progress is not None:
+                    progress(agenda.progress())
+    finally:
+        executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _submit(executor: Executor, study: Study, pieces: list[Piece]) -> Future[list[Record]]:
+    scenarios = [study.points[piece.point].scenario.to_dict() for piece in pieces]
+    return executor.submit(play, scenarios, pieces, study.seed, study.curves)
+
+
+def _queue_again(agenda: _Agenda, lost: list[list[Piece]], deaths: Counter[tuple[Piece, ...]]) -> None:
+    """Put chunks back whose worker died; one of them killed it, and keeps doing so if it needs too much."""
+    for pieces in lost:
+        deaths[tuple(pieces)] += 1
+        if deaths[tuple(pieces)] >= TRIES:
+            raise FeasibeeError(
+                f"a worker died {TRIES} times, at last with runs of "
+                f"{dict(agenda.study.points[pieces[0].point].values)}: it may have run out of memory; "
+                "take fewer workers, or smaller swarms"
+            )
+        agenda.queue.extendleft(reversed(pieces))

@@ -1,0 +1,124 @@
+"""A journal as tables: a row a point, to look at; a row a run, to take elsewhere."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from feasibee.errors import FeasibeeError
+from feasibee.files import whole_file
+from feasibee.stats import DecisionTimes, Interval, decision_counts, decision_times, wilson
+from feasibee.study.journal import COLUMNS, Journal, Row
+from feasibee.vocabulary import MODEL_VERSION
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+KINDS = ("csv", "parquet", "netcdf")
+
+
+class Summary(NamedTuple):
+    """What the runs of one point say."""
+
+    row: Row
+    runs: int
+    right: int
+    counts: dict[str, int]
+    times: DecisionTimes
+    bits: float
+    """Sent a robot and step."""
+
+    @property
+    def accuracy(self) -> Interval | None:
+        """Share of the runs whose first decision is as the truth."""
+        return wilson(self.right, self.runs) if self.runs else None
+
+
+def summaries(journal: Journal) -> list[Summary]:
+    """Return a summary of each point."""
+    return [_summary(row, journal) for row in journal.points]
+
+
+def _summary(row: Row, journal: Journal) -> Summary:
+    columns = journal.columns(row.id)
+    decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
+    scenario = row.scenario
+    lasted = np.full(step.shape, scenario.run.steps)
+    if scenario.run.stop_at_decision:
+        lasted = np.where(step >= 0, step, lasted)
+    return Summary(
+        row,
+        decision.size,
+        int((decision == row.truth).sum()),
+        decision_counts(decision),
+        decision_times(step),
+        float(bits.sum() / max(1, scenario.robots.count * lasted.sum())),
+    )
+
+
+def varied(journal: Journal) -> list[str]:
+    """Return the fields that the study varies, in its order."""
+    return list(dict.fromkeys(path for row in journal.points for path in row.values))
+
+
+def frame(journal: Journal) -> pd.DataFrame:
+    """Return a row a run: the point, what it varies, the truth, and the outcome."""
+    import pandas as pd
+
+    fields, parts = varied(journal), []
+    for row in journal.points:
+        part = pd.DataFrame(journal.columns(row.id), columns=["run", *COLUMNS.split(", ")])
+        part.insert(0, "point", row.id)
+        for place, path in enumerate(fields, start=1):
+            part.insert(place, path, _plain(row.values.get(path)))
+        part.insert(1 + len(fields), "seed", np.uint64(row.seed))
+        part.insert(2 + len(fields), "truth", int(row.truth))
+        parts.append(part)
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, int | float | str | bool) or value is None else json.dumps(value)
+
+
+def export(journal: Journal, kind: str, path: Path) -> int:
+    """Write a row a run to a file that is whole or not there; return how many rows.
+
+    Parameters
+    ----------
+    journal : Journal
+        What to write.
+    kind : str
+        ``"csv"``, ``"parquet"`` (needs the extra ``feasibee[parquet]``) or ``"netcdf"``.
+    path : path
+        The file.
+    """
+    rows = frame(journal)
+    with whole_file(path) as temporary:
+        if kind == "csv":
+            rows.to_csv(temporary, index=False)
+        elif kind == "parquet":
+            try:
+                rows.to_parquet(temporary, index=False, engine="pyarrow")
+            except ImportError:
+                raise FeasibeeError("Parquet needs pyarrow; install feasibee[parquet]") from None
+        else:
+            _netcdf(journal, rows, temporary)
+    return len(rows)
+
+
+def _netcdf(journal: Journal, rows: pd.DataFrame, path: Path) -> None:
+    """Write all rows, and the scenarios of the points as a recipe."""
+    points = [
+        {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
+        for row in journal.points
+    ]
+    dataset = rows.rename_axis("row").to_xarray()
+    dataset.attrs = {
+        "title": "feasibee sweep",
+        "recipe": json.dumps({"model_version": MODEL_VERSION, "points": points}),
+    }
+    dataset.to_netcdf(path, engine="h5netcdf")
