@@ -169,15 +169,19 @@ def status(folder: Path, as_json: bool) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    total = sum(point.runs for point in points)
     table = Table(
-        *fields, title=f"{folder}: {sum(point.runs for point in points)} runs of {len(points)} points"
+        *fields,
+        title=f"{folder}: {total} runs of {len(points)} points",
+        caption="right (with 95 % interval) and undecided: % of the runs; half by: the step by which half of "
+        "the runs had decided",
     )
-    for column in ("truth", "runs", "right (%)", "95 % interval", "undecided (%)", "half by"):
+    for column in ("truth", "runs", "right", "interval", "undecided", "half by"):
         table.add_column(column, justify="right")
     for point in points:
         values = [str(point.row.values.get(path, "")) for path in fields]
         accuracy = point.accuracy
-        middle = "" if point.times.median is None else f"step {point.times.median}"
+        middle = "" if point.times.median is None else str(point.times.median)
         told = ["", "", "", middle]
         if accuracy is not None:
             told = [

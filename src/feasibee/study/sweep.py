@@ -234,7 +234,7 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
                 waiting[_submit(executor, agenda.study, pieces)] = pieces
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                 if isinstance(future.exception(), BrokenExecutor):
-                    executor.shutdown(wait=False, cancel_futures=True)
+                    executor.shutdown(wait=False)
                     executor = crew.make()
                     lost = list(waiting.values())
                     waiting = {}
@@ -245,7 +245,9 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
                 if progress is not None:
                     progress(agenda.progress())
     finally:
-        executor.shutdown(wait=True, cancel_futures=True)
+        for future in waiting:
+            future.cancel()
+        executor.shutdown(wait=True)
 
 
 def _submit(executor: Executor, study: Study, pieces: list[Piece]) -> Future[list[Record]]:
