@@ -48,6 +48,8 @@ class Outcome:
     right : bool array, shape (runs,)
         Whether the swarm was right at the last step: more than the threshold's share of the counted robots
         held the true opinion.
+    agreed : bool array, shape (runs,)
+        Whether that share of them held either opinion.
     right_at : int64 array, shape (steps + 1,)
         How many runs were right at each step.
     decision : int8 array, shape (runs,)
@@ -67,6 +69,7 @@ class Outcome:
     tasks: int
     feasible: bool
     right: NDArray[np.bool_]
+    agreed: NDArray[np.bool_]
     right_at: NDArray[np.int64]
     decision: NDArray[np.int8]
     decision_step: NDArray[np.int32]
@@ -186,6 +189,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     counted = np.array([counted_robots(scenario, step) for step in range(held.shape[1])])
     needed = exact(scenario.decision.threshold)
     right = held * needed.denominator > counted * needed.numerator
+    most = np.maximum(record.feasible_count[:, -1], record.infeasible_count[:, -1])
     committed = np.stack([record.committed_infeasible, record.committed_feasible])
     return Outcome(
         contender,
@@ -193,6 +197,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         scenario.tasks.count,
         feasible,
         right[:, -1],
+        most * needed.denominator > counted[-1] * needed.numerator,
         right.sum(axis=0),
         record.decision,
         record.decision_step,

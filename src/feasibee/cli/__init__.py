@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 import click
 
+from feasibee.cli.assess import assess
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.studies import compare, paper
@@ -56,5 +57,5 @@ def main() -> None:
     """
 
 
-for command in (run, compare, sweep, status, plot, export, merge, paper, truth, scenario, schema):
+for command in (run, assess, compare, sweep, status, plot, export, merge, paper, truth, scenario, schema):
     main.add_command(command)

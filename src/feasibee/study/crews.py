@@ -51,11 +51,11 @@ def dask(client: Any) -> Crew:
 
 def _connected(address: str) -> Any:
     try:
-        from distributed import Client  # type: ignore[import-not-found,unused-ignore]
+        from distributed import Client
     except ImportError:
         raise FeasibeeError("Dask isn't installed; install feasibee[dask]") from None
     try:
-        return Client(address, timeout=20)
+        return Client(address, timeout=20)  # type: ignore[no-untyped-call,unused-ignore]
     except (OSError, ValueError) as error:
         raise FeasibeeError(
             f"--dask {address}: doesn't answer: {error}; give a scheduler's address"

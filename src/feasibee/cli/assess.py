@@ -1,0 +1,85 @@
+"""feasibee assess: what to expect of a swarm before it is deployed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from feasibee.cli.options import (
+    json_option,
+    keep_matplotlib_in_cache,
+    progress,
+    read_scenario,
+    scenario_options,
+    seed_option,
+    threads_option,
+)
+
+
+@click.command()
+@scenario_options
+@click.option("--robots", type=int, help="Short for --set robots.count=...")
+@click.option("--tasks", type=int, help="Short for --set tasks.count=...")
+@click.option("--arena", type=float, help="Side of the arena, in units: short for --set arena.side=...")
+@click.option("--range", "reach", type=float, help="Short for --set sensing.range=...")
+@click.option("--steps", type=int, help="Short for --set run.steps=...")
+@click.option("--runs", type=click.IntRange(1), default=400, show_default=True, help="Swarms of each kind.")
+@seed_option
+@threads_option
+@click.option(
+    "--report", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html", help="Write a page."
+)
+@json_option
+def assess(
+    file: Path | None,
+    changes: tuple[str, ...],
+    robots: int | None,
+    tasks: int | None,
+    arena: float | None,
+    reach: float | None,
+    steps: int | None,
+    runs: int,
+    seed: int,
+    threads: int | None,
+    report: Path | None,
+    as_json: bool,
+) -> None:
+    """Say in plain words whether a swarm would decide rightly, how soon, what limits it, what would help.
+
+    FILE is a scenario in TOML; without one, the paper's defaults. Changes and other strategies are run on the
+    same worlds, so that differences are not chance.
+
+    \b
+    Examples:
+      feasibee assess mine.toml --report mine.html
+      feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
+    """
+    keep_matplotlib_in_cache()
+    from feasibee.assess import assess as simulate_all
+    from feasibee.assess import words, write_report
+    from feasibee.files import check_writable
+
+    fields = {
+        "robots.count": robots,
+        "tasks.count": tasks,
+        "arena.side": arena,
+        "sensing.range": reach,
+        "run.steps": steps,
+    }
+    more = (f"{field}={value}" for field, value in fields.items() if value is not None)
+    scenario = read_scenario(file, (*changes, *more))
+    if report is not None:
+        check_writable(report)
+    with progress("Assessing") as advance:
+        assessment = simulate_all(scenario, runs, seed, threads, advance)
+    if report is not None:
+        write_report(assessment, report)
+    if as_json:
+        click.echo(json.dumps(assessment.to_dict(), indent=2))
+        return
+    for paragraph in words(assessment):
+        click.echo(click.wrap_text(paragraph, width=88) + "\n")
+    if report is not None:
+        click.echo(f"The page is {report}")
