@@ -231,9 +231,10 @@ def _expectation_in_words(assessment: Assessment) -> str:
         if assessment.wait is not None
         else "At no step are 95 % of them right for good."
     )
+    first = percent(assessment.outcome.first)
     return (
         f"With {strategy}, after {steps} steps, of {assessment.outcome.runs} simulated swarms "
-        f"{', '.join(shares)}. {waiting} The first answer that they agree on is right in {percent(assessment.outcome.first)}."
+        f"{', '.join(shares)}. {waiting} The first answer that they agree on is right in {first}."
     )
 
 

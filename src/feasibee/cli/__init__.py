@@ -11,6 +11,7 @@ import click
 from feasibee.cli.assess import assess
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
+from feasibee.cli.search import sensitivity, tune
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import export, merge, plot, status, sweep
 from feasibee.errors import FeasibeeError
@@ -57,5 +58,20 @@ def main() -> None:
     """
 
 
-for command in (run, assess, compare, sweep, status, plot, export, merge, paper, truth, scenario, schema):
+for command in (
+    run,
+    assess,
+    compare,
+    sweep,
+    status,
+    plot,
+    export,
+    merge,
+    tune,
+    sensitivity,
+    paper,
+    truth,
+    scenario,
+    schema,
+):
     main.add_command(command)

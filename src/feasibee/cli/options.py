@@ -40,6 +40,11 @@ threads_option = click.option(
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 
 
+def listed(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """Read A,B,..."""
+    return tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
+
+
 def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
     """Return the scenario of a file, or the paper's, with changes."""
     from feasibee.scenario import Scenario

@@ -9,6 +9,7 @@ import click
 
 from feasibee.cli.options import (
     keep_matplotlib_in_cache,
+    listed,
     progress,
     read_scenario,
     scenario_options,
@@ -21,21 +22,17 @@ if TYPE_CHECKING:
     from feasibee.compare import Outcome
 
 
-def _listed(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
-    return tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
-
-
 def _numbers(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, ...]:
     try:
-        return tuple(int(part) for part in _listed(context, parameter, text))
+        return tuple(int(part) for part in listed(context, parameter, text))
     except ValueError:
         raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
 
 
 @click.command()
 @scenario_options
-@click.option("--strategies", callback=_listed, metavar="A,B,...", help="By default all built-in ones.")
-@click.option("--presets", callback=_listed, metavar="A,B,...", help="Instead; 'default' is the paper.")
+@click.option("--strategies", callback=listed, metavar="A,B,...", help="By default all built-in ones.")
+@click.option("--presets", callback=listed, metavar="A,B,...", help="Instead; 'default' is the paper.")
 @click.option(
     "--tasks", callback=_numbers, metavar="M,N,...", help="By default nine numbers, most near ratio one."
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
 from typing import Any
 
 from feasibee.errors import FeasibeeError
@@ -20,7 +23,21 @@ def threads(workers: int | None = None) -> Crew:
 def processes(workers: int | None = None) -> Crew:
     """Return processes of this machine, by default one for each processor; one that dies is replaced."""
     number = workers or processors()
-    return Crew(lambda: ProcessPoolExecutor(number, mp_context=get_context("spawn")), number)
+    context = get_context("spawn")
+    return Crew(lambda: ProcessPoolExecutor(number, mp_context=context, initializer=_serve), number)
+
+
+def _serve() -> None:
+    """Let the sweep's process decide about Ctrl-C, and don't outlive it if it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _leave_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os._exit(1)
 
 
 def dask(client: Any) -> Crew:

@@ -97,12 +97,12 @@ class Journal:
         with self._told():
             if write:
                 self._lock = self._locked()
-            self._database = sqlite3.connect(self.path, timeout=60, isolation_level=None)
-            self._database.execute("PRAGMA busy_timeout = 60000")
-            if write:
-                self._database.execute("PRAGMA journal_mode = WAL")
-                self._database.execute("PRAGMA synchronous = FULL")
-            self._check(write)
+            try:
+                self._database = sqlite3.connect(self.path, timeout=60, isolation_level=None)
+                self._open(write)
+            except BaseException:
+                self.close()
+                raise
 
     def __enter__(self) -> Self:
         return self
@@ -112,7 +112,8 @@ class Journal:
 
     def close(self) -> None:
         """Leave it to others."""
-        self._database.close()
+        if hasattr(self, "_database"):
+            self._database.close()
         if self._lock is not None:
             self._lock.close()
 
@@ -251,6 +252,13 @@ class Journal:
                 ) from None
             raise
         return lock
+
+    def _open(self, write: bool) -> None:
+        self._database.execute("PRAGMA busy_timeout = 60000")
+        if write:
+            self._database.execute("PRAGMA journal_mode = WAL")
+            self._database.execute("PRAGMA synchronous = FULL")
+        self._check(write)
 
     def _check(self, write: bool) -> None:
         """Make the tables of a new journal, or see that they are of this format and model."""

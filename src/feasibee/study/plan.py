@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import csv
 import itertools
+import math
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -27,9 +28,13 @@ import numpy as np
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.scenario import Scenario
+from feasibee.sections import Section
 from feasibee.simulation import check_numbers
+from feasibee.vocabulary import RUN_LIMIT
 
 POINTS_LIMIT = 1_000_000
+MOST = 1e15
+"""No number of a range is larger: whole numbers are exact as floats up to here."""
 KEYS = ("runs", "seed", "curves", "combine", "file", "design", "until", "scenario", "sweep")
 RANGES: Final[Mapping[str, Callable[[float, float, int], Any]]] = {
     "linspace": np.linspace,
@@ -138,16 +143,8 @@ def _base(tables: Mapping[str, Any], folder: Path) -> Scenario:
         return Scenario.from_tables(own, folder)
     if not isinstance(tables["file"], str):
         raise FeasibeeError(f"file = {tables['file']!r}: must be a name; name a scenario in TOML")
-    return Scenario.read(folder / tables["file"]).replace(dict(_flat(own)))
-
-
-def _flat(tables: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the values of nested tables by dotted path."""
-    for key, value in tables.items():
-        if isinstance(value, Mapping) and value:
-            yield from _flat(value, f"{way}{key}.")
-        else:
-            yield f"{way}{key}", value
+    base = Scenario.read(folder / tables["file"])
+    return base.replace(_located(dict(_listed(own, base)), folder))
 
 
 def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterator[dict[str, Any]]:
@@ -156,11 +153,13 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
     if design is not None:
         if sweep:
             raise FeasibeeError("design and sweep: can't stand together; leave one of them out")
-        yield from _table(folder / str(design), base)
+        if not isinstance(design, str):
+            raise FeasibeeError(f"design = {design!r}: must be a name; name a CSV file")
+        yield from _table(folder / design, base)
         return
     if not isinstance(sweep, Mapping):
         raise FeasibeeError(f"sweep = {sweep!r}: must be a table; write [sweep] and fields below")
-    values = {path: _values(path, given, base) for path, given in _listed(sweep)}
+    values = {path: _values(path, given, base) for path, given in _listed(sweep, base)}
     combine = tables.get("combine", "grid")
     if combine == "zip":
         lengths = {path: len(each) for path, each in values.items()}
@@ -168,6 +167,7 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
             raise FeasibeeError(f"sweep: lengths {lengths} differ; to zip, give as many values to each field")
         combined: Any = zip(*values.values(), strict=True)
     elif combine == "grid":
+        _check_size(math.prod(map(len, values.values())))
         combined = itertools.product(*values.values())
     else:
         raise FeasibeeError(f"combine = {combine!r}: must be 'grid' or 'zip'; leave it out for a grid")
@@ -175,11 +175,18 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
         yield dict(zip(values, each, strict=True))
 
 
-def _listed(sweep: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the fields of [sweep], dotted or nested, with what is given for each."""
+def _listed(sweep: Mapping[str, Any], base: Scenario, way: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the fields of [sweep] or [scenario], dotted or nested, with what is given for each.
+
+    A section may have a field whose name is that of a range: radio.range is no range of radios.
+    """
     for key, given in sweep.items():
-        if isinstance(given, Mapping) and not set(given) & {*RANGES, "range"}:
-            yield from _listed(given, f"{way}{key}.")
+        now = _present(base, f"{way}{key}")
+        if isinstance(given, Mapping) and (
+            isinstance(now, Section)
+            or (given and not isinstance(now, int | float | str) and not set(given) & {*RANGES, "range"})
+        ):
+            yield from _listed(given, base, f"{way}{key}.")
         else:
             yield f"{way}{key}", given
 
@@ -204,6 +211,7 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
                 f"sweep.{path}: the step of a range can't be 0; such as range = [10, 100, 10]"
             )
         steps = int(np.floor((last - first) / third + 1e-9)) + 1
+        _check_size(steps)
         made = [first + third * k for k in range(steps)]
     elif kind in RANGES and third == int(third) and 1 <= third <= POINTS_LIMIT:
         if kind == "logspace" and min(first, last) <= 0:
@@ -221,33 +229,48 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= MOST
 
 
 def _is_whole(base: Scenario, path: str) -> bool:
     """Tell whether a field holds whole numbers, by what it holds now."""
+    value = _present(base, path)
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _present(base: Scenario, path: str) -> Any:
+    """Return what a field holds now; None if there is no such field."""
     value: Any = base
     for part in path.split("."):
         try:
             value = value[int(part)] if isinstance(value, tuple) else getattr(value, part, None)
         except (IndexError, ValueError):
-            return False
-    return isinstance(value, int) and not isinstance(value, bool)
+            return None
+    return value
+
+
+def _check_size(points: int) -> None:
+    """Refuse a study so large that there is no room for its points, before they are made."""
+    if points > POINTS_LIMIT:
+        raise FeasibeeError(f"sweep: {points} points: must be at most {POINTS_LIMIT}; take fewer values")
 
 
 def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
     """Yield the rows of a design table in CSV, whose header has the paths of fields."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if row]
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+            reader = csv.reader(file)
+            rows = [(reader.line_num, row) for row in reader if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        why = error.strerror if isinstance(error, OSError) else f"not CSV in UTF-8: {error}"
         raise FeasibeeError(f"design = {str(path)!r}: can't be read: {why}; name a CSV file") from None
     if len(rows) < 2:
         raise FeasibeeError(f"design = {str(path)!r}: has no row; write fields in line 1 and points below")
-    header = [name.strip() for name in rows[0]]
+    header = [name.strip() for name in rows[0][1]]
+    if len(set(header)) < len(header):
+        raise FeasibeeError(f"design = {str(path)!r}: names a field twice in line 1; leave one of them out")
     whole = [_is_whole(base, name) for name in header]
-    for number, row in enumerate(rows[1:], start=2):
+    for number, row in rows[1:]:
         if len(row) != len(header):
             rule = f"line {number} has {len(row)} values, not {len(header)}"
             raise FeasibeeError(f"design = {str(path)!r}: {rule}; give each field one")
@@ -256,27 +279,38 @@ def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
 
 def _read(text: str, is_whole: bool) -> Any:
     """Read a value, TOML or else plain text; designs of other tools have floats for whole numbers."""
+    text = text.strip()
     try:
-        value = tomllib.loads(f"value = {text.strip()}")["value"]
+        value = tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        value = _read_as_elsewhere(text)
+    return round(value) if is_whole and isinstance(value, float) and _is_number(value) else value
+
+
+def _read_as_elsewhere(text: str) -> Any:
+    """Read what isn't TOML, but written by other tools: True, .5, 5., or a bare word."""
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    try:
+        return float(text)
     except ValueError:
-        return text.strip()
-    return round(value) if is_whole and isinstance(value, float) else value
+        return text
 
 
 def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Find strategies' files from the study's folder."""
+    """Find files of strategies and of points from the study's folder."""
+    suffixes = {"decision.strategy": ".py", "robots.points": "", "tasks.points": ""}
     return {
-        path: str(folder / value) if path == "decision.strategy" and str(value).endswith(".py") else value
+        path: str(folder / value)
+        if path in suffixes and isinstance(value, str) and value.endswith(suffixes[path])
+        else value
         for path, value in values.items()
     }
 
 
 def _points(base: Scenario, designs: Sequence[Mapping[str, Any]]) -> list[Point]:
     """Return the points, each scenario once, or all that is wrong with them."""
-    if len(designs) > POINTS_LIMIT:
-        raise FeasibeeError(
-            f"sweep: {len(designs)} points: must be at most {POINTS_LIMIT}; take fewer values"
-        )
+    _check_size(len(designs))
     points: dict[str, Point] = {}
     problems: dict[str, Problem] = {}
     for values in designs:
@@ -301,5 +335,8 @@ def _until(given: Any, runs: int) -> Until | None:
     shares = [each for each in (width, decided) if each is not None]
     if len(shares) != 1 or not _is_number(shares[0]) or not 0 < shares[0] < 1:
         raise FeasibeeError(f"until = {dict(given)!r}: {rule}, of a number between 0 and 1; choose one")
-    check_numbers(most, 0)
+    if not isinstance(most, int) or isinstance(most, bool) or not 1 <= most <= RUN_LIMIT:
+        raise FeasibeeError(
+            f"until.most = {most!r}: must be a whole number from 1 to {RUN_LIMIT}; choose one"
+        )
     return Until(width, decided, max(most, runs))

@@ -6,7 +6,7 @@ import math
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -233,7 +233,7 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
                 pieces = agenda.chunk()
                 waiting[_submit(executor, agenda.study, pieces)] = pieces
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                if isinstance(future.exception(), BrokenExecutor):
+                if isinstance(_failure(future), BrokenExecutor):
                     executor.shutdown(wait=False)
                     executor = crew.make()
                     lost = list(waiting.values())
@@ -252,7 +252,25 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
 
 def _submit(executor: Executor, study: Study, pieces: list[Piece]) -> Future[list[Record]]:
     scenarios = [study.points[piece.point].scenario.to_dict() for piece in pieces]
-    return executor.submit(play, scenarios, pieces, study.seed, study.curves)
+    try:
+        return executor.submit(play, scenarios, pieces, study.seed, study.curves)
+    except BrokenExecutor as error:  # a worker has died since the last look
+        failed: Future[list[Record]] = Future()
+        failed.set_exception(error)
+        return failed
+
+
+def _failure(future: Future[list[Record]]) -> BaseException | None:
+    """Return why a chunk has no result, or raise what is wrong with a cluster."""
+    try:
+        error = future.exception()
+    except CancelledError:
+        raise FeasibeeError(
+            "the cluster has gone; start it, and run the same command again: nothing that was kept is lost"
+        ) from None
+    if type(error).__name__ == "KilledWorker":  # Dask's, which has tried it on several workers by now
+        raise FeasibeeError(f"{error}: it may have run out of memory; take fewer threads a worker") from None
+    return error
 
 
 def _queue_again(agenda: _Agenda, lost: list[list[Piece]], deaths: Counter[tuple[Piece, ...]]) -> None:

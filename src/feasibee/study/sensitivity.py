@@ -1,0 +1,149 @@
+"""Which fields matter: rank correlations over a Latin hypercube."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from feasibee.compare import outcome_of
+from feasibee.plots import figure
+from feasibee.scenario import Scenario
+from feasibee.simulation import simulate_record
+from feasibee.stats import Interval
+from feasibee.study.space import Dimension
+
+RESAMPLES = 2000
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How a field goes with the share of right swarms.
+
+    Parameters
+    ----------
+    path : str
+        The field.
+    correlation : Interval
+        Spearman's, -1 to 1, between the field and the share over the points, with 95 % interval (bootstrap).
+    """
+
+    path: str
+    correlation: Interval
+
+    @property
+    def matters(self) -> bool:
+        """Whether the correlation is clearly not 0."""
+        return self.correlation.low > 0 or self.correlation.high < 0
+
+
+def sensitivities(
+    scenario: Scenario,
+    space: Sequence[Dimension],
+    points: int = 200,
+    runs: int = 20,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[list[Sensitivity], NDArray[np.float64], NDArray[np.float64]]:
+    """Vary all fields at once, and see which go with right decisions.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is common to all points.
+    space : sequence of Dimension
+        What to vary.
+    points : int
+        Points of the Latin hypercube.
+    runs : int
+        Runs of each.
+    seed : int
+        Of the hypercube and of the runs.
+    threads : int, optional
+        By default one for each processor.
+    progress : callable, optional
+        Called with the share of the work done.
+
+    Returns
+    -------
+    list of Sensitivity
+        The strongest first.
+    float64 array, shape (points, fields)
+        Where each point is in each field, as a share of the way from its low end to its high end.
+    float64 array, shape (points,)
+        The share of swarms that are right at the last step, at each point.
+    """
+    places = latin_hypercube(points, len(space), seed)
+    shares = np.empty(points)
+    for number, place in enumerate(places):
+        values = {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
+        changed = scenario.replace({**values, "run.stop_at_decision": False})
+        record = simulate_record(changed, runs, seed, first_run=number * runs, curves=True, threads=threads)
+        shares[number] = outcome_of("", changed, record).right.mean()
+        if progress is not None:
+            progress((number + 1) / points)
+    found = [
+        Sensitivity(each.path, spearman(places[:, column], shares, seed)) for column, each in enumerate(space)
+    ]
+    return sorted(found, key=lambda each: -abs(each.correlation.estimate)), places, shares
+
+
+def latin_hypercube(points: int, dimensions: int, seed: int) -> NDArray[np.float64]:
+    """Return points in the unit cube, of which each of as many slices of each axis has one.
+
+    References
+    ----------
+    McKay, Beckman, Conover, "A comparison of three methods for selecting values of input variables", 1979.
+    """
+    random = np.random.default_rng(seed)
+    slices = np.stack([random.permutation(points) for _ in range(dimensions)], axis=1)
+    places: NDArray[np.float64] = (slices + random.random((points, dimensions))) / points
+    return places
+
+
+def spearman(one: NDArray[np.float64], other: NDArray[np.float64], seed: int) -> Interval:
+    """Return the rank correlation of two quantities, with a bootstrap interval; 0 if one never changes."""
+    random = np.random.default_rng(seed)
+    drawn = random.integers(0, one.size, (RESAMPLES, one.size))
+    resampled = np.array([_correlation(one[rows], other[rows]) for rows in drawn])
+    low, high = np.quantile(resampled, (0.025, 0.975))
+    return Interval(_correlation(one, other), float(low), float(high))
+
+
+def _correlation(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    first, second = (_ranks(each) for each in (one, other))
+    first, second = first - first.mean(), second - second.mean()
+    scale = float(np.sqrt((first**2).sum() * (second**2).sum()))
+    return float((first * second).sum() / scale) if scale > 0 else 0.0
+
+
+def _ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ranks; equal values share their mean."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(counts)
+    ranks: NDArray[np.float64] = (last - (counts - 1) / 2)[inverse]
+    return ranks
+
+
+def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
+    """Draw each field's correlation with its interval, the strongest on top."""
+    with figure(5.0, 1.0 + 0.28 * len(found)) as (drawn, ax):
+        rows = np.arange(len(found))[::-1]
+        middle, low, high = np.array([each.correlation for each in found]).T
+        ax.axvline(0, color="0.8", linewidth=0.8, zorder=0)
+        ax.errorbar(
+            middle,
+            rows,
+            xerr=(middle - low, high - middle),
+            fmt="o",
+            color="#0072B2",
+            markersize=4,
+            elinewidth=1,
+        )
+        ax.set_yticks(rows, [each.path for each in found])
+        ax.set(xlim=(-1, 1), xlabel="rank correlation with right decisions")
+    return drawn

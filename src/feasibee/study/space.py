@@ -1,0 +1,118 @@
+"""Which fields are varied, and between what: for tuning and for sensitivity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, get_args
+
+from feasibee.errors import FeasibeeError, ScenarioError
+from feasibee.scenario import Scenario
+
+FACTOR = 5.0
+"""By default a field goes from a fifth of its value to five times it."""
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A field and its values: numbers from ``low`` to ``high``, or ``choices``.
+
+    Numbers are spaced evenly, or by ratio if they are all above 0.
+    """
+
+    path: str
+    low: float = 0.0
+    high: float = 0.0
+    whole: bool = False
+    choices: tuple[Any, ...] = ()
+
+    @property
+    def by_ratio(self) -> bool:
+        """Whether values are spaced by ratio."""
+        return self.low > 0
+
+    def holds(self, value: Any) -> bool:
+        """Tell whether a value is among them."""
+        return value in self.choices if self.choices else self.low <= value <= self.high
+
+    def at(self, share: float) -> Any:
+        """Return the value at a share of the way, 0 to 1."""
+        if self.choices:
+            return self.choices[min(len(self.choices) - 1, int(share * len(self.choices)))]
+        if self.by_ratio:
+            value = self.low * (self.high / self.low) ** share
+        else:
+            value = self.low + share * (self.high - self.low)
+        return round(value) if self.whole else value
+
+
+def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
+    """Read fields to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true,false``.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is no such field, or its values can't be read.
+    """
+    if not texts:
+        raise FeasibeeError("--over: names no field; such as --over decision.exploration,decision.gain")
+    return [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
+
+
+def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
+    section, _, key = path.partition(".")
+    try:
+        now = getattr(getattr(scenario, section), key)
+        kind = type(getattr(scenario, section)).model_fields[key].annotation
+    except (AttributeError, KeyError):
+        raise FeasibeeError(f"{path}: isn't a field; such as decision.gain") from None
+    if given:
+        return _checked(scenario, _read(path, given, now))
+    if isinstance(now, bool):
+        return Dimension(path, choices=(False, True))
+    if isinstance(now, int | float) and now > 0:
+        whole = isinstance(now, int)
+        low, high = now / FACTOR, now * FACTOR
+        return _checked(scenario, Dimension(path, max(1, low) if whole else low, high, whole))
+    if isinstance(now, int | float):
+        raise FeasibeeError(f"{path} = {now}: has no usual range; give one, such as {path}=0:0.5")
+    choices = tuple(each for each in get_args(kind) if isinstance(each, str))
+    if not choices:
+        raise FeasibeeError(f"{path}: name its values, such as {path}=a,b,c")
+    return Dimension(path, choices=choices)
+
+
+def _read(path: str, given: str, now: Any) -> Dimension:
+    low, colon, high = given.partition(":")
+    if colon:
+        try:
+            first, last = float(low), float(high)
+        except ValueError:
+            first = last = math.nan
+        if not first < last:
+            raise FeasibeeError(f"{path}={given}: must be LOW:HIGH; such as {path}=2:50")
+        return Dimension(path, first, last, isinstance(now, int) and not isinstance(now, bool))
+    import tomllib
+
+    choices = []
+    for text in given.split("|"):
+        try:
+            choices.append(tomllib.loads(f"value = {text}")["value"])
+        except ValueError:
+            choices.append(text.strip())
+    return Dimension(path, choices=tuple(choices))
+
+
+def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:
+    """Refuse a range whose ends the scenario refuses."""
+    for share in (0.0, 1.0):
+        try:
+            scenario.replace({dimension.path: dimension.at(share)})
+        except ScenarioError as error:
+            problem = error.problems[0]
+            raise FeasibeeError(
+                f"{dimension.path} up to {dimension.at(share):g}: {problem.rule}; give a range, "
+                f"such as {dimension.path}={dimension.low:g}:{dimension.low * 2:g}"
+            ) from None
+    return dimension

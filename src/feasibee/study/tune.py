@@ -1,0 +1,176 @@
+"""Search for the parameters with which a swarm is right most often within a given time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from feasibee.compare import outcome_of
+from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder
+from feasibee.plots import figure
+from feasibee.scenario import Scenario
+from feasibee.simulation import simulate_record
+from feasibee.stats import Interval, paired_difference, wilson
+from feasibee.study.space import Dimension
+
+FINALISTS = 5
+"""So many of the best trials are run again, more often, before one is chosen."""
+FRESH = 2**63
+"""What is added to the seed, modulo 2**64, for the runs on which the best is judged."""
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a search has found.
+
+    Parameters
+    ----------
+    values : dict
+        The best parameters, by dotted path.
+    start, best : Interval
+        Share of right swarms at the start's and at the best parameters, on fresh runs.
+    gain : Interval
+        Their difference, over the same fresh runs.
+    trials : list of pairs
+        Of each trial, in order, its parameters and its share of right swarms: an optimist's figure.
+    """
+
+    values: dict[str, Any]
+    start: Interval
+    best: Interval
+    gain: Interval
+    trials: list[tuple[dict[str, Any], float]]
+
+
+def tune(
+    scenario: Scenario,
+    space: Sequence[Dimension],
+    folder: str | Path,
+    trials: int = 60,
+    runs: int = 200,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Tuned:
+    """Search, by Optuna's tree-structured Parzen estimator; goes on with what the folder holds.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Where the search starts; right means right at its last step.
+    space : sequence of Dimension
+        What to vary.
+    folder : path
+        Where the search is kept, in ``tune.sqlite``.
+    trials : int
+        In all, those of earlier calls counted.
+    runs : int
+        Runs of each trial; the best is judged on ten times as many fresh ones.
+    seed : int
+        64 bits.
+    threads : int, optional
+        By default one for each processor.
+    progress : callable, optional
+        Called with the share of the work done.
+
+    Raises
+    ------
+    FeasibeeError
+        If Optuna isn't installed.
+    """
+    scenario = scenario.replace({"run.stop_at_decision": False})
+    search = _search(scenario, space, make_folder(folder), runs, seed)
+    while len(search.trials) < trials:
+        trial = search.ask()
+        values = {each.path: _suggested(trial, each) for each in space}
+        search.tell(trial, float(_right(scenario.replace(values), runs, seed, threads).mean()))
+        if progress is not None:
+            progress(len(search.trials) / trials * 0.8)
+    best = _winner(search, scenario, runs, (seed + FRESH // 2) % 2**64, threads)
+    fresh = (seed + FRESH) % 2**64
+    start_right = _right(scenario, 10 * runs, fresh, threads)
+    best_right = _right(scenario.replace(best), 10 * runs, fresh, threads)
+    if progress is not None:
+        progress(1.0)
+    return Tuned(
+        best,
+        wilson(int(start_right.sum()), start_right.size),
+        wilson(int(best_right.sum()), best_right.size),
+        paired_difference(best_right, start_right),
+        [(dict(each.params), float(each.value)) for each in search.trials if each.value is not None],
+    )
+
+
+def _search(scenario: Scenario, space: Sequence[Dimension], folder: Path, runs: int, seed: int) -> Any:
+    try:
+        import optuna
+    except ImportError:
+        raise FeasibeeError("tuning needs Optuna; install feasibee[tune]") from None
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    # Another scenario, seed or number of runs is another search.
+    name = f"{scenario.hash[:16]}-{seed}-{runs}-{'-'.join(sorted(each.path for each in space))}"
+    search = optuna.create_study(
+        storage=f"sqlite:///{folder / 'tune.sqlite'}",
+        sampler=optuna.samplers.TPESampler(seed=seed % 2**32),
+        study_name=name,
+        direction="maximize",
+        load_if_exists=True,
+    )
+    now = {each.path: _now(scenario, each) for each in space}
+    if not search.trials and all(each.holds(now[each.path]) for each in space):
+        search.enqueue_trial(now)
+    return search
+
+
+def _suggested(trial: Any, each: Dimension) -> Any:
+    if each.choices:
+        return trial.suggest_categorical(each.path, list(each.choices))
+    if each.whole:
+        return trial.suggest_int(each.path, round(each.low), round(each.high), log=each.by_ratio)
+    return trial.suggest_float(each.path, each.low, each.high, log=each.by_ratio)
+
+
+def _now(scenario: Scenario, each: Dimension) -> Any:
+    section, _, key = each.path.partition(".")
+    return getattr(getattr(scenario, section), key)
+
+
+def _winner(search: Any, scenario: Scenario, runs: int, seed: int, threads: int | None) -> dict[str, Any]:
+    """Return the best of the best trials by more runs: the first among many was also lucky."""
+    ranked = sorted(search.trials, key=lambda trial: -(trial.value or 0.0))
+    finalists = [dict(trial.params) for trial in ranked[:FINALISTS]]
+    start = next((dict(trial.params) for trial in search.trials[:1]), {})
+    if start not in finalists:
+        finalists.append(start)
+    shares = [float(_right(scenario.replace(values), 5 * runs, seed, threads).mean()) for values in finalists]
+    return finalists[shares.index(max(shares))]
+
+
+def _right(scenario: Scenario, runs: int, seed: int, threads: int | None) -> NDArray[np.bool_]:
+    record = simulate_record(scenario, runs, seed, curves=True, threads=threads)
+    return outcome_of("", scenario, record).right
+
+
+def draw_search(tuned: Tuned) -> Figure:
+    """Draw the trials: the best so far, and each parameter against the share of right swarms."""
+    names = list(tuned.values)
+    shares = 100 * np.array([share for _, share in tuned.trials])
+    with figure(2.4 * (1 + len(names)), 2.6, columns=1 + len(names), sharey=True) as (drawn, axes):
+        axes[0].plot(shares, "o", color="0.6", markersize=3)
+        axes[0].step(np.arange(shares.size), np.maximum.accumulate(shares), color="#0072B2", where="post")
+        axes[0].set(xlabel="trial", ylabel="right swarms (%)", title="best so far")
+        for ax, name in zip(axes[1:], names, strict=True):
+            values = [parameters[name] for parameters, _ in tuned.trials]
+            told = [str(value) for value in values] if isinstance(values[0], str | bool) else values
+            ax.scatter(told, shares, c=np.arange(shares.size), cmap="viridis", s=12)
+            ax.set(xlabel=name)
+            if not isinstance(values[0], str | bool) and min(values) > 0:
+                ax.set_xscale("log")
+    return drawn
