@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from feasibee.plots import figure
+from feasibee.plots import figure, spaced_by_ratio
 from feasibee.stats import Interval, pareto
 
 MARKERS = "os^vDP<>Xhpd*8"
@@ -48,8 +47,8 @@ def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
             right.plot(steps[1:], 100 * share.min(axis=0)[1:], label=name, **look)
         left.set(ylabel="swarms that are right (%)", ylim=(-2, 102))
         for ax, title in ((left, "Mean over the ratios"), (right, "At the hardest ratio")):
-            ax.set(xscale="log", xlabel="stopped at step", title=title, xlim=(10, None))
-            ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            ax.set(xlabel="stopped at step", title=title, xlim=(10, None))
+            spaced_by_ratio(ax)
         _legend(right)
     return drawn
 
@@ -81,13 +80,9 @@ def draw_against_bits(totals: Mapping[str, tuple[float, Interval]]) -> Figure:
                 label=name,
                 **{**look, "linestyle": ""},
             )
-        ax.set(xscale="log", xlabel="bits sent a robot and step", ylim=(None, 102))
-        shown = [base * 10**power for power in range(-1, 7) for base in (1, 2, 5)]
-        low, high = ax.get_xlim()
-        ax.xaxis.set_major_locator(FixedLocator([tick for tick in shown if low <= tick <= high]))
-        ax.xaxis.set_minor_formatter(NullFormatter())
+        ax.set(xlabel="bits sent a robot and step", ylim=(None, 102))
+        spaced_by_ratio(ax)
         ax.set(ylabel="swarms that are right at the end,\nover all ratios (%)")
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         _legend(ax)
     return drawn
 

@@ -215,6 +215,17 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
+def spaced_by_ratio(ax: Axes) -> None:
+    """Space an axis by ratio, with plain numbers at 1, 2, 5, 10, ...; call it when all is drawn."""
+    ax.set_xscale("log")
+    low, high = ax.get_xlim()
+    steps = (1, 2, 5) if high / low < 2000 else (1,)
+    ticks = [step * 10.0**power for power in range(-9, 12) for step in steps]
+    ax.xaxis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+
+
 def _axes(ax: Axes | None, width: float, height: float) -> Axes:
     if ax is None:
         with figure(width, height) as (_, made):

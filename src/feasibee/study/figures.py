@@ -10,9 +10,9 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from feasibee.errors import FeasibeeError
-from feasibee.plots import figure
+from feasibee.plots import figure, spaced_by_ratio
 from feasibee.stats import wilson
-from feasibee.study.table import Summary
+from feasibee.study.table import Summary, value_at
 
 SHOWN = ("accuracy", "feasible", "infeasible", "undecided")
 MARKERS = "os^vDP<>Xhpd"
@@ -42,7 +42,7 @@ def draw_lines(points: Sequence[Summary], x: str, hue: str | None, show: str) ->
             )
             ax.fill_between(values, low, high, color=colours[number], alpha=0.18, linewidth=0)
         if numeric and _spans_decades([value for line in lines.values() for value in line]):
-            ax.set_xscale("log")
+            spaced_by_ratio(ax)
         ax.set(xlabel=x, ylabel=_label(show), ylim=(-2, 102))
         if hue:
             ax.legend(title=hue, loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -54,7 +54,7 @@ def draw_map(points: Sequence[Summary], x: str, y: str, show: str) -> Figure:
     cells: dict[tuple[Any, Any], list[Summary]] = {}
     for each in points:
         cells.setdefault((_value(each, x), _value(each, y)), []).append(each)
-    columns, rows = (_in_order({cell[axis] for cell in cells}) for axis in (0, 1))
+    columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
     shares = np.full((len(rows), len(columns)), np.nan)
     for (column, row), group in cells.items():
         shares[rows.index(row), columns.index(column)] = 100 * _share(group, show)[0]
@@ -74,12 +74,10 @@ def draw_map(points: Sequence[Summary], x: str, y: str, show: str) -> Figure:
 
 def _value(point: Summary, path: str) -> Any:
     """Return what a point has in a field, whether the study varies it or not."""
-    value: Any = point.row.scenario
-    for part in path.split("."):
-        try:
-            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part)
-        except (AttributeError, IndexError, ValueError):
-            raise FeasibeeError(f"{path}: isn't a field of the scenarios; such as tasks.count") from None
+    try:
+        value = value_at(point.row.scenario, path)
+    except LookupError:
+        raise FeasibeeError(f"{path}: isn't a field of the scenarios; such as tasks.count") from None
     return value if isinstance(value, int | float | str) else str(value)
 
 
@@ -99,8 +97,10 @@ def _spans_decades(values: Sequence[float]) -> bool:
     return min(values) > 0 and max(values) / min(values) >= 20
 
 
-def _in_order(values: set[Any]) -> list[Any]:
-    return sorted(values, key=lambda value: (isinstance(value, str), value))
+def _in_order(values: Sequence[Any]) -> list[Any]:
+    """Return each value once: numbers from small to large, words as they come."""
+    once = list(dict.fromkeys(values))
+    return once if any(isinstance(value, str) for value in once) else sorted(once)
 
 
 def _text(value: Any) -> str:

@@ -141,17 +141,19 @@ class Journal:
             )
             for point in points
         ]
+        found = self._enter(rows)
+        return [found[row[0], row[1]] for row in rows]
+
+    def _enter(self, rows: Sequence[tuple[str, str, int, str, str]]) -> dict[tuple[str, str], int]:
+        """Enter points; return the numbers of all by hash and seed."""
         with self._transaction() as database:
             database.executemany(
                 "INSERT INTO points (hash, seed, truth, vary, scenario) VALUES (?, ?, ?, ?, ?)"
                 " ON CONFLICT (hash, seed) DO UPDATE SET vary = excluded.vary",
                 rows,
             )
-            found = {
-                hash_: id_
-                for id_, hash_ in database.execute("SELECT id, hash FROM points WHERE seed = ?", (str(seed),))
-            }
-        return [found[row[0]] for row in rows]
+            found = database.execute("SELECT hash, seed, id FROM points")
+            return {(hash_, seed): id_ for hash_, seed, id_ in found}
 
     def write(self, parts: Iterable[tuple[int, Record]]) -> None:
         """Enter the runs of a chunk: all of them or, if that fails, none."""
@@ -219,25 +221,33 @@ class Journal:
 
     def take(self, other: Journal) -> int:
         """Take over all runs of another journal; return how many were new."""
+        with other._told():
+            rows = other._database.execute(
+                "SELECT hash, seed, truth, vary, scenario, id FROM points ORDER BY id"
+            ).fetchall()
+        numbers = self._enter([row[:-1] for row in rows])  # as they are: a strategy's file may be another now
         before = self._database.total_changes
-        for row in other.points:
-            (mine,) = self.add([Point(row.values, row.scenario)], row.seed)
+        for hash_, seed, *_, theirs in rows:
+            mine = numbers[hash_, seed]
             with self._transaction() as database:
                 database.executemany(
                     f"INSERT OR IGNORE INTO runs (point, run, {COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                    ((mine, *values) for values in other.columns(row.id).tolist()),
+                    ((mine, *values) for values in other.columns(theirs).tolist()),
                 )
+        new = self._database.total_changes - before
+        for hash_, seed, *_, theirs in rows:
+            mine = numbers[hash_, seed]
             with self._transaction() as database, other._told():
                 database.executemany(
                     "INSERT OR IGNORE INTO curves VALUES (?, ?, ?, ?)",
                     (
                         (mine, *values)
                         for values in other._database.execute(
-                            "SELECT run, feasible, infeasible FROM curves WHERE point = ?", (row.id,)
+                            "SELECT run, feasible, infeasible FROM curves WHERE point = ?", (theirs,)
                         )
                     ),
                 )
-        return self._database.total_changes - before
+        return new
 
     def _locked(self) -> sqlite3.Connection:
         """Take the lock, which the system gives back when the process ends, however it ends."""
@@ -318,7 +328,14 @@ REMEDIES: Mapping[str, str] = {
 
 
 def _scenario(text: str) -> Scenario:
-    return Scenario.model_validate(json.loads(text))
+    """Return a scenario to look at, whatever has become of the file of its strategy."""
+    tables = json.loads(text)
+    decision = tables["decision"]
+    if not decision["strategy"].endswith(".py"):
+        return Scenario.model_validate(tables)
+    own = {"strategy": decision["strategy"], "parameters": decision.pop("parameters", {})}
+    scenario = Scenario.model_validate({**tables, "decision": {**decision, "strategy": "dmmd"}})
+    return scenario.model_copy(update={"decision": scenario.decision.model_copy(update=own)})
 
 
 def _rows(point: int, record: Record) -> Iterator[tuple[int, ...]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import whole_file
+from feasibee.scenario import Scenario
 from feasibee.stats import DecisionTimes, Interval, decision_counts, decision_times, wilson
 from feasibee.study.journal import COLUMNS, Journal, Row
 from feasibee.vocabulary import MODEL_VERSION
@@ -68,20 +70,53 @@ def frame(journal: Journal) -> pd.DataFrame:
     """Return a row a run: the point, what it varies, the truth, and the outcome."""
     import pandas as pd
 
-    fields, parts = varied(journal), []
-    for row in journal.points:
+    points, parts = journal.points, []
+    fields = {path: _column([_held(row, path) for row in points]) for path in varied(journal)}
+    for number, row in enumerate(points):
         part = pd.DataFrame(journal.columns(row.id), columns=["run", *COLUMNS.split(", ")])
         part.insert(0, "point", row.id)
-        for place, path in enumerate(fields, start=1):
-            part.insert(place, path, _plain(row.values.get(path)))
+        for place, (path, values) in enumerate(fields.items(), start=1):
+            part.insert(place, path, values[number])
         part.insert(1 + len(fields), "seed", np.uint64(row.seed))
         part.insert(2 + len(fields), "truth", int(row.truth))
         parts.append(part)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
-def _plain(value: Any) -> Any:
-    return value if isinstance(value, int | float | str | bool) or value is None else json.dumps(value)
+def value_at(scenario: Scenario, path: str) -> Any:
+    """Return what a scenario has in a field.
+
+    Raises
+    ------
+    LookupError
+        If it has no such field.
+    """
+    value: Any = scenario
+    for part in path.split("."):
+        try:
+            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part)
+        except (AttributeError, IndexError, ValueError):
+            raise LookupError(path) from None
+    return value
+
+
+def _held(row: Row, path: str) -> Any:
+    """Return what a point has in a field that the study varies, or another study in the same journal."""
+    try:
+        value = row.values[path] if path in row.values else value_at(row.scenario, path)
+    except LookupError:
+        return None
+    return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Return values of one kind, as the formats want them: numbers, true and false, or else text."""
+    kinds = {type(value) for value in values} - {type(None)}
+    if kinds and kinds <= {int, float}:
+        return [math.nan if value is None else value for value in values]
+    if kinds == {bool} and None not in values:
+        return values
+    return ["" if value is None else value if isinstance(value, str) else json.dumps(value) for value in values]
 
 
 def export(journal: Journal, kind: str, path: Path) -> int:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from feasibee.compare import outcome_of
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
-from feasibee.plots import figure
+from feasibee.plots import figure, spaced_by_ratio
 from feasibee.scenario import Scenario
 from feasibee.simulation import simulate_record
 from feasibee.stats import Interval, paired_difference, wilson
@@ -172,5 +172,5 @@ def draw_search(tuned: Tuned) -> Figure:
             ax.scatter(told, shares, c=np.arange(shares.size), cmap="viridis", s=12)
             ax.set(xlabel=name)
             if not isinstance(values[0], str | bool) and min(values) > 0:
-                ax.set_xscale("log")
+                spaced_by_ratio(ax)
     return drawn
