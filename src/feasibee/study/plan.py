@@ -238,15 +238,29 @@ def _is_whole(base: Scenario, path: str) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def _present(base: Scenario, path: str) -> Any:
-    """Return what a field holds now; None if there is no such field."""
-    value: Any = base
+def value_at(scenario: Scenario, path: str) -> Any:
+    """Return what a scenario has in a field.
+
+    Raises
+    ------
+    LookupError
+        If it has no such field.
+    """
+    value: Any = scenario
     for part in path.split("."):
         try:
-            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part, None)
-        except (IndexError, ValueError):
-            return None
+            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part)
+        except (AttributeError, IndexError, ValueError):
+            raise LookupError(path) from None
     return value
+
+
+def _present(base: Scenario, path: str) -> Any:
+    """Return what a field holds now; None if there is no such field."""
+    try:
+        return value_at(base, path)
+    except LookupError:
+        return None
 
 
 def _check_size(points: int) -> None:
