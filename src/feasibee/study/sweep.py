@@ -233,7 +233,7 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
                 pieces = agenda.chunk()
                 waiting[_submit(executor, agenda.study, pieces)] = pieces
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                if isinstance(_failure(future), BrokenExecutor):
+                if isinstance(_failure(future, agenda.study, waiting[future]), BrokenExecutor):
                     executor.shutdown(wait=False)
                     executor = crew.make()
                     lost = list(waiting.values())
@@ -260,7 +260,7 @@ def _submit(executor: Executor, study: Study, pieces: list[Piece]) -> Future[lis
         return failed
 
 
-def _failure(future: Future[list[Record]]) -> BaseException | None:
+def _failure(future: Future[list[Record]], study: Study, pieces: list[Piece]) -> BaseException | None:
     """Return why a chunk has no result, or raise what is wrong with a cluster."""
     try:
         error = future.exception()
@@ -269,8 +269,15 @@ def _failure(future: Future[list[Record]]) -> BaseException | None:
             "the cluster has gone; start it, and run the same command again: nothing that was kept is lost"
         ) from None
     if type(error).__name__ == "KilledWorker":  # Dask's, which has tried it on several workers by now
-        raise FeasibeeError(f"{error}: it may have run out of memory; take fewer threads a worker") from None
+        raise _deadly(study, pieces) from None
     return error
+
+
+def _deadly(study: Study, pieces: list[Piece]) -> FeasibeeError:
+    return FeasibeeError(
+        f"workers died again and again, at last with runs of {dict(study.points[pieces[0].point].values)}: "
+        "they may have run out of memory; take fewer workers, or smaller swarms"
+    )
 
 
 def _queue_again(agenda: _Agenda, lost: list[list[Piece]], deaths: Counter[tuple[Piece, ...]]) -> None:
@@ -278,9 +285,5 @@ def _queue_again(agenda: _Agenda, lost: list[list[Piece]], deaths: Counter[tuple
     for pieces in lost:
         deaths[tuple(pieces)] += 1
         if deaths[tuple(pieces)] >= TRIES:
-            raise FeasibeeError(
-                f"a worker died {TRIES} times, at last with runs of "
-                f"{dict(agenda.study.points[pieces[0].point].values)}: it may have run out of memory; "
-                "take fewer workers, or smaller swarms"
-            )
+            raise _deadly(agenda.study, pieces)
         agenda.queue.extendleft(reversed(pieces))
