@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from feasibee.errors import FeasibeeError
 from feasibee.plots import figure, spaced_by_ratio
 from feasibee.stats import wilson
-from feasibee.study.table import Summary, value_at
+from feasibee.study.plan import value_at
+from feasibee.study.table import Summary
 
 SHOWN = ("accuracy", "feasible", "infeasible", "undecided")
 MARKERS = "os^vDP<>Xhpd"

@@ -11,9 +11,9 @@ import numpy as np
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import whole_file
-from feasibee.scenario import Scenario
 from feasibee.stats import DecisionTimes, Interval, decision_counts, decision_times, wilson
 from feasibee.study.journal import COLUMNS, Journal, Row
+from feasibee.study.plan import value_at
 from feasibee.vocabulary import MODEL_VERSION
 
 if TYPE_CHECKING:
@@ -83,23 +83,6 @@ def frame(journal: Journal) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
-def value_at(scenario: Scenario, path: str) -> Any:
-    """Return what a scenario has in a field.
-
-    Raises
-    ------
-    LookupError
-        If it has no such field.
-    """
-    value: Any = scenario
-    for part in path.split("."):
-        try:
-            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part)
-        except (AttributeError, IndexError, ValueError):
-            raise LookupError(path) from None
-    return value
-
-
 def _held(row: Row, path: str) -> Any:
     """Return what a point has in a field that the study varies, or another study in the same journal."""
     try:
@@ -116,7 +99,9 @@ def _column(values: list[Any]) -> list[Any]:
         return [math.nan if value is None else value for value in values]
     if kinds == {bool} and None not in values:
         return values
-    return ["" if value is None else value if isinstance(value, str) else json.dumps(value) for value in values]
+    return [
+        "" if value is None else value if isinstance(value, str) else json.dumps(value) for value in values
+    ]
 
 
 def export(journal: Journal, kind: str, path: Path) -> int:
