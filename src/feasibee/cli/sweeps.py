@@ -131,13 +131,22 @@ def _told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
                 description=f"{progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
             )
             if log is not None:
-                with log.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps({"time": time.time(), **vars(progress)}) + "\n")
+                _append(log, {"time": time.time(), **vars(progress)})
             if not terminal and time.monotonic() - last >= PATIENCE:
                 last = time.monotonic()
                 click.echo(_line(progress, rate), err=True)
 
         yield tell
+
+
+def _append(log: Path, entry: dict[str, Any]) -> None:
+    try:
+        with log.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(entry) + "\n")
+    except OSError as error:
+        raise FeasibeeError(
+            f"--log {log}: can't be written: {error.strerror}; name a file that you may write to"
+        ) from None
 
 
 def _line(progress: Progress, rate: float) -> str:
