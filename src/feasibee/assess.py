@@ -148,7 +148,7 @@ def _ranked(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Out
     trials = [
         Trial(name, outcomes[name], paired_difference(outcomes[name].right, base.right)) for name in names
     ]
-    return sorted(trials, key=lambda trial: -trial.difference.estimate)
+    return sorted(trials, key=lambda trial: (-trial.difference.estimate, trial.outcome.bits.mean()))
 
 
 def _other_strategies(scenario: Scenario) -> dict[str, Scenario]:

@@ -39,17 +39,20 @@ def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
 
     ``shares`` has, for each contender, an array of shape (ratio, step).
     """
-    with figure(7.2, 3.2, columns=2, sharey=True) as (drawn, (left, right)):
-        for look, (name, share) in zip(_looks(shares), shares.items(), strict=True):
-            steps = np.arange(share.shape[1])
-            look.pop("marker")
-            left.plot(steps[1:], 100 * share.mean(axis=0)[1:], label=name, **look)
-            right.plot(steps[1:], 100 * share.min(axis=0)[1:], label=name, **look)
-        left.set(ylabel="swarms that are right (%)", ylim=(-2, 102))
-        for ax, title in ((left, "Mean over the ratios"), (right, "At the hardest ratio")):
+    sums: dict[str, Any] = {"Mean over the ratios": np.mean, "At the hardest ratio": np.min}
+    if all(share.shape[0] == 1 for share in shares.values()):
+        sums = {"": np.mean}
+    width = 3.0 + 2.1 * len(sums)
+    with figure(width, 3.2, columns=len(sums), sharey=True, squeeze=False) as (drawn, axes):
+        for ax, (title, sum_up) in zip(axes[0], sums.items(), strict=True):
+            for look, (name, share) in zip(_looks(shares), shares.items(), strict=True):
+                look.pop("marker")
+                steps = np.arange(share.shape[1])
+                ax.plot(steps[1:], 100 * sum_up(share, axis=0)[1:], label=name, **look)
             ax.set(xlabel="stopped at step", title=title, xlim=(10, None))
             spaced_by_ratio(ax)
-        _legend(right)
+        axes[0][0].set(ylabel="swarms that are right (%)", ylim=(-2, 102))
+        _legend(axes[0][-1])
     return drawn
 
 
