@@ -1,0 +1,346 @@
+"""The journal of a sweep: what goes in comes out, one writes at a time, and damage is told in a line."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from feasibee import FeasibeeError, Scenario, truth
+from feasibee.simulation import simulate_record
+from feasibee.study.journal import FORMAT, LOCK, NAME, Journal
+from feasibee.study.plan import Point
+from feasibee.study.table import summaries
+from feasibee.vocabulary import MODEL_VERSION
+
+SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
+STRATEGY = """
+def quality(robots_seen, tasks_seen):
+    return robots_seen / max(1, robots_seen + tasks_seen)
+
+def dissemination(quality, gain):
+    return gain
+
+def decide(mind, inbox):
+    return inbox.heard_opinion
+"""
+
+
+def point(changes=None):
+    return Point(changes or {}, SMALL.replace(changes or {}))
+
+
+def rows_of(record):
+    """Return what a journal must hold of a record."""
+    runs = np.arange(record.first_run, record.first_run + record.runs)
+    return np.column_stack(
+        [
+            runs,
+            record.decision,
+            record.decision_step,
+            record.bits_sent,
+            record.commit_step,
+            record.committed_feasible,
+            record.committed_infeasible,
+        ]
+    )
+
+
+def database(folder):
+    return closing(sqlite3.connect(folder / NAME, isolation_level=None))
+
+
+@pytest.fixture
+def filled(tmp_path):
+    """A folder with a journal of 30 runs."""
+    with Journal(tmp_path, write=True) as journal:
+        (number,) = journal.add([point()], 7)
+        journal.write([(number, simulate_record(SMALL, 30, 7))])
+    return tmp_path
+
+
+# --- In and out ---
+
+
+def test_what_goes_in_comes_out(tmp_path):
+    committing = {"decision.commit": {"quorum": 0.6, "rounds": 1, "heard": 1}}
+    points = [point(), point({"tasks.count": 9}), point(committing)]
+    with Journal(tmp_path, write=True) as journal:
+        numbers = journal.add(points, 2**64 - 1)
+        records = [simulate_record(each.scenario, 8, 2**64 - 1, first_run=3, curves=True) for each in points]
+        journal.write(zip(numbers, records, strict=True))
+    assert (records[2].commit_step >= 0).any()
+    with Journal(tmp_path) as journal:
+        for number, row, each, record in zip(numbers, journal.points, points, records, strict=True):
+            assert (row.id, row.hash, row.seed) == (number, each.scenario.hash, 2**64 - 1)
+            assert (row.values, row.scenario, row.truth) == (
+                each.values,
+                each.scenario,
+                truth(each.scenario),
+            )
+            np.testing.assert_array_equal(journal.columns(number), rows_of(record))
+            curves = list(journal.curves(number))
+            assert [run for run, *_ in curves] == list(range(3, 11))
+            np.testing.assert_array_equal([feasible for _, feasible, _ in curves], record.feasible_count)
+            np.testing.assert_array_equal([other for *_, other in curves], record.infeasible_count)
+
+
+def test_no_run_is_there_twice(filled):
+    with Journal(filled, write=True) as journal:
+        before = journal.columns(1)
+        journal.write([(1, simulate_record(SMALL, 40, 7, first_run=10))])
+        after = journal.columns(1)
+    assert after[:, 0].tolist() == list(range(50))
+    np.testing.assert_array_equal(after[:30], before)
+
+
+def test_a_chunk_that_fails_leaves_nothing(filled):
+    def parts():
+        yield 1, simulate_record(SMALL, 5, 7, first_run=30)
+        raise KeyboardInterrupt
+
+    with Journal(filled, write=True) as journal:
+        with pytest.raises(KeyboardInterrupt):
+            journal.write(parts())
+        assert len(journal.columns(1)) == 30
+        journal.write([(1, simulate_record(SMALL, 5, 7, first_run=30))])
+        assert len(journal.columns(1)) == 35
+
+
+def test_what_is_missing(tmp_path):
+    with Journal(tmp_path, write=True) as journal:
+        (number,) = journal.add([point()], 0)
+        assert journal.missing(number, 10, False) == [(0, 10)]
+        for first, runs, curves in ((2, 3, True), (5, 1, False), (8, 1, False)):
+            journal.write([(number, simulate_record(SMALL, runs, 0, first_run=first, curves=curves))])
+        assert journal.missing(number, 12, False) == [(0, 2), (6, 8), (9, 12)]
+        assert journal.missing(number, 9, False) == [(0, 2), (6, 8)]
+        assert journal.missing(number, 5, False) == [(0, 2)]
+        assert journal.missing(number, 12, True) == [(0, 2), (5, 12)]
+
+
+def test_right_decisions_are_counted_by_the_truth(tmp_path):
+    feasible, infeasible = point({"tasks.count": 2}), point({"tasks.count": 9})
+    with Journal(tmp_path, write=True) as journal:
+        numbers = journal.add([feasible, infeasible], 0)
+        records = [simulate_record(each.scenario, 60, 0) for each in (feasible, infeasible)]
+        journal.write(zip(numbers, records, strict=True))
+        expected = [int((records[0].decision == 1).sum()), int((records[1].decision == 0).sum())]
+        assert min(expected) > 0
+        assert journal.counts() == {
+            number: (60, right) for number, right in zip(numbers, expected, strict=True)
+        }
+        assert journal.right(numbers[0], 20) == int((records[0].decision[:20] == 1).sum())
+        assert [each.right for each in summaries(journal)] == expected
+
+
+def test_it_is_plain_sql(filled):
+    with database(filled) as other:
+        (runs,) = other.execute(
+            "SELECT COUNT(*) FROM runs JOIN points ON point = id WHERE seed = '7' AND decision_step >= -1"
+        ).fetchone()
+        about = dict(other.execute("SELECT key, value FROM about"))
+        (mode,) = other.execute("PRAGMA journal_mode").fetchone()
+    assert runs == 30
+    assert (int(about["format"]), int(about["model_version"])) == (FORMAT, MODEL_VERSION)
+    assert mode == "wal"
+
+
+# --- Keys ---
+
+
+def test_scenarios_and_seeds_never_mix(tmp_path):
+    with Journal(tmp_path, write=True) as journal:
+        assert journal.add([point()], 0) == [1]
+        assert journal.add([point({"tasks.count": 4}), point()], 0) == [2, 1]
+        assert journal.add([point()], 1) == [3]
+        assert journal.add([point({"robots.speed": 1.0})], 1) == [3]  # the default, and so the same scenario
+        assert [row.values for row in journal.points] == [{}, {"tasks.count": 4}, {"robots.speed": 1.0}]
+
+
+def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
+    """The rows stay with the text that they were computed with, in a merged journal, too."""
+    own = tmp_path / "own.py"
+    own.write_text(STRATEGY)
+    before = Point({}, SMALL.replace({"decision.strategy": str(own)}))
+    with Journal(tmp_path, write=True) as journal:
+        (number,) = journal.add([before], 0)
+        journal.write([(number, simulate_record(SMALL, 3, 0))])  # any runs will do
+    code = """
+import sys
+from pathlib import Path
+from feasibee.study.journal import Journal
+folder = Path(sys.argv[1])
+with Journal(folder) as journal, Journal(folder / sys.argv[2], write=True) as other:
+    other.take(journal)
+    for each in (journal, other):
+        (row,) = each.points
+        print(row.hash, row.scenario.decision.strategy, len(each.columns(row.id)))
+"""
+    for name in ("changed", "gone"):
+        (tmp_path / name).mkdir()
+        own.write_text(STRATEGY + "\n# other\n") if name == "changed" else own.unlink()
+        told = subprocess.run(
+            [sys.executable, "-c", code, tmp_path, name], capture_output=True, text=True, check=True
+        ).stdout
+        assert told.splitlines() == [f"{before.scenario.hash} {own} 3"] * 2
+
+
+def test_taking_over_another_journal(filled, tmp_path):
+    others = [tmp_path / "one", tmp_path / "two"]
+    for number, other in enumerate(others):
+        other.mkdir()
+        with Journal(other, write=True) as journal:
+            second, first = journal.add([point({"tasks.count": 9}), point()], 7)
+            journal.write([(first, simulate_record(SMALL, 20, 7, first_run=20 + 20 * number, curves=True))])
+            journal.write([(second, simulate_record(SMALL.replace({"tasks.count": 9}), 5, 7))])
+    with Journal(filled, write=True) as journal:
+        taken = []
+        for other in others:
+            with Journal(other) as theirs:
+                taken.append((journal.take(theirs), journal.take(theirs)))
+        assert taken == [(15, 0), (20, 0)]
+        assert [row.values for row in journal.points] == [{}, {"tasks.count": 9}]
+        np.testing.assert_array_equal(journal.columns(1), rows_of(simulate_record(SMALL, 60, 7)))
+        assert [run for run, *_ in journal.curves(1)] == list(range(20, 60))
+
+
+# --- One writer ---
+
+
+def test_a_second_writer_is_refused_and_readers_arent(filled):
+    with Journal(filled, write=True) as journal:
+        with pytest.raises(FeasibeeError, match="another sweep writes here; wait for it"):
+            Journal(filled, write=True)
+        with Journal(filled) as reader:
+            assert len(reader.columns(1)) == 30
+            journal.write([(1, simulate_record(SMALL, 5, 7, first_run=30))])
+            assert len(reader.columns(1)) == 35
+    Journal(filled, write=True).close()
+
+
+def test_a_writer_of_another_process_is_refused(filled):
+    code = "import sys; from feasibee.study.journal import Journal; Journal(sys.argv[1], write=True)"
+    with Journal(filled, write=True):
+        other = subprocess.run([sys.executable, "-c", code, filled], capture_output=True, text=True)
+    assert other.returncode == 1
+    assert "another sweep writes here" in other.stderr
+    subprocess.run([sys.executable, "-c", code, filled], check=True)
+
+
+def test_a_journal_that_was_refused_lets_go(tmp_path):
+    """Also of the lock, at once."""
+    (tmp_path / NAME).write_text("garbage " * 1000)
+    for _ in range(2):
+        with pytest.raises(FeasibeeError, match="damaged"):
+            Journal(tmp_path, write=True)
+    (tmp_path / NAME).unlink()
+    Journal(tmp_path, write=True).close()
+
+
+# --- Damage ---
+
+
+def refuse(folder, rule):
+    """See that a folder's journal is refused, by a writer and by a reader, and isn't touched."""
+    before = (folder / NAME).read_bytes()
+    for write in (True, False):
+        with pytest.raises(FeasibeeError, match=rule) as caught:
+            Journal(folder, write)
+        assert str(caught.value).startswith(str(folder))
+        assert "\n" not in str(caught.value)
+    assert (folder / NAME).read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("key", "number", "rule"),
+    [
+        (
+            "format",
+            FORMAT + 1,
+            f"is of format {FORMAT + 1}, and this feasibee of {FORMAT}; install the newer",
+        ),
+        ("format", FORMAT - 1, "choose another folder"),
+        ("model_version", MODEL_VERSION + 1, "is of model version .*; install the newer feasibee"),
+        ("model_version", MODEL_VERSION - 1, "is of model version .*; choose another folder"),
+        ("model_version", "one", "is no journal of feasibee"),
+        ("format", None, "is no journal of feasibee"),
+    ],
+)
+def test_other_versions_are_refused(filled, key, number, rule):
+    with database(filled) as other:
+        if number is None:
+            other.execute("DELETE FROM about WHERE key = ?", (key,))
+        else:
+            other.execute("UPDATE about SET value = ? WHERE key = ?", (str(number), key))
+        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    refuse(filled, rule)
+
+
+def test_any_other_database_is_refused(tmp_path):
+    with database(tmp_path) as other:
+        other.execute("CREATE TABLE photographs (id INTEGER)")
+    refuse(tmp_path, "is no journal of feasibee; choose another folder")
+
+
+def test_garbage_is_refused(tmp_path):
+    (tmp_path / NAME).write_bytes(bytes(range(256)) * 64)
+    refuse(tmp_path, "it is damaged: move it away")
+
+
+@pytest.mark.parametrize("kept", [60, 1000, 5000, 9000])
+def test_a_truncated_journal_is_told_at_once_or_when_it_is_read(filled, kept):
+    with database(filled) as other:
+        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    whole = (filled / NAME).read_bytes()
+    assert len(whole) > 9000
+    (filled / NAME).write_bytes(whole[:kept])
+    for write in (False, True):
+        with pytest.raises(FeasibeeError, match=r"damaged|no journal"):  # noqa: PT012
+            with Journal(filled, write) as journal:
+                summaries(journal)
+    assert (filled / NAME).stat().st_size == kept
+
+
+def test_a_folder_without_one_is_told(tmp_path):
+    with pytest.raises(FeasibeeError, match=r"has no journal\.sqlite; name the folder of a sweep"):
+        Journal(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_empty_file_is_a_new_journal(tmp_path):
+    """The process was killed before it had made the tables."""
+    (tmp_path / NAME).touch()
+    with pytest.raises(FeasibeeError, match="is no journal"):
+        Journal(tmp_path)
+    with Journal(tmp_path, write=True) as journal:
+        assert journal.points == []
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_read_only_folder_is_told(filled):
+    filled.chmod(0o555)
+    try:
+        with pytest.raises(FeasibeeError, match="choose a folder that you may write to"):
+            Journal(filled, write=True)
+    finally:
+        filled.chmod(0o755)
+
+
+@pytest.mark.parametrize("name", [NAME, LOCK])
+def test_a_folder_in_the_way_is_told(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(FeasibeeError, match="choose a folder that you may write to"):
+        Journal(tmp_path, write=True)
+
+
+def test_a_point_holds_its_complete_scenario(filled):
+    with database(filled) as other:
+        ((text,),) = other.execute("SELECT scenario FROM points")
+    assert json.loads(text) == SMALL.to_dict()

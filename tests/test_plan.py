@@ -1,0 +1,450 @@
+"""Study files: which points they make, in which order of values, and how mistakes are told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.study.plan import POINTS_LIMIT, Study, Until
+
+STRATEGY = """
+def quality(robots_seen, tasks_seen):
+    return robots_seen / max(1, robots_seen + tasks_seen)
+
+def dissemination(quality, gain):
+    return gain
+
+def decide(mind, inbox):
+    return inbox.heard_opinion
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Read a study from its text."""
+
+    def read(text):
+        path = tmp_path / "study.toml"
+        path.write_text(text, encoding="utf-8")
+        return Study.read(path)
+
+    return read
+
+
+@pytest.fixture
+def refused(study):
+    """Return the lines of the error of a study that must be refused; each names the file."""
+
+    def read(text):
+        with pytest.raises(FeasibeeError) as caught:
+            study(text)
+        lines = str(caught.value).splitlines()
+        assert all("study.toml: " in line for line in lines)
+        return [line.partition("study.toml: ")[2] for line in lines]
+
+    return read
+
+
+def values(study, path):
+    return [point.values[path] for point in study.points]
+
+
+# --- What a file may leave out ---
+
+
+def test_an_empty_study_is_the_papers_swarm(study):
+    found = study("")
+    (point,) = found.points
+    assert (found.runs, found.seed, found.curves, found.until) == (100, 0, False, None)
+    assert point.values == {}
+    assert point.scenario == Scenario()
+
+
+def test_the_numbers_are_those_of_the_file(study):
+    found = study("runs = 7\nseed = 18446744073709551615\ncurves = true")
+    assert (found.runs, found.seed, found.curves) == (7, 2**64 - 1, True)
+
+
+# --- Values of a field ---
+
+
+def test_a_list_is_taken_as_it_stands(study):
+    found = study('[sweep]\n"decision.strategy" = ["dmmd", "voter"]')
+    assert values(found, "decision.strategy") == ["dmmd", "voter"]
+    assert [point.scenario.decision.strategy for point in found.points] == ["dmmd", "voter"]
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("{linspace = [0.0, 1.0, 5]}", [0.0, 0.25, 0.5, 0.75, 1.0]),
+        ("{linspace = [0, 1, 1]}", [0.0]),
+        ("{range = [0.1, 0.5, 0.1]}", [0.1, 0.2, 0.3, 0.4, 0.5]),
+        ("{range = [0.1, 0.45, 0.1]}", [0.1, 0.2, 0.3, 0.4]),
+        ("{range = [0.5, 0, -0.25]}", [0.5, 0.25, 0.0]),
+        ("{logspace = [0.01, 1, 3]}", [0.01, 0.1, 1.0]),
+    ],
+)
+def test_ranges_of_numbers(study, given, expected):
+    np.testing.assert_allclose(values(study(f'[sweep]\n"radio.loss" = {given}'), "radio.loss"), expected)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("{linspace = [10, 40, 4]}", [10, 20, 30, 40]),
+        ("{linspace = [1, 4, 7]}", [1, 2, 3, 4]),  # 1.5, 2.5, 3.5 are rounded to 2, 2, 4
+        ("{range = [10, 40, 10]}", [10, 20, 30, 40]),
+        ("{range = [1, 2, 0.5]}", [1, 2]),
+        ("{logspace = [2, 200, 5]}", [2, 6, 20, 63, 200]),
+        ("{logspace = [1, 4, 20]}", [1, 2, 3, 4]),
+    ],
+)
+def test_whole_numbers_are_rounded_and_made_unique(study, given, expected):
+    found = values(study(f'[sweep]\n"tasks.count" = {given}'), "tasks.count")
+    assert found == expected
+    assert all(type(each) is int for each in found)
+
+
+def test_whole_numbers_within_a_list_of_classes(study):
+    text = """
+    [[scenario.robots.classes]]
+    name = "small"
+    count = 3
+    [sweep]
+    "robots.classes.0.count" = {linspace = [2, 8, 3]}
+    """
+    found = study(text)
+    assert values(found, "robots.classes.0.count") == [2, 5, 8]
+    assert [point.scenario.robots.count for point in found.points] == [2, 5, 8]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[sweep]\n"radio.range" = [1.0, 2.0, 4.0]',
+        "[sweep]\nradio.range = [1.0, 2.0, 4.0]",
+        "[sweep.radio]\nrange = [1.0, 2.0, 4.0]",
+        "[sweep.radio]\nrange = {logspace = [1, 4, 3]}",
+    ],
+)
+def test_a_field_called_range_is_a_field_however_it_is_written(study, text):
+    np.testing.assert_allclose(values(study(text), "radio.range"), [1.0, 2.0, 4.0])
+
+
+def test_a_field_that_holds_nothing_yet(study):
+    found = study("[sweep]\ndecision.commit.quorum = [0.8, 0.9]\nradio.id_bits = [4, 8]")
+    assert [point.scenario.decision.commit.quorum for point in found.points] == [0.8, 0.8, 0.9, 0.9]
+    assert values(found, "radio.id_bits") == [4, 8, 4, 8]
+
+
+def test_a_table_among_the_values(study):
+    found = study('[sweep]\n"decision.listen" = ["always", {last = 3}]')
+    assert [point.scenario.decision.listen for point in found.points] == ["always", {"last": 3}]
+
+
+# --- Points ---
+
+TWO = '"tasks.count" = [10, 20]\n"radio.loss" = [0.0, 0.1, 0.2]'
+
+
+def test_a_grid_has_each_with_each(study):
+    pairs = [(p.scenario.tasks.count, p.scenario.radio.loss) for p in study(f"[sweep]\n{TWO}").points]
+    assert pairs == [(count, loss) for count in (10, 20) for loss in (0.0, 0.1, 0.2)]
+    assert study(f'combine = "grid"\n[sweep]\n{TWO}') == study(f"[sweep]\n{TWO}")
+
+
+def test_zipped_fields_go_in_step(study):
+    found = study('combine = "zip"\n[sweep]\n"tasks.count" = [10, 20]\n"robots.count" = [5, 10]')
+    assert [dict(point.values) for point in found.points] == [
+        {"tasks.count": 10, "robots.count": 5},
+        {"tasks.count": 20, "robots.count": 10},
+    ]
+
+
+def test_a_design_table_has_a_point_a_row(study, tmp_path):
+    """Written as other tools do: a byte order mark, floats for whole numbers, spaces, an empty line."""
+    (tmp_path / "design.csv").write_text(
+        "tasks.count, radio.loss,decision.strategy,robots.avoid_collisions\n"
+        "1.2e+01,.5,dmmd,False\n\n20.0, 0.25 ,voter,true\n",
+        encoding="utf-8-sig",
+    )
+    found = study('design = "design.csv"')
+    assert [dict(point.values) for point in found.points] == [
+        {
+            "tasks.count": 12,
+            "radio.loss": 0.5,
+            "decision.strategy": "dmmd",
+            "robots.avoid_collisions": False,
+        },
+        {
+            "tasks.count": 20,
+            "radio.loss": 0.25,
+            "decision.strategy": "voter",
+            "robots.avoid_collisions": True,
+        },
+    ]
+
+
+def test_a_latin_hypercube_of_scipy_is_a_design(study, tmp_path):
+    qmc = pytest.importorskip("scipy.stats.qmc")
+    sample = qmc.scale(qmc.LatinHypercube(2, seed=1).random(6), [2, 0.0], [60, 0.5])
+    np.savetxt(tmp_path / "d.csv", sample, delimiter=",", header="tasks.count,radio.loss", comments="")
+    found = study('design = "d.csv"')
+    np.testing.assert_array_equal(values(found, "tasks.count"), np.round(sample[:, 0]))
+    np.testing.assert_allclose(values(found, "radio.loss"), sample[:, 1])
+
+
+def test_equal_scenarios_are_one_point(study):
+    """20 tasks are the default, 2.0 is the range that the radio has from the sensors, and 10 is there twice."""
+    assert len(study('[sweep]\n"tasks.count" = [10, 20, 10]').points) == 2
+    assert len(study('[sweep]\n"radio.range" = [2.0, 2]\n"sensing.range" = [2.0]').points) == 1
+
+
+def test_what_all_points_have_in_common_may_be_nested(study):
+    text = """
+    [scenario]
+    run.steps = 50
+    [scenario.decision]
+    strategy = "voter"
+    listen = {last = 2}
+    [sweep]
+    "tasks.count" = [3, 4]
+    """
+    for point in study(text).points:
+        assert point.scenario.run.steps == 50
+        assert point.scenario.decision.strategy == "voter"
+        assert point.scenario.decision.listen == {"last": 2}
+
+
+def test_a_scenarios_file_lies_below_what_the_study_says(study, tmp_path):
+    (tmp_path / "base.toml").write_text(
+        'run.steps = 50\n[decision]\nlisten = "dissemination"\ngain = 7.0\ncommit = {rounds = 9}\n'
+    )
+    text = """
+    file = "base.toml"
+    [scenario.decision]
+    listen = {last = 2}
+    commit.quorum = 0.8
+    [sweep]
+    "tasks.count" = [3, 4]
+    """
+    for point in study(text).points:
+        decision = point.scenario.decision
+        assert (point.scenario.run.steps, decision.gain) == (50, 7.0)
+        assert decision.listen == {"last": 2}
+        assert (decision.commit.rounds, decision.commit.quorum) == (9, 0.8)
+
+
+def test_files_are_found_from_the_studys_folder(study, tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(STRATEGY)
+    (tmp_path / "places.csv").write_text("x,y\n1,2\n3,4\n")
+    (tmp_path / "base.toml").write_text("run.steps = 50")
+    (tmp_path / "design.csv").write_text("decision.strategy\nmine.py\n")
+    monkeypatch.chdir("/")
+    strategy = 'decision.strategy = "mine.py"'
+    for text in (
+        f"[scenario]\n{strategy}",
+        f'file = "base.toml"\n[scenario]\n{strategy}',
+        '[sweep]\n"decision.strategy" = ["mine.py"]',
+        'design = "design.csv"',
+    ):
+        assert study(text).points[0].scenario.strategy.source == STRATEGY
+    swept = study('[sweep]\n"tasks.placement" = ["points"]\n"tasks.points" = ["places.csv"]')
+    assert swept.points[0].scenario.tasks.points == ((1.0, 2.0), (3.0, 4.0))
+
+
+# --- Until ---
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("{width = 0.05}", Until(0.05, None, 100_000)),
+        ("{decided = 0.75}", Until(None, 0.75, 100_000)),
+        ("{width = 0.1, most = 500}", Until(0.1, None, 500)),
+        ("{width = 0.1, most = 5}", Until(0.1, None, 100)),  # no fewer than the study's runs
+    ],
+)
+def test_until(study, given, expected):
+    assert study(f"until = {given}").until == expected
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "{}",
+        "0.05",
+        "{width = 0.1, decided = 0.5}",
+        "{width = 0}",
+        "{width = 1.0}",
+        "{width = true}",
+        "{width = nan}",
+        '{decided = "0.5"}',
+        "{size = 0.1}",
+        "{most = 10}",
+    ],
+)
+def test_other_forms_of_until_are_refused(refused, given):
+    (line,) = refused(f"until = {given}")
+    assert line.startswith("until = ")
+    assert "{width = 0.05} or {decided = 0.75}" in line
+
+
+@pytest.mark.parametrize("most", ["0", "1.5", "true", '"many"', "99999999999"])
+def test_an_impossible_number_of_most_runs(refused, most):
+    (line,) = refused(f"until = {{width = 0.1, most = {most}}}")
+    assert line.startswith("until.most = ")
+
+
+# --- Mistakes ---
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "rule"),
+    [
+        ("rums = 5", "rums", "unknown key; a study has runs, seed, curves, combine"),
+        ("runs = 0", "runs = 0", "whole number from 1"),
+        ("runs = 1.5", "runs = 1.5", "whole number"),
+        ("seed = -1", "seed = -1", "whole number from 0"),
+        ("curves = 1", "curves = 1", "true or false"),
+        ("scenario = 3", "scenario = 3", "write [scenario]"),
+        ("sweep = 3", "sweep = 3", "write [sweep]"),
+        ("design = 3", "design = 3", "name a CSV file"),
+        ("file = 3", "file = 3", "name a scenario"),
+        ('combine = "cross"', "combine = 'cross'", "must be 'grid' or 'zip'"),
+        ("combine = ['zip']", "combine = ['zip']", "must be 'grid' or 'zip'"),
+        ('combine = "zip"\n[sweep]\n' + TWO, "sweep", "{'tasks.count': 2, 'radio.loss': 3} differ"),
+        ('design = "d.csv"\n[sweep]\n' + TWO, "design and sweep", "leave one of them out"),
+        ("runs = = 3", "not TOML", "line 1"),
+    ],
+)
+def test_mistakes_of_a_study_say_where_and_what(refused, text, start, rule):
+    (line,) = refused(text)
+    assert line.startswith(start)
+    assert rule in line
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "3",
+        "[]",
+        '"10 to 20"',
+        "{}",
+        "{linspace = [1, 2]}",
+        "{linspace = 3}",
+        "{linspace = [1, 2, true]}",
+        "{linspace = [1, 2, 3], range = [1, 2, 1]}",
+        "{linspce = [1, 2, 3]}",
+        "{range = [0, inf, 1]}",
+        "{linspace = [0, 10, nan]}",
+        "{linspace = [0, 10, inf]}",
+        "{logspace = [1, inf, 5]}",
+    ],
+)
+def test_what_is_no_list_and_no_range(refused, given):
+    (line,) = refused(f'[sweep]\n"tasks.count" = {given}')
+    assert line.startswith("sweep.tasks.count = ")
+    assert "must be a list of values, or {linspace = [first, last, count]}" in line
+
+
+@pytest.mark.parametrize(
+    ("given", "rule"),
+    [
+        ("{range = [1, 5, 0]}", "step of a range can't be 0"),
+        ("{range = [5, 1, 1]}", "is empty"),
+        ("{logspace = [0, 5, 3]}", "must be > 0"),
+        ("{logspace = [5, -1, 3]}", "must be > 0"),
+        ("{linspace = [0, 5, 2.5]}", "whole number of values"),
+        ("{linspace = [0, 5, 0]}", "whole number of values"),
+        ("{logspace = [1, 5, -1]}", "whole number of values"),
+        ("{linspace = [0, 5, 1e9]}", "whole number of values"),
+    ],
+)
+def test_ranges_that_say_nothing(refused, given, rule):
+    (line,) = refused(f'[sweep]\n"tasks.count" = {given}')
+    assert line.startswith("sweep.tasks.count: ")
+    assert rule in line
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '"radio.loss" = {range = [0, 1e12, 1]}',
+        '"tasks.count" = {linspace = [1, 1000, 1000]}\n"radio.loss" = {linspace = [0, 1, 1001]}',
+    ],
+)
+def test_more_points_than_there_is_room_for_are_refused_before_they_are_made(refused, text):
+    (line,) = refused(f"[sweep]\n{text}")
+    assert f"must be at most {POINTS_LIMIT}" in line
+
+
+def test_all_problems_of_all_points_at_once(refused):
+    lines = refused(
+        '[sweep]\n"tasks.coun" = [1]\n"radio.loss" = [0.1, 1.5, -1.0]\n"radio.range" = [2.0, 0.0]'
+    )
+    assert len(lines) == 4
+    joined = "\n".join(lines)
+    for problem in (
+        "tasks.coun = 1: unknown key",
+        "radio.loss = 1.5",
+        "radio.loss = -1.0",
+        "radio.range = 0.0",
+    ):
+        assert joined.count(problem) == 1
+
+
+def test_a_problem_of_the_common_scenario_is_told_once_with_its_file(study, tmp_path):
+    with pytest.raises(ScenarioError) as caught:
+        study('[scenario]\ntasks.count = -1\n[sweep]\n"radio.loss" = [0.1, 0.2]')
+    assert [problem.path for problem in caught.value.problems] == ["tasks.count"]
+    (tmp_path / "base.toml").write_text("tasks.count = -1")
+    with pytest.raises(ScenarioError, match=r"base\.toml: tasks\.count = -1"):
+        study('file = "base.toml"')
+
+
+@pytest.mark.parametrize(
+    ("table", "rule"),
+    [
+        ("", "has no row"),
+        ("tasks.count\n", "has no row"),
+        ("tasks.count,radio.loss\n3,0.1\n\n4\n", "line 4 has 1 values, not 2"),
+        ("tasks.count\n3,0.1\n", "line 2 has 2 values, not 1"),
+        ("tasks.count,tasks.count\n3,4\n", "names a field twice"),
+        (f"tasks.count\n{'1' * 200_000}\n", "not CSV in UTF-8"),
+        ("tasks.count\n\xff\n".encode("latin-1"), "not CSV in UTF-8"),
+        (None, "can't be read: No such file"),
+    ],
+)
+def test_design_tables_that_cant_be_read(refused, tmp_path, table, rule):
+    if table is not None:
+        (tmp_path / "d.csv").write_bytes(table if isinstance(table, bytes) else table.encode())
+    (line,) = refused('design = "d.csv"')
+    assert line.startswith("design = ")
+    assert "d.csv" in line
+    assert rule in line
+
+
+@pytest.mark.parametrize(
+    ("table", "problem"),
+    [
+        ("tasks.coun\n3\n", "tasks.coun = 3: unknown key; did you mean tasks.count?"),
+        ("tasks.count\ninf\n", "tasks.count = inf: must be a whole number"),
+        ("tasks.count\n[[[\n", "tasks.count = '[[[': must be a whole number"),
+        ("radio.loss\nsome\n", "radio.loss = 'some': must be a number"),
+        ("radio.loss\n2024-01-01\n", "radio.loss = datetime.date(2024, 1, 1): must be a number"),
+    ],
+)
+def test_values_of_a_design_that_no_field_takes(refused, tmp_path, table, problem):
+    (tmp_path / "d.csv").write_text(table)
+    assert any(line.startswith(problem) for line in refused('design = "d.csv"'))
+
+
+def test_a_study_that_isnt_there(tmp_path):
+    with pytest.raises(FeasibeeError, match=r"nope\.toml: can't be read: No such file"):
+        Study.read(tmp_path / "nope.toml")
+    (tmp_path / "latin.toml").write_bytes(b'file = "\xff"')
+    with pytest.raises(FeasibeeError, match=r"latin\.toml: not TOML"):
+        Study.read(tmp_path / "latin.toml")
