@@ -265,10 +265,10 @@ class Journal:
 
     def _open(self, write: bool) -> None:
         self._database.execute("PRAGMA busy_timeout = 60000")
+        self._database.execute("PRAGMA synchronous = FULL")
+        self._check(write)
         if write:
             self._database.execute("PRAGMA journal_mode = WAL")
-            self._database.execute("PRAGMA synchronous = FULL")
-        self._check(write)
 
     def _check(self, write: bool) -> None:
         """Make the tables of a new journal, or see that they are of this format and model."""

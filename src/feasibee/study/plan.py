@@ -114,7 +114,7 @@ class Study:
         try:
             return study_of(tables, Path(path).parent)
         except ScenarioError as error:
-            raise ScenarioError(error.problems, str(path)) from None
+            raise ScenarioError(error.problems, error.source or str(path)) from None
         except FeasibeeError as error:
             raise FeasibeeError(f"{path}: {error}") from None
 
@@ -197,7 +197,8 @@ def _values(path: str, given: Any, base: Scenario) -> list[Any]:
         return given
     if isinstance(given, Mapping) and len(given) == 1:
         kind, numbers = next(iter(given.items()))
-        if isinstance(numbers, list) and len(numbers) == 3 and all(_is_number(each) for each in numbers):
+        known = kind in RANGES or kind == "range"
+        if known and isinstance(numbers, list) and len(numbers) == 3 and all(map(_is_number, numbers)):
             return _range(path, kind, numbers, base)
     rule = "must be a list of values, or {linspace = [first, last, count]}, {logspace = ...} or {range = ...}"
     raise FeasibeeError(f"sweep.{path} = {given!r}: {rule}; such as [10, 20, 40]")
@@ -213,7 +214,7 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
         steps = int(np.floor((last - first) / third + 1e-9)) + 1
         _check_size(steps)
         made = [first + third * k for k in range(steps)]
-    elif kind in RANGES and third == int(third) and 1 <= third <= POINTS_LIMIT:
+    elif third == int(third) and 1 <= third <= POINTS_LIMIT:
         if kind == "logspace" and min(first, last) <= 0:
             raise FeasibeeError(
                 f"sweep.{path}: logspace from {first} to {last}: must be > 0; choose linspace"
