@@ -27,7 +27,7 @@ ROUNDS = 8
 GROWTH = 1.5
 """When a study runs until it is sure, each look at a point comes after so many times the runs of the last."""
 TRIES = 3
-"""How often a chunk is tried whose worker dies."""
+"""How often a chunk is tried whose worker dies; the last time alone, since others died with it."""
 
 
 class Piece(NamedTuple):
@@ -226,19 +226,21 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
     """Keep the workers busy until nothing is left; few chunks wait, so that memory stays flat."""
     executor = crew.make()
     waiting: dict[Future[list[Record]], list[Piece]] = {}
+    again: deque[list[Piece]] = deque()
     deaths: Counter[tuple[Piece, ...]] = Counter()
     try:
-        while agenda.queue or waiting:
-            while agenda.queue and len(waiting) < 2 * crew.workers:
-                pieces = agenda.chunk()
+        while agenda.queue or again or waiting:
+            while _may_go(agenda, again, list(waiting.values()), deaths, crew):
+                pieces = again.popleft() if again else agenda.chunk()
                 waiting[_submit(executor, agenda.study, pieces)] = pieces
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                 if isinstance(_failure(future, agenda.study, waiting[future]), BrokenExecutor):
                     executor.shutdown(wait=False)
                     executor = crew.make()
-                    lost = list(waiting.values())
+                    again.extendleft(reversed(waiting.values()))
+                    deaths.update(map(tuple, waiting.values()))
                     waiting = {}
-                    _queue_again(agenda, lost, deaths)
+                    _check_deaths(agenda.study, again, deaths)
                     break
                 pieces = waiting.pop(future)
                 agenda.enter(pieces, future.result())
@@ -280,10 +282,22 @@ def _deadly(study: Study, pieces: list[Piece]) -> FeasibeeError:
     )
 
 
-def _queue_again(agenda: _Agenda, lost: list[list[Piece]], deaths: Counter[tuple[Piece, ...]]) -> None:
-    """Put chunks back whose worker died; one of them killed it, and keeps doing so if it needs too much."""
-    for pieces in lost:
-        deaths[tuple(pieces)] += 1
+def _may_go(
+    agenda: _Agenda,
+    again: Sequence[list[Piece]],
+    waiting: Sequence[list[Piece]],
+    deaths: Counter[tuple[Piece, ...]],
+    crew: Crew,
+) -> bool:
+    """Tell whether to submit the next chunk; one that may have killed workers goes alone at its last try."""
+    if not waiting:
+        return bool(again or agenda.queue)
+    at_last = [deaths[tuple(pieces)] >= TRIES - 1 for pieces in (*waiting, *list(again)[:1])]
+    return bool(again or agenda.queue) and len(waiting) < 2 * crew.workers and not any(at_last)
+
+
+def _check_deaths(study: Study, again: Sequence[list[Piece]], deaths: Counter[tuple[Piece, ...]]) -> None:
+    """Give up a chunk that has killed a worker alone."""
+    for pieces in again:
         if deaths[tuple(pieces)] >= TRIES:
-            raise _deadly(agenda.study, pieces)
-        agenda.queue.extendleft(reversed(pieces))
+            raise _deadly(study, pieces)
