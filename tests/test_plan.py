@@ -197,7 +197,7 @@ def test_a_latin_hypercube_of_scipy_is_a_design(study, tmp_path):
 
 
 def test_equal_scenarios_are_one_point(study):
-    """20 tasks are the default, 2.0 is the range that the radio has from the sensors, and 10 is there twice."""
+    """10 is there twice; 2 is 2.0, and the range that the radio has from the sensors anyway."""
     assert len(study('[sweep]\n"tasks.count" = [10, 20, 10]').points) == 2
     assert len(study('[sweep]\n"radio.range" = [2.0, 2]\n"sensing.range" = [2.0]').points) == 1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feasibee import decision_counts, decision_rates, decision_times, wilson
-from feasibee.stats import accuracy, opinion_quartiles
+from feasibee.stats import accuracy, confidence_sequence, opinion_quartiles
 
 # --- Wilson's interval ---
 
@@ -199,3 +200,106 @@ def test_accuracy_is_the_share_that_decides_as_the_truth(feasible, right):
 def test_the_accuracy_of_no_runs_is_an_error():
     with pytest.raises(ValueError, match="at least one trial"):
         accuracy([], True)
+
+
+# --- A rate that one keeps looking at ---
+
+
+def evidence_against(rate, successes, trials, cells=200_000):
+    """Integrate the likelihood ratio of other rates to this one over Beta(1/2, 1/2), numerically.
+
+    With rate' = sin(angle)**2 that density is even in the angle, and the integral a mean.
+    """
+    angle = (np.arange(cells) + 0.5) / cells * np.pi / 2
+    other = 2 * (successes * np.log(np.sin(angle)) + (trials - successes) * np.log(np.cos(angle)))
+    own = successes * math.log(rate) + (trials - successes) * math.log1p(-rate)
+    return np.exp(other - own).mean()
+
+
+@pytest.mark.parametrize("confidence", [0.9, 0.95, 0.999])
+@pytest.mark.parametrize(
+    ("successes", "trials"), [(1, 2), (3, 10), (10, 10), (0, 30), (80, 100), (997, 1000), (500, 1000)]
+)
+def test_a_rate_at_the_edge_has_just_so_much_evidence_against_it(successes, trials, confidence):
+    interval = confidence_sequence(successes, trials, confidence)
+    assert interval.estimate == successes / trials
+    for edge in (interval.low, interval.high):
+        if 0 < edge < 1:
+            found = evidence_against(edge, successes, trials)
+            assert found == pytest.approx(1 / (1 - confidence), rel=1e-6)
+    for inner in np.linspace(*interval[1:], 5)[1:-1]:
+        assert evidence_against(inner, successes, trials) < 1 / (1 - confidence)
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.integers(1, 10**6).flatmap(lambda trials: st.tuples(st.integers(0, trials), st.just(trials))))
+def test_the_sequence_holds_the_estimate_and_is_wider_than_wilsons(case):
+    """Wider by how much looking often costs; with the very first trials alone, by how it is made."""
+    successes, trials = case
+    low, high = confidence_sequence(*case)[1:]
+    assert 0 <= low <= successes / trials <= high <= 1
+    assert (low == 0) == (successes == 0)
+    assert (high == 1) == (successes == trials)
+    fixed = wilson(*case)
+    assert high - low > fixed.high - fixed.low
+    if min(successes, trials - successes) >= 10:
+        assert low < fixed.low < fixed.high < high
+    mirrored = confidence_sequence(trials - successes, trials)
+    np.testing.assert_allclose((low, high), (1 - mirrored.high, 1 - mirrored.low), atol=1e-9)
+
+
+def test_more_confidence_is_wider_and_more_trials_are_narrower():
+    levels = [confidence_sequence(30, 100, confidence) for confidence in (0.5, 0.9, 0.95, 0.99, 0.9999)]
+    for narrow, wide in itertools.pairwise(levels):
+        assert wide.low < narrow.low < narrow.high < wide.high
+    assert confidence_sequence(30, 100) == levels[2]
+    widths = [
+        high - low for _, low, high in (confidence_sequence(3 * k, 10 * k) for k in (1, 10, 100, 10_000))
+    ]
+    assert widths == sorted(widths, reverse=True)
+    assert widths[-1] < 0.02
+
+
+def test_before_the_first_trial_nothing_is_known():
+    estimate, low, high = confidence_sequence(0, 0)
+    assert math.isnan(estimate)
+    assert (low, high) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(-1, 10), (11, 10), (0, -1), (math.nan, 10)])
+def test_a_sequence_of_impossible_counts_is_refused(successes, trials):
+    with pytest.raises(ValueError, match="successes <= trials"):
+        confidence_sequence(successes, trials)
+
+
+@pytest.mark.parametrize("confidence", [0.0, -0.1, 1.0, 1.5, math.nan])
+def test_a_sequence_of_an_impossible_confidence_is_refused(confidence):
+    with pytest.raises(ValueError, match="confidence = "):
+        confidence_sequence(1, 10, confidence)
+
+
+def ever_refuted(interval, rate, looks, sequences=2000):
+    """Return in which share of simulated sequences an interval misses the rate at one look or more."""
+    draws = np.random.default_rng(12).random((sequences, max(looks))) < rate
+    successes = draws.cumsum(axis=1)
+    missed = np.zeros(sequences, bool)
+    for trials in looks:
+        known = successes[:, trials - 1]
+        for value in np.unique(known):
+            _, low, high = interval(int(value), trials)
+            if not low <= rate <= high:
+                missed |= known == value
+    return missed.mean()
+
+
+@pytest.mark.parametrize("rate", [0.5, 0.9])
+def test_looking_after_every_trial_refutes_the_truth_no_more_often_than_said(rate):
+    """Time-uniform coverage, up to 5.3 standard errors: catches a sequence that fails in 10 % of cases."""
+    limit = 0.05 + 5.3 * math.sqrt(0.05 * 0.95 / 2000)
+    found = ever_refuted(confidence_sequence, rate, range(1, 1001))
+    assert 0.001 < found < limit
+
+
+@pytest.mark.parametrize("rate", [0.5, 0.9])
+def test_wilsons_interval_looked_at_every_10_trials_fails_far_more_often_than_said(rate):
+    assert ever_refuted(wilson, rate, range(10, 1001, 10)) > 0.2

@@ -1,0 +1,941 @@
+"""Sweeps: the same journal whoever does the work, and whatever ends it on the way."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections import Counter
+from concurrent.futures import CancelledError, Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from feasibee import FeasibeeError, wilson
+from feasibee.cli import main
+from feasibee.simulation import simulate_record
+from feasibee.stats import confidence_sequence
+from feasibee.study import crews
+from feasibee.study import sweep as sweeping
+from feasibee.study.journal import NAME, Journal
+from feasibee.study.plan import Until, study_of
+from feasibee.study.sweep import Crew, Progress, is_sure, play, sweep
+
+SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
+VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
+WORK = 200
+"""Robot-steps of one of these runs."""
+
+unix = pytest.mark.skipif(os.name == "nt", reason="no signals to send")
+slow = pytest.mark.skipif(
+    not os.environ.get("FEASIBEE_SLOW"), reason="half a minute; FEASIBEE_SLOW=1 runs it"
+)
+
+
+def study(**changes):
+    """Return a study of six points."""
+    return study_of({"runs": 24, "seed": 5, "scenario": SMALL, "sweep": VARIED, **changes}, Path())
+
+
+def everything(folder):
+    """Return all that the journal in a folder knows, by scenario and seed."""
+    with Journal(folder) as journal:
+        return {
+            (row.hash, row.seed): (
+                row.truth,
+                journal.columns(row.id).tolist(),
+                [(run, *map(bytes, counts)) for run, *counts in journal.curves(row.id)],
+            )
+            for row in journal.points
+        }
+
+
+def counts(folder):
+    """Return how many runs each point has."""
+    with Journal(folder) as journal:
+        there = journal.counts()
+        return [there.get(row.id, (0, 0))[0] for row in journal.points]
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def output_of(*arguments):
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def refused(*arguments):
+    """Return the only line on standard error of a command that must be refused."""
+    result = invoke(*arguments)
+    assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+class Here(Executor):
+    """Works at once, and keeps what it was asked for."""
+
+    def __init__(self):
+        self.asked = []
+
+    def submit(self, work, scenarios, pieces, *arguments):
+        self.asked.append(pieces)
+        future = Future()
+        future.set_result(work(scenarios, pieces, *arguments))
+        return future
+
+
+@pytest.fixture
+def small_chunks(monkeypatch):
+    """Chunks of two runs or so."""
+    monkeypatch.setattr(sweeping, "CHUNK_WORK", 2 * WORK)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The journal of the study, of 24 runs of each point with curves, without any interruption."""
+    folder = tmp_path_factory.mktemp("whole")
+    sweep(study(curves=True), folder, crews.threads(1))
+    return folder
+
+
+# --- What is in the journal ---
+
+
+def test_the_journal_holds_what_a_simulation_gives(whole):
+    plan = study(curves=True)
+    with Journal(whole) as journal:
+        assert [row.values for row in journal.points] == [point.values for point in plan.points]
+        for row, point in zip(journal.points, plan.points, strict=True):
+            record = simulate_record(point.scenario, 24, 5, curves=True)
+            columns = journal.columns(row.id)
+            np.testing.assert_array_equal(columns[:, 0], np.arange(24))
+            np.testing.assert_array_equal(columns[:, 1], record.decision)
+            np.testing.assert_array_equal(columns[:, 2], record.decision_step)
+            np.testing.assert_array_equal(columns[:, 3:], record.account)
+            feasible, infeasible = zip(*(counts for _, *counts in journal.curves(row.id)), strict=True)
+            np.testing.assert_array_equal(feasible, record.feasible_count)
+            np.testing.assert_array_equal(infeasible, record.infeasible_count)
+
+
+def test_chunks_change_nothing(whole, tmp_path, small_chunks):
+    assert sweep(study(curves=True), tmp_path, crews.threads(2)).runs_new == 144
+    assert everything(tmp_path) == everything(whole)
+
+
+def test_nothing_is_computed_again(tmp_path):
+    for runs, new in ((10, 60), (10, 0), (25, 90), (12, 0)):
+        done = sweep(study(runs=runs), tmp_path, crews.threads(1))
+        assert (done.runs_new, done.runs_done, done.runs) == (new, 6 * runs, 6 * runs)
+        assert (done.points_done, done.points) == (6, 6)
+    assert counts(tmp_path) == [25] * 6
+    fresh = tmp_path / "fresh"
+    sweep(study(runs=25), fresh, crews.threads(1))
+    assert everything(tmp_path) == everything(fresh)
+
+
+def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks):
+    sweep(study(runs=5), tmp_path, crews.threads(1))
+    with sqlite3.connect(tmp_path / NAME) as database:
+        database.execute("DELETE FROM runs WHERE point = 2 AND run IN (1, 2, 4)")
+    database.close()
+    here = Here()
+    sweep(study(runs=6), tmp_path, Crew(lambda: here, 1))
+    asked = Counter(
+        (point, first + k) for pieces in here.asked for point, first, runs in pieces for k in range(runs)
+    )
+    assert asked == Counter([*((place, 5) for place in range(6)), (1, 1), (1, 2), (1, 4)])
+
+
+def test_curves_may_be_asked_for_later(whole, tmp_path):
+    sweep(study(), tmp_path, crews.threads(1))
+    assert sweep(study(curves=True), tmp_path, crews.threads(1)).runs_new == 144
+    assert everything(tmp_path) == everything(whole)
+
+
+def test_a_changed_scenario_or_seed_has_rows_of_its_own(tmp_path):
+    sweep(study(runs=4), tmp_path, crews.threads(1))
+    before = everything(tmp_path)
+    changed = study(runs=4, scenario={**SMALL, "run": {"steps": 41}})
+    assert sweep(changed, tmp_path, crews.threads(1)).runs_new == 24
+    assert sweep(study(runs=4, seed=6), tmp_path, crews.threads(1)).runs_new == 24
+    after = everything(tmp_path)
+    assert len(after) == 18
+    assert {key: after[key] for key in before} == before
+
+
+def test_a_half_done_sweep_is_balanced(tmp_path, small_chunks):
+    """48 runs in pieces of 2: wherever it stops, no point is more than two pieces ahead of another."""
+    told = []
+
+    def tell(progress):
+        told.append(progress)
+        there = counts(tmp_path)
+        assert sum(there) == progress.runs_done
+        assert max(there) - min(there) <= 4
+        if progress.runs_done >= 100:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(study(runs=48), tmp_path, Crew(Here, 1), progress=tell)
+    assert 100 <= sum(counts(tmp_path)) < 110
+    assert told[0].runs_done == told[0].runs_new == 0
+    assert {(each.points, each.runs) for each in told} == {(6, 288)}
+
+
+# --- Who does the work ---
+
+
+def test_processes_give_the_same_and_a_death_is_survived(whole, tmp_path, small_chunks, monkeypatch):
+    """The spawned processes import this module, whose play ends the first that comes."""
+    monkeypatch.setattr(sweeping, "play", play_but_die_once)
+    monkeypatch.setenv("FEASIBEE_TEST_MARK", str(tmp_path / "died"))
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    done = sweep(study(curves=True), tmp_path / "out", crews.processes(2))
+    assert (tmp_path / "died").exists()
+    assert (done.runs_new, done.runs_done) == (144, 144)
+    assert everything(tmp_path / "out") == everything(whole)
+
+
+def play_but_die_once(*arguments):
+    mark = Path(os.environ["FEASIBEE_TEST_MARK"])
+    try:
+        mark.touch(exist_ok=False)
+    except FileExistsError:
+        return play(*arguments)
+    os._exit(1)
+
+
+class Mortal(Here):
+    """An executor whose worker dies of some pieces, and that is broken from then on, as those of Python."""
+
+    def __init__(self, deadly):
+        super().__init__()
+        self.deadly = deadly
+        self.broken = False
+
+    def submit(self, work, scenarios, pieces, *arguments):
+        if self.broken:
+            raise BrokenProcessPool("broken before")
+        if self.deadly(pieces):
+            self.broken = True
+            future = Future()
+            future.set_exception(BrokenProcessPool("a process was terminated abruptly"))
+            return future
+        return super().submit(work, scenarios, pieces, *arguments)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_few_deaths_lose_nothing(whole, tmp_path, small_chunks, workers):
+    deaths = Counter()
+    made = []
+
+    def deadly(pieces):
+        (piece, *_) = pieces
+        due = piece.first_run % 8 == 0 and piece.point in (1, 4) and deaths[piece] < 1
+        deaths[piece] += due
+        return due
+
+    def make():
+        made.append(Mortal(deadly))
+        return made[-1]
+
+    done = sweep(study(curves=True), tmp_path, Crew(make, workers))
+    assert len(made) > 3
+    assert done.runs_new == 144
+    assert everything(tmp_path) == everything(whole)
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_a_chunk_that_kills_every_worker_is_told(whole, tmp_path, small_chunks, workers):
+    """What was done before stays, and a later sweep that it doesn't kill goes on."""
+
+    def deadly(pieces):
+        return any(piece.point == 4 and piece.first_run >= 8 for piece in pieces)
+
+    made = []
+
+    def make():
+        made.append(Mortal(deadly))
+        return made[-1]
+
+    with pytest.raises(
+        FeasibeeError, match=r"workers died again and again.*out of memory; take fewer"
+    ) as caught:
+        sweep(study(curves=True), tmp_path, Crew(make, workers))
+    assert "\n" not in str(caught.value)
+    assert 3 <= len(made) <= 3 + 2 * workers
+    assert str(study().points[4].values) in str(caught.value)  # the one that did it, not one that was by
+    there = sum(counts(tmp_path))
+    assert there > 20
+    assert sweep(study(curves=True), tmp_path, crews.threads(1)).runs_new == 144 - there
+    assert everything(tmp_path) == everything(whole)
+
+
+class KilledWorker(Exception):  # noqa: N818
+    """Called as Dask's."""
+
+
+@pytest.mark.parametrize(
+    ("error", "rule"),
+    [(KilledWorker("task"), "workers died again and again"), (CancelledError(), "the cluster has gone")],
+)
+def test_what_a_cluster_may_say(tmp_path, error, rule):
+    class Far(Executor):
+        def submit(self, *arguments):
+            future = Future()
+            if isinstance(error, CancelledError):
+                future.cancel()
+                future.set_running_or_notify_cancel()
+            else:
+                future.set_exception(error)
+            return future
+
+    with pytest.raises(FeasibeeError, match=rule):
+        sweep(study(), tmp_path, Crew(Far, 2))
+    assert sum(counts(tmp_path)) == 0
+
+
+def test_an_error_of_the_work_isnt_hidden(tmp_path, monkeypatch):
+    def fail(*arguments):
+        raise MemoryError
+
+    monkeypatch.setattr(sweeping, "play", fail)
+    with pytest.raises(MemoryError):
+        sweep(study(), tmp_path, crews.threads(2))
+    monkeypatch.undo()
+    assert sweep(study(), tmp_path, crews.threads(2)).runs_new == 144
+
+
+def test_a_cluster_that_isnt_there_is_told():
+    class Empty:
+        class scheduler:  # noqa: N801
+            address = "tcp://10.0.0.1:8786"
+
+        def nthreads(self):
+            return {}
+
+    with pytest.raises(FeasibeeError, match=r"tcp://10\.0\.0\.1:8786: the cluster has no workers"):
+        crews.dask(Empty())
+
+
+def test_dask_that_isnt_installed_is_told(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(FeasibeeError, match=r"install feasibee\[dask\]"):
+        crews.dask("tcp://127.0.0.1:8786")
+
+
+@unix
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
+def test_a_dask_cluster_may_lose_a_worker(whole, tmp_path):
+    """Two real worker processes, one of them killed while the sweep goes on.
+
+    In a process of its own, since Dask leaves threads and open sockets behind.
+    """
+    code = """
+import os, signal, sys
+from pathlib import Path
+
+from distributed import Client, LocalCluster
+
+sys.path.insert(0, sys.argv[1])
+
+def main():
+    from test_sweep import WORK, crews, study, sweep, sweeping
+
+    sweeping.CHUNK_WORK = WORK
+    killed = []
+
+    def tell(progress):
+        if progress.runs_new >= 20 and not killed:
+            pids = client.run(os.getpid)
+            killed.append(min(pids.values()))
+            os.kill(killed[0], signal.SIGKILL)
+
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**options, local_directory=sys.argv[2]) as cluster, Client(cluster) as client:
+        done = sweep(study(curves=True), Path(sys.argv[2]) / "out", crews.dask(client), progress=tell)
+        left = set(client.run(os.getpid).values()) - set(killed)
+        print(done.runs_new, done.runs_done, len(killed), len(left))
+
+if __name__ == "__main__":
+    main()
+"""
+    script = tmp_path / "script.py"
+    script.write_text(code)
+    told = subprocess.run(
+        [sys.executable, script, Path(__file__).parent, tmp_path],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert told.returncode == 0, told.stderr
+    new, done, killed, left = map(int, told.stdout.split())
+    assert (new, done, killed) == (144, 144, 1)
+    assert left >= 1
+    assert everything(tmp_path / "out") == everything(whole)
+
+
+# --- Parts ---
+
+
+@pytest.mark.parametrize("parts", [3, 40])
+def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
+    """Also if there are more parts than runs."""
+    plan = study(curves=True)
+    folders = [tmp_path / str(part) for part in range(parts)]
+    if parts > 24:  # a few points are enough
+        plan = replace(plan, points=plan.points[:1])
+    total = 0
+    for part, folder in enumerate(folders):
+        done = sweep(plan, folder, crews.threads(1), shard=(part, parts))
+        assert done.runs_new == done.runs_done == done.runs == sum(counts(folder))
+        total += done.runs
+    assert total == 24 * len(plan.points)
+    told = output_of("merge", tmp_path / "all", *folders)
+    assert f"has {total} runs of {parts} parts" in told
+    merged, expected = everything(tmp_path / "all"), everything(whole)
+    assert merged == {key: expected[key] for key in merged}
+    assert len(merged) == len(plan.points)
+    assert sweep(plan, tmp_path / "all", crews.threads(1)).runs_new == 0
+
+
+def test_merging_what_is_no_sweep_is_refused(whole, tmp_path):
+    assert "has no journal.sqlite" in refused("merge", tmp_path / "all", whole, tmp_path / "nope")
+    output_of("merge", tmp_path / "all", whole)  # the same again, without it
+    assert everything(tmp_path / "all") == everything(whole)
+
+
+# --- Until it is sure ---
+
+
+def looks(until, runs):
+    """Return after how many runs a point is looked at."""
+    while True:
+        yield runs
+        if runs >= until.most:
+            return
+        runs = min(until.most, -(-3 * runs // 2))
+
+
+@pytest.mark.parametrize(
+    "until",
+    [Until(0.25, None, 2000), Until(None, 0.6, 400), Until(0.05, None, 70)],
+    ids=["width", "decided", "most"],
+)
+def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
+    """Each stops at the first look at which its interval is as wanted, or at the most runs."""
+    plan = replace(study(runs=20), until=until)
+    done = sweep(plan, tmp_path, crews.threads(1))
+    assert done.runs == done.runs_done == done.runs_new == sum(counts(tmp_path))
+    assert done.points_done == 6
+    with Journal(tmp_path) as journal:
+        for row in journal.points:
+            right = journal.columns(row.id)[:, 1] == row.truth
+            for runs in looks(until, 20):
+                _, low, high = confidence_sequence(int(right[:runs].sum()), runs)
+                if (high - low <= until.width) if until.width else not low <= until.decided <= high:
+                    break
+            assert right.size == runs
+    if until.most == 70:
+        assert set(counts(tmp_path)) == {70}
+    else:
+        assert len(set(counts(tmp_path))) > 1
+    assert sweep(plan, tmp_path, crews.threads(1)).runs_new == 0
+    for number, (chunk, crew) in enumerate([(WORK, crews.threads(3)), (7 * WORK, Crew(Here, 2))]):
+        monkeypatch.setattr(sweeping, "CHUNK_WORK", chunk)
+        sweep(plan, tmp_path / str(number), crew)
+        assert everything(tmp_path / str(number)) == everything(tmp_path)
+
+
+def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
+    plan = replace(study(runs=20), until=Until(0.25, None, 2000))
+    sweep(plan, tmp_path / "whole", crews.threads(1))
+    total = sum(counts(tmp_path / "whole"))
+
+    def tell(progress):
+        if progress.runs_new >= 70:
+            raise KeyboardInterrupt
+
+    new = 0
+    for _ in range(total):
+        try:
+            new += sweep(plan, tmp_path / "out", crews.threads(2), progress=tell).runs_new
+            break
+        except KeyboardInterrupt:
+            pass
+    assert everything(tmp_path / "out") == everything(tmp_path / "whole")
+
+
+def test_parts_cant_be_sure(tmp_path):
+    plan = replace(study(), until=Until(0.1, None, 1000))
+    with pytest.raises(FeasibeeError, match="don't shard"):
+        sweep(plan, tmp_path, crews.threads(1), shard=(0, 2))
+
+
+@pytest.mark.parametrize(
+    ("until", "right", "sure"),
+    [
+        (Until(0.2, None, 1), 50, False),
+        (Until(0.35, None, 1), 50, True),
+        (Until(None, 0.5, 1), 50, False),
+        (Until(None, 0.7, 1), 50, True),
+        (Until(None, 0.3, 1), 50, True),
+    ],
+)
+def test_what_it_is_to_be_sure(until, right, sure):
+    """50 of 100: from 0.34 to 0.66."""
+    assert is_sure(until, right, 100) is sure
+
+
+# --- Whatever ends it ---
+
+TOML = """
+runs = 24
+seed = 5
+curves = true
+[scenario]
+arena.side = 6.0
+robots.count = 5
+run.steps = 40
+[sweep]
+"tasks.count" = [2, 5, 9]
+"decision.strategy" = ["dmmd", "voter"]
+"""
+
+KILLING = """
+import os, random, signal, sys, time
+from pathlib import Path
+
+sys.path.insert(0, sys.argv[1])
+from test_sweep import WORK, crews, everything, study, sweep, sweeping
+
+sweeping.CHUNK_WORK = WORK
+folder, times = Path(sys.argv[2]), int(sys.argv[3])
+plan = study(curves=True)
+begin = time.monotonic()
+sweep(plan, folder / "whole", crews.threads(2))
+long = time.monotonic() - begin
+expected = everything(folder / "whole")
+chance = random.Random(8)
+killed = place = 0
+while killed < times:
+    out = folder / str(place)
+    child = os.fork()
+    if child == 0:
+        sweep(plan, out, crews.threads(2))
+        os._exit(0)
+    time.sleep(chance.choice([0.02, 0.7]) * long * chance.random())
+    os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        killed += 1
+        if out.exists() and (out / "journal.sqlite").exists() and killed % 2:
+            import sqlite3
+            database = sqlite3.connect(out / "journal.sqlite")
+            assert database.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+            database.close()
+        continue
+    assert os.WEXITSTATUS(status) == 0
+    assert everything(out) == expected
+    place += 1
+done = sweep(plan, folder / str(place), crews.threads(2))
+assert everything(folder / str(place)) == expected
+print(killed, place, done.runs_new)
+"""
+
+
+def kill(tmp_path, times):
+    """Kill sweeps at random moments, and see that the same call goes on to the same journal."""
+    told = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", KILLING, Path(__file__).parent, tmp_path, str(times)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert told.returncode == 0, told.stderr
+    return told.stdout
+
+
+@unix
+def test_a_sweep_that_is_killed_a_dozen_times_goes_on(tmp_path):
+    kill(tmp_path, 12)
+
+
+@slow
+@unix
+@pytest.mark.slow
+def test_a_sweep_that_is_killed_fifty_times_goes_on(tmp_path):
+    kill(tmp_path, 50)
+
+
+CHUNKED = """
+import signal, sys
+from feasibee.study import sweep
+from feasibee.cli import main
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
+sweep.CHUNK_WORK = 400
+main(prog_name="feasibee")
+"""
+
+
+def begin(tmp_path, *arguments, runs=20_000):
+    """Start a sweep of which some chunks are done when this returns; it would take long."""
+    (tmp_path / "study.toml").write_text(TOML)
+    log = tmp_path / "log.jsonl"
+    process = subprocess.Popen(
+        [
+            *(sys.executable, "-c", CHUNKED, "sweep", "study.toml", "--out", "out", "--log", log),
+            *("--runs", str(runs), *arguments),
+        ],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    until = time.monotonic() + 60
+    while not log.exists() or log.read_text().count("\n") < 4:
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    return process
+
+
+def check_part(folder, whole):
+    """See that the runs in a folder are those of the whole, as far as both go; return how many there are."""
+    found, expected = everything(folder), everything(whole)
+    assert found.keys() == expected.keys()
+    total = 0
+    for key, (truth, runs, curves) in found.items():
+        known = {row[0]: row for row in expected[key][1]}
+        drawn = {row[0]: row for row in expected[key][2]}
+        assert truth == expected[key][0]
+        assert [row for row in runs if row[0] in known] == [known[row[0]] for row in runs if row[0] in known]
+        assert [row[0] for row in curves] == [row[0] for row in runs]
+        assert all(row == drawn[row[0]] for row in curves if row[0] in drawn)
+        total += len(runs)
+    return total
+
+
+@unix
+def test_an_interrupt_ends_with_130_and_the_sweep_goes_on(whole, tmp_path):
+    process = begin(tmp_path, "--workers", "2")
+    process.send_signal(signal.SIGINT)
+    output, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert output == ""
+    assert len(errors.splitlines()) == 1
+    assert "interrupted" in errors
+    there = check_part(tmp_path / "out", whole)
+    assert there > 0
+    told = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
+    assert told[-1]["runs_done"] <= there
+    assert all(set(entry) == {"time", *vars(Progress(0, 0, 0, 0, 0, 0.0))} for entry in told)
+    before = sum(min(24, count) for count in counts(tmp_path / "out"))
+    assert f"{144 - before} runs in" in output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / "out")
+    check_part(tmp_path / "out", whole)
+    assert min(counts(tmp_path / "out")) >= 24
+
+
+@unix
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_no_worker_process_outlives_the_sweep(whole, tmp_path, how):
+    process = begin(tmp_path, "--processes", "--workers", "2")
+    workers = children(process.pid)
+    assert len(workers) >= 2
+    if how == signal.SIGINT:
+        os.killpg(process.pid, how)  # as a terminal does: to the workers, too
+    else:
+        process.kill()
+    _, errors = process.communicate(timeout=30)
+    assert process.returncode == (130 if how == signal.SIGINT else -signal.SIGKILL)
+    assert "Traceback" not in errors
+    until = time.monotonic() + 10
+    while any(map(lives, workers)):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    assert check_part(tmp_path / "out", whole) > 0
+
+
+def children(pid):
+    """Return the processes that another one has started."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            _, _, fields = path.read_text().rpartition(")")
+        except OSError:
+            continue
+        if int(fields.split()[1]) == pid:
+            found.append(int(path.parent.name))
+    if not found:
+        pytest.skip("no /proc here")
+    return found
+
+
+def lives(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@unix
+def test_a_full_disk_is_told_and_the_sweep_goes_on(whole, tmp_path):
+    """No file may grow beyond a megabyte here; the journal would have several."""
+    code = f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))\n{CHUNKED}"
+    (tmp_path / "study.toml").write_text(TOML)
+    arguments = ["sweep", "study.toml", "--out", "out"]
+    told = subprocess.run(
+        [sys.executable, "-c", code, *arguments, "--runs", "2000"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert told.returncode == 2, told.stderr
+    (line,) = told.stderr.splitlines()
+    assert "free some room, and run the same command again: nothing that was kept is lost" in line
+    there = check_part(tmp_path / "out", whole)
+    assert there > 100
+    missing = sum(max(0, 100 - count) for count in counts(tmp_path / "out"))
+    told = output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / "out", "--runs", 100)
+    assert f"{missing} runs in" in told
+    assert min(counts(tmp_path / "out")) >= 100
+    check_part(tmp_path / "out", whole)
+
+
+def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
+    """The second is refused; looking is allowed."""
+    (tmp_path / "study.toml").write_text(TOML)
+    out, seen = tmp_path / "out", []
+
+    def tell(progress):
+        if progress.runs_done in (0, 50, 100):
+            assert "another sweep writes here" in refused("sweep", tmp_path / "study.toml", "--out", out)
+            assert "another sweep writes here" in refused("merge", out, whole)
+            seen.append(sum(each["runs"] for each in json.loads(output_of("status", out, "--json"))))
+
+    sweep(study(curves=True), out, Crew(Here, 1), progress=tell)
+    assert seen == [0, 50, 100]
+    assert everything(out) == everything(whole)
+
+
+# --- On the command line ---
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A folder with a study, swept."""
+    folder = tmp_path_factory.mktemp("results")
+    (folder / "study.toml").write_text(TOML)
+    told = output_of("sweep", folder / "study.toml", "--out", folder / "out", "--workers", 1)
+    assert "144 runs in" in told
+    assert f"{folder / 'out'}/ has 144 runs of 6 points" in told
+    return folder / "out"
+
+
+def test_status_in_numbers_says_what_the_journal_holds(results, whole):
+    told = json.loads(output_of("status", results, "--json"))
+    expected = everything(whole)
+    assert len(told) == 6
+    for each in told:
+        truth, runs, _ = expected[each["hash"], each["seed"]]
+        decisions = Counter(row[1] for row in runs)
+        assert set(each["values"]) == set(VARIED)
+        assert each["truth"] == ("feasible" if truth else "infeasible")
+        assert each["runs"] == 24
+        assert [each[name] for name in ("feasible", "infeasible", "undecided")] == [
+            decisions[code] for code in (1, 0, -1)
+        ]
+        assert each["accuracy"] == wilson(decisions[truth], 24)._asdict()
+        assert set(each["decision_step"]) == {"q25", "median", "q75"}
+        assert each["bits_per_robot_and_step"] == pytest.approx(sum(row[3] for row in runs) / (24 * WORK))
+
+
+def test_status_in_words(results, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    told = output_of("status", results)
+    assert "144 runs of 6 points" in " ".join(told.split())
+    assert told.count("infeasible") == 2
+    assert told.count("voter") == 3
+
+
+def test_an_unbegun_point_has_a_status(tmp_path):
+    with Journal(tmp_path, write=True) as journal:
+        journal.add(study().points, 5)
+    assert {each["runs"] for each in json.loads(output_of("status", tmp_path, "--json"))} == {0}
+    assert "0 runs of 6 points" in " ".join(output_of("status", tmp_path).split())
+    assert "has no runs yet; run feasibee sweep first" in refused("plot", tmp_path, "--x", "tasks.count")
+
+
+def exported(kind, path):
+    import pandas as pd
+    import xarray as xr
+
+    if kind == "csv":
+        return pd.read_csv(path)
+    if kind == "parquet":
+        return pd.read_parquet(path)
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        recipe = json.loads(dataset.attrs["recipe"])
+        frame = dataset.load().to_dataframe().reset_index(drop=True)
+    assert {point["hash"] for point in recipe["points"]} == {key for key, _ in RECIPES}
+    return frame
+
+
+RECIPES = [(point.scenario.hash, 5) for point in study().points]
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
+def test_an_export_has_a_row_a_run(results, tmp_path, kind):
+    if kind == "parquet":
+        pytest.importorskip("pyarrow")
+    path = tmp_path / "runs"
+    assert f"144 runs are in {path}" in output_of("export", results, "--to", kind, "--out", path)
+    frame = exported(kind, path)
+    assert len(frame) == 144
+    assert list(frame.columns)[:6] == ["point", *VARIED, "seed", "truth", "run"]
+    with Journal(results) as journal:
+        for row in journal.points:
+            part = frame[frame["point"] == row.id]
+            np.testing.assert_array_equal(part.iloc[:, 5:], journal.columns(row.id))
+            for path, value in row.values.items():
+                assert set(part[path]) == {value}
+            assert (set(part["seed"]), set(part["truth"])) == ({5}, {int(row.truth)})
+
+
+@pytest.mark.parametrize(("kind", "name"), [("csv", "runs.csv"), ("netcdf", "runs.nc")])
+def test_an_export_lies_beside_the_journal(results, kind, name):
+    output_of("export", results, "--to", kind)
+    assert (results / name).is_file()
+    assert "can't be written" in refused("export", results, "--to", kind, "--out", results / "no" / "a")
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
+def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
+    """Where a study doesn't vary a field, its scenarios' own value stands; kinds that differ become text."""
+    if kind == "parquet":
+        pytest.importorskip("pyarrow")
+    for varied in (
+        {"tasks.count": [3, 4]},
+        {"radio.loss": [0.1], "robots.avoid_collisions": [True]},
+        {"arena.side": [7.0, [6.0, 5.0]], "radio.id_bits": [4]},
+    ):
+        sweep(study(runs=2, sweep=varied), tmp_path, crews.threads(1))
+    output_of("export", tmp_path, "--to", kind, "--out", tmp_path / "runs")
+    if kind == "netcdf":
+        import xarray as xr
+
+        with xr.open_dataset(tmp_path / "runs", engine="h5netcdf") as dataset:
+            frame = dataset.load().to_dataframe()
+    else:
+        frame = exported(kind, tmp_path / "runs")
+    assert frame["tasks.count"].tolist() == [3, 3, 4, 4, *[20] * 6]
+    np.testing.assert_allclose(frame["radio.loss"], [0, 0, 0, 0, 0.1, 0.1, 0, 0, 0, 0])
+    assert frame["robots.avoid_collisions"].astype(bool).tolist() == [*[False] * 4, True, True, *[False] * 4]
+    assert frame["arena.side"].tolist() == [*["6.0"] * 6, "7.0", "7.0", "[6.0, 5.0]", "[6.0, 5.0]"]
+    np.testing.assert_array_equal(frame["radio.id_bits"], [*[np.nan] * 6, 4, 4, 4, 4])
+
+
+def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert "install feasibee[parquet]" in refused(
+        "export", results, "--to", "parquet", "--out", tmp_path / "a"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("--x", "tasks.count"),
+        ("--x", "tasks.count", "--hue", "decision.strategy"),
+        ("--x", "decision.strategy", "--hue", "tasks.count", "--show", "undecided"),
+        ("--x", "tasks.count", "--y", "decision.strategy"),
+        ("--x", "robots.count", "--y", "tasks.count", "--show", "feasible"),
+    ],
+)
+@pytest.mark.parametrize("suffix", [".png", ".svg"])
+def test_figures(results, tmp_path, arguments, suffix):
+    path = tmp_path / f"figure{suffix}"
+    assert str(path) in output_of("plot", results, *arguments, "--out", path)
+    assert path.read_bytes()[:5] in (b"\x89PNG\r", b"<?xml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rule"),
+    [
+        (("--x", "tasks.coun"), "tasks.coun: isn't a field of the scenarios"),
+        (("--x", "tasks.count", "--hue", "nope"), "nope: isn't a field"),
+        (("--x", "tasks.count", "--y", "tasks.classes.0"), "tasks.classes.0: isn't a field"),
+        (("--x", "tasks.count", "--hue", "robots.count", "--y", "run.steps"), "leave one of them out"),
+        (("--x", "tasks.count", "--out", "figure.gif"), "end it with .png, .pdf or .svg"),
+        ((), "--x"),
+    ],
+)
+def test_figures_that_cant_be_drawn(results, arguments, rule):
+    before = sorted(results.iterdir())
+    assert rule in refused("plot", results, *arguments)
+    assert sorted(results.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "rule"),
+    [
+        (("--shard", "0/3"), "must be I/N"),
+        (("--shard", "4/3"), "must be I/N"),
+        (("--shard", "half"), "must be I/N"),
+        (("--runs", "0"), "--runs"),
+        (("--workers", "0"), "--workers"),
+        (("--dask", "tcp://127.0.0.1:1", "--processes"), "brings its own workers"),
+        (("--dask", "tcp://127.0.0.1:1", "--workers", "2"), "brings its own workers"),
+        (("--log", "nope/log"), "--log nope/log: can't be written"),
+    ],
+)
+def test_sweeps_that_make_no_sense(tmp_path, monkeypatch, arguments, rule):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text(TOML)
+    assert rule in refused("sweep", "study.toml", *arguments)
+
+
+@pytest.mark.parametrize("command", ["status", "export", "plot"])
+def test_a_folder_without_a_sweep_is_told(tmp_path, command):
+    arguments = ("--x", "tasks.count") if command == "plot" else ()
+    assert "name the folder of a sweep" in refused(command, tmp_path / "nope", *arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_on_the_command_line(whole, tmp_path):
+    (tmp_path / "study.toml").write_text(TOML)
+    for part in (1, 2):
+        output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / str(part), "--shard", f"{part}/2")
+        assert counts(tmp_path / str(part)) == [12] * 6
+    output_of("merge", tmp_path / "all", tmp_path / "1", tmp_path / "2")
+    assert everything(tmp_path / "all") == everything(whole)
+
+
+def test_a_piece_is_small_enough_for_the_memory(monkeypatch):
+    """A step of a run with curves takes 8 bytes; a piece has room for an eighth of a gigabyte."""
+    scenario = study(scenario={**SMALL, "run": {"steps": 10_000_000}}).points[0].scenario
+    assert sweeping._piece_size(scenario, 100, False) == 1
+    monkeypatch.setattr(sweeping, "CHUNK_WORK", 10**12)
+    assert sweeping._piece_size(scenario, 1000, False) == 125
+    assert sweeping._piece_size(scenario, 1000, True) == 1
+    assert sweeping._piece_size(scenario, 0, True) == 1
