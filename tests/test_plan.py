@@ -107,6 +107,11 @@ def test_whole_numbers_are_rounded_and_made_unique(study, given, expected):
     assert all(type(each) is int for each in found)
 
 
+def test_a_zipped_range_has_as_many_values_as_there_are_whole_numbers(study):
+    text = 'combine = "zip"\n[sweep]\n"tasks.count" = {linspace = [1, 4, 7]}\n"robots.count" = [5, 6, 7, 8]'
+    assert values(study(text), "tasks.count") == [1, 2, 3, 4]
+
+
 def test_whole_numbers_within_a_list_of_classes(study):
     text = """
     [[scenario.robots.classes]]
