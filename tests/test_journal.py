@@ -337,6 +337,17 @@ def test_a_read_only_folder_is_told(filled):
         filled.chmod(0o755)
 
 
+def test_a_journal_in_a_read_only_folder_can_be_read(filled, monkeypatch):
+    """SQLite would make files beside it."""
+    (filled / LOCK).unlink()
+    asked = []
+    monkeypatch.setattr(os, "access", lambda path, mode: asked.append((path, mode)))
+    with Journal(filled) as journal:
+        assert len(journal.columns(1)) == 30
+        assert [path.name for path in filled.iterdir()] == [NAME]
+    assert asked == [(filled, os.W_OK)]
+
+
 @pytest.mark.parametrize("name", [NAME, LOCK])
 def test_a_folder_in_the_way_is_told(tmp_path, name):
     (tmp_path / name).mkdir()

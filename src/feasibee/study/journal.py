@@ -7,6 +7,7 @@ known by the hash of its scenario, the seed, and its number.
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -98,7 +99,7 @@ class Journal:
             if write:
                 self._lock = self._locked()
             try:
-                self._database = sqlite3.connect(self.path, timeout=60, isolation_level=None)
+                self._database = self._connected(write)
                 self._open(write)
             except BaseException:
                 self.close()
@@ -262,6 +263,14 @@ class Journal:
                 ) from None
             raise
         return lock
+
+    def _connected(self, write: bool) -> sqlite3.Connection:
+        """Open the file; one that nobody may write to or beside, as a file that doesn't change."""
+        name, fixed = str(self.path), False
+        if not write and not self.path.with_name(f"{NAME}-wal").exists():
+            fixed = not os.access(self.folder, os.W_OK)
+            name = f"{self.path.resolve().as_uri()}?immutable=1" if fixed else name
+        return sqlite3.connect(name, timeout=60, isolation_level=None, uri=fixed)
 
     def _open(self, write: bool) -> None:
         self._database.execute("PRAGMA busy_timeout = 60000")
