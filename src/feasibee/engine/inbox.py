@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numba import float64, int32, int64, uint32
 
-from feasibee.engine.cells import lowest, popcount
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import choose
+from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.layout import (
     FEASIBLE_VOTES,
     FULL,

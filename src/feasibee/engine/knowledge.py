@@ -13,9 +13,9 @@ import math
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.cells import lowest, popcount
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import draw, philox
+from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.layout import (
     BITS,
     CENSUS,

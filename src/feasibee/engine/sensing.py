@@ -8,20 +8,11 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import (
-    block,
-    block_on_torus,
-    count_within,
-    fill,
-    first_bits,
-    lowest,
-    near,
-    popcount,
-    within,
-)
+from feasibee.engine.cells import block, block_on_torus, count_within, fill, first_bits, near
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose, draw, poisson
 from feasibee.engine.inbox import empty, hear, hear_few
+from feasibee.engine.instructions import lowest, popcount, within
 from feasibee.engine.knowledge import has, learn, merge, publish, told
 from feasibee.engine.layout import (
     ALWAYS,

@@ -5,9 +5,10 @@ from __future__ import annotations
 from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
-from feasibee.engine.cells import fill, first_bits, lowest, popcount
+from feasibee.engine.cells import fill, first_bits
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import draw, duration, philox, shuffle
+from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.knowledge import count_known, has, name
 from feasibee.engine.layout import (
     AGREED,
