@@ -133,10 +133,10 @@ def fill_robots(params, state):
 
 
 @kernel
-def label(state, i):
+def label(sets, i):
     """Return who a robot is, what it says (bit 1), and whether it disseminates (bit 0)."""
-    said = int32(has(state.sets[SAID], i))
-    return int32(i << 2) | said << int32(1) | int32(has(state.sets[DISSEMINATING], i))
+    said = int32(has(sets[SAID], i))
+    return int32(i << 2) | said << int32(1) | int32(has(sets[DISSEMINATING], i))
 
 
 @kernel

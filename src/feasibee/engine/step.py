@@ -111,7 +111,7 @@ def make_ready(params, state):
         word = draw(params, state.clock[RUN], i, 0, FIRST_OPINION)
         state.sets[OPINIONS, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
         if params.starts_neutral:
-            hold(state, i, int64(NO_OPINION))
+            hold(state.sets, i, int64(NO_OPINION))
         state.robots[WALKS, i] = 0
         head(params, state, i)
         state.robots[PHASES, i] = 0
@@ -160,7 +160,7 @@ def stop(params, state):
         state.sets[DISSEMINATING, i >> 5] &= ~bit(i)
         state.sets[SPEAKING, i >> 5] &= ~bit(i)
         state.sets[BLOCKED, i >> 5] &= ~bit(i)
-        state.robots[LABELS, i] = label(state, i)
+        state.robots[LABELS, i] = label(state.sets, i)
     count_opinions(params, state)
 
 
@@ -209,12 +209,12 @@ def end_exploration(params, state, i, quality, dissemination, say, value):
     said = mind.opinion
     if params.says:
         said = say(mind)
-    put(state, SPEAKING, i, said in (0, 1))
-    put(state, SAID, i, said == 1)
+    put(state.sets, SPEAKING, i, said == 1 or said == 0)
+    put(state.sets, SAID, i, said == 1)
     if params.value_scale > 0.0:
         share = min(max(value(mind), 0.0), 1.0)
         state.robots[TOLD_VALUE, i] = int32(share * params.value_scale + 0.5)
-    put(state, DISSEMINATING, i, True)
+    put(state.sets, DISSEMINATING, i, True)
     word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
     mean = dissemination(mind.quality, params.gain)
     enter_phase(state, i, duration(word, mean) + int32(params.dissemination_floor))
@@ -232,12 +232,12 @@ def end_dissemination(params, state, i, quality, decide):
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = decide(mind_of(params, state, i), received)
     if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
-        hold(state, i, decided)
+        hold(state.sets, i, decided)
     if params.commit:
         consider_commitment(params, state, i, feasible, votes)
     forget(params, state, i)
-    put(state, DISSEMINATING, i, False)
-    put(state, SPEAKING, i, False)
+    put(state.sets, DISSEMINATING, i, False)
+    put(state.sets, SPEAKING, i, False)
     enter_phase(state, i, duration(words[0], params.exploration))
 
 
@@ -259,7 +259,7 @@ def mind_of(params, state, i):
     """Return what a robot knows of itself."""
     quality = state.memory[i, 0]
     feasible_quality = quality
-    opinion = opinion_of(state, i)
+    opinion = opinion_of(state.sets, i)
     if opinion == 0:
         quality = 1.0 - quality
     elif opinion == NO_OPINION:
@@ -270,18 +270,18 @@ def mind_of(params, state, i):
 
 
 @kernel
-def opinion_of(state, i):
+def opinion_of(sets, i):
     """Return a robot's opinion."""
-    if has(state.sets[NEUTRAL], i):
+    if has(sets[NEUTRAL], i):
         return int64(NO_OPINION)
-    return int64(has(state.sets[OPINIONS], i))
+    return int64(has(sets[OPINIONS], i))
 
 
 @kernel
-def hold(state, i, opinion):
+def hold(sets, i, opinion):
     """Give a robot an opinion, or none."""
-    put(state, OPINIONS, i, opinion == 1)
-    put(state, NEUTRAL, i, opinion not in (0, 1))
+    put(sets, OPINIONS, i, opinion == 1)
+    put(sets, NEUTRAL, i, opinion != 1 and opinion != 0)
 
 
 @subroutine
@@ -302,7 +302,7 @@ def scarcest(params, state, i, quality):
 @subroutine
 def consider_commitment(params, state, i, feasible, votes):
     """Let a robot commit if others have long agreed with its opinion."""
-    opinion = opinion_of(state, i)
+    opinion = opinion_of(state.sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
     agrees = votes >= params.commit_heard and agreeing * params.commit_whole >= params.commit_share * votes
     if opinion == NO_OPINION or not agrees:
@@ -310,7 +310,7 @@ def consider_commitment(params, state, i, feasible, votes):
         return
     state.robots[AGREED, i] += int32(1)
     if state.robots[AGREED, i] >= params.commit_rounds:
-        put(state, COMMITTED, i, True)
+        put(state.sets, COMMITTED, i, True)
 
 
 @kernel
@@ -318,7 +318,7 @@ def enter_phase(state, i, lasts):
     """Let a robot begin a phase."""
     state.robots[PHASES, i] += int32(1)
     state.robots[PHASE_LEFT, i] = lasts
-    state.robots[LABELS, i] = label(state, i)
+    state.robots[LABELS, i] = label(state.sets, i)
 
 
 @kernel
@@ -328,12 +328,12 @@ def bit(i):
 
 
 @kernel
-def put(state, kind, i, member):
+def put(sets, kind, i, member):
     """Put a robot in a set, or take it out."""
     if member:
-        state.sets[kind, i >> 5] |= bit(i)
+        sets[kind, i >> 5] |= bit(i)
     else:
-        state.sets[kind, i >> 5] &= ~bit(i)
+        sets[kind, i >> 5] &= ~bit(i)
 
 
 @kernel
