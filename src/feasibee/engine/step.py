@@ -170,7 +170,8 @@ def advance_paper(params, state, quality, dissemination, decide, say, value):
     move_freely(state)
     tick(state)
     sense_paper(params, state)
-    finish(params, state, quality, dissemination, decide, say, value)
+    rate_paper(params, state, quality)
+    finish(params, state, dissemination, decide, say, value)
 
 
 @passage
@@ -181,11 +182,12 @@ def advance_beyond(params, state, quality, dissemination, decide, say, value):
     move_where_clear(params, state)
     tick(state)
     sense_beyond(params, state)
-    finish(params, state, quality, dissemination, decide, say, value)
+    rate_beyond(params, state, quality)
+    finish(params, state, dissemination, decide, say, value)
 
 
 @passage
-def finish(params, state, quality, dissemination, decide, say, value):
+def finish(params, state, dissemination, decide, say, value):
     """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
@@ -193,18 +195,17 @@ def finish(params, state, quality, dissemination, decide, say, value):
         while left:
             i = int64(32 * w + lowest(left))
             if has(state.sets[DISSEMINATING], i):
-                end_dissemination(params, state, i, quality, decide)
+                end_dissemination(params, state, i, decide)
             else:
-                end_exploration(params, state, i, quality, dissemination, say, value)
+                end_exploration(params, state, i, dissemination, say, value)
             left = uint32(left & uint32(left - uint32(1)))
     state.clock[STEP] += 1
     count_opinions(params, state)
 
 
 @kernel
-def end_exploration(params, state, i, quality, dissemination, say, value):
-    """Rate the own opinion, and broadcast it for as long as that warrants (model.md 4.3, 4.4)."""
-    rate(params, state, i, quality)
+def end_exploration(params, state, i, dissemination, say, value):
+    """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
     if params.says:
@@ -221,10 +222,8 @@ def end_exploration(params, state, i, quality, dissemination, say, value):
 
 
 @kernel
-def end_dissemination(params, state, i, quality, decide):
+def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
-    if params.knowledge:
-        rate(params, state, i, quality)
     words = philox(state.robots[PHASES, i], i, state.clock[RUN], PHASE, params.seed_low, params.seed_high)
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
@@ -234,24 +233,47 @@ def end_dissemination(params, state, i, quality, decide):
     if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
         hold(state.sets, i, decided)
     if params.commit:
-        consider_commitment(params, state, i, feasible, votes)
+        consider_commitment(params, state.robots[AGREED], state.sets, i, feasible, votes)
     forget(params, state, i)
     put(state.sets, DISSEMINATING, i, False)
     put(state.sets, SPEAKING, i, False)
     enter_phase(state, i, duration(words[0], params.exploration))
 
 
+@passage
+def rate_paper(params, state, quality):
+    """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
+    for w in range(state.sets.shape[1]):
+        left = uint32(state.sets[ENDING, w] & ~state.sets[DISSEMINATING, w])
+        while left:
+            rate(params, state, int64(32 * w + lowest(left)), quality)
+            left = uint32(left & uint32(left - uint32(1)))
+
+
 @kernel
 def rate(params, state, i, quality):
-    """Find the quality of *feasible*: that of the scarcest skills (model.md 4.3, 6.7)."""
-    if params.knowledge:
-        count_known(params, state, KNOWN, i)
-    if state.seen.shape[0] > 0:
-        state.memory[i, 0] = scarcest(params, state, i, quality)
-    else:
-        floor = params.quality_floor
-        robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
-        state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
+    """Find the quality of *feasible* from what a robot counted."""
+    floor = params.quality_floor
+    robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
+    state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
+
+
+@subroutine
+def rate_beyond(params, state, quality):
+    """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
+    for w in range(state.sets.shape[1]):
+        left = state.sets[ENDING, w]
+        if not params.knowledge:
+            left = uint32(left & ~state.sets[DISSEMINATING, w])
+        while left:
+            i = int64(32 * w + lowest(left))
+            if params.knowledge:
+                count_known(params, state, KNOWN, i)
+            if state.seen.shape[0] > 0:
+                state.memory[i, 0] = scarcest(params, state, i, quality)
+            else:
+                rate(params, state, i, quality)
+            left = uint32(left & uint32(left - uint32(1)))
 
 
 @kernel
@@ -284,7 +306,7 @@ def hold(sets, i, opinion):
     put(sets, NEUTRAL, i, opinion != 1 and opinion != 0)
 
 
-@subroutine
+@kernel
 def scarcest(params, state, i, quality):
     """Return the least quality over the sets of skills of which anything was seen (model.md 6.7)."""
     least, floor = 2.0, params.quality_floor
@@ -300,17 +322,17 @@ def scarcest(params, state, i, quality):
 
 
 @subroutine
-def consider_commitment(params, state, i, feasible, votes):
+def consider_commitment(params, agreed, sets, i, feasible, votes):
     """Let a robot commit if others have long agreed with its opinion."""
-    opinion = opinion_of(state.sets, i)
+    opinion = opinion_of(sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
     agrees = votes >= params.commit_heard and agreeing * params.commit_whole >= params.commit_share * votes
     if opinion == NO_OPINION or not agrees:
-        state.robots[AGREED, i] = 0
+        agreed[i] = 0
         return
-    state.robots[AGREED, i] += int32(1)
-    if state.robots[AGREED, i] >= params.commit_rounds:
-        put(state.sets, COMMITTED, i, True)
+    agreed[i] += int32(1)
+    if agreed[i] >= params.commit_rounds:
+        put(sets, COMMITTED, i, True)
 
 
 @kernel
