@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import float64, int32, int64, uint32
 
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose
 from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.layout import (
@@ -24,7 +24,7 @@ from feasibee.engine.layout import (
 from feasibee.vocabulary import NO_OPINION
 
 
-@kernel
+@passage
 def hear_few(params, state, speaking):
     """Put what each robot hears from those noted beside it into its inbox."""
     sight = state.few[SIGHT]

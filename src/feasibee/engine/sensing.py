@@ -58,7 +58,7 @@ def sense_paper(params, state):
         sense_many(params, state)
 
 
-@kernel
+@passage
 def sense_few(params, state):
     """Sense in a swarm of at most 32."""
     xs, ys = state.robots[X], state.robots[Y]

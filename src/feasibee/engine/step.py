@@ -203,7 +203,7 @@ def finish(params, state, dissemination, decide, say, value):
     count_opinions(params, state)
 
 
-@kernel
+@passage
 def end_exploration(params, state, i, dissemination, say, value):
     """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
     mind = mind_of(params, state, i)
@@ -221,7 +221,7 @@ def end_exploration(params, state, i, dissemination, say, value):
     enter_phase(state, i, duration(word, mean) + int32(params.dissemination_floor))
 
 
-@kernel
+@passage
 def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
     words = philox(state.robots[PHASES, i], i, state.clock[RUN], PHASE, params.seed_low, params.seed_high)
