@@ -34,7 +34,10 @@ def passage(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner."""
+    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner.
+
+    numba makes a copy for each constant that is passed, hence ``int64(KNOWN)`` in place of ``KNOWN`` there.
+    """
     compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
     return compiled
 

@@ -119,7 +119,7 @@ def read_table(params, state, i, word):
     if 0 < params.inbox_size < votes:
         oldest = oldest_kept(params, state, i)
         votes = params.inbox_size
-        feasible_votes = count(params, state, i, oldest, 1, params.robots)
+        feasible_votes = count(params, state, i, oldest, int64(1), params.robots)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
     if params.value_scale > 0.0 and votes > 0:

@@ -71,14 +71,14 @@ def name(params, state):
         find_namesakes(params, state)
     for thing in range(state.marks.size):
         holder = int64(state.robots[IDENTITY, thing]) if thing < params.robots else int64(thing)
-        words = philox(0, holder, state.clock[RUN], NAMING, params.seed_low, params.seed_high)
+        words = philox(int64(0), holder, state.clock[RUN], int64(NAMING), params.seed_low, params.seed_high)
         state.marks[thing] = words[1]
     if params.knowledge:
         state.knowledge[:] = uint32(0)
         if params.knowledge != TALLY:
             for i in range(params.robots):
                 me = int64(state.robots[IDENTITY, i])
-                learn(params, state, KNOWN, i, me, int64(state.kinds.of[i]))
+                learn(params, state, int64(KNOWN), i, me, int64(state.kinds.of[i]))
 
 
 @subroutine
@@ -88,7 +88,7 @@ def find_namesakes(params, state):
     size = 4 * table.shape[1]
     table[:] = 0
     for i in range(params.robots):
-        words = philox(0, i, state.clock[RUN], NAMING, params.seed_low, params.seed_high)
+        words = philox(int64(0), i, state.clock[RUN], int64(NAMING), params.seed_low, params.seed_high)
         ids[i] = int32(words[0] >> uint32(32 - params.id_bits))
         place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
         holder = table[place & 3, place >> 2]
@@ -175,7 +175,7 @@ def lie(params, state, i):
         thing += params.tasks
         number = params.robots + 1
     for k in range(number):
-        learn(params, state, TOLD, i, int64(thing + k), column)
+        learn(params, state, int64(TOLD), i, int64(thing + k), column)
 
 
 @subroutine
@@ -243,7 +243,7 @@ def length(params, state, i):
     if params.knowledge == TALLY:
         rows, largest = rows_of(words, classes)
         return 5 + rows * (1 + params.id_bits + classes * bit_length(int64(largest))) + 1
-    count_known(params, state, TOLD, i)
+    count_known(params, state, int64(TOLD), i)
     robot = 1 + params.id_bits + bit_length(params.robot_classes - 1)
     task = 1 + POSITION_BITS + bit_length(classes - params.robot_classes - 1)
     bits = int64(2)

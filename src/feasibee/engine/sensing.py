@@ -150,7 +150,7 @@ def look(params, state, i):
     )
 
 
-@subroutine
+@passage
 def look_closely(params, state, i):
     """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3)."""
     x, y = state.robots[X, i], state.robots[Y, i]
@@ -186,7 +186,8 @@ def look_closely(params, state, i):
                 see(params, state, i, params.robots + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-    see_falsely(params, state, i)
+    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
+        see_falsely(params, state, i)
 
 
 @kernel
@@ -194,7 +195,7 @@ def see(params, state, i, thing, kind, is_robot):
     """Count one thing of a class, or enter it in what the robot knows."""
     column = kind if is_robot else params.robot_classes + kind
     if params.knowledge:
-        learn(params, state, KNOWN, i, thing, column)
+        learn(params, state, int64(KNOWN), i, thing, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
     elif is_robot:

@@ -210,7 +210,7 @@ def end_exploration(params, state, i, dissemination, say, value):
     said = mind.opinion
     if params.says:
         said = say(mind)
-    put(state.sets, SPEAKING, i, said == 1 or said == 0)
+    put(state.sets, SPEAKING, i, 0 <= said <= 1)
     put(state.sets, SAID, i, said == 1)
     if params.value_scale > 0.0:
         share = min(max(value(mind), 0.0), 1.0)
@@ -224,7 +224,9 @@ def end_exploration(params, state, i, dissemination, say, value):
 @passage
 def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
-    words = philox(state.robots[PHASES, i], i, state.clock[RUN], PHASE, params.seed_low, params.seed_high)
+    words = philox(
+        int64(state.robots[PHASES, i]), i, state.clock[RUN], int64(PHASE), params.seed_low, params.seed_high
+    )
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
@@ -268,7 +270,7 @@ def rate_beyond(params, state, quality):
         while left:
             i = int64(32 * w + lowest(left))
             if params.knowledge:
-                count_known(params, state, KNOWN, i)
+                count_known(params, state, int64(KNOWN), i)
             if state.seen.shape[0] > 0:
                 state.memory[i, 0] = scarcest(params, state, i, quality)
             else:
@@ -303,7 +305,7 @@ def opinion_of(sets, i):
 def hold(sets, i, opinion):
     """Give a robot an opinion, or none."""
     put(sets, OPINIONS, i, opinion == 1)
-    put(sets, NEUTRAL, i, opinion != 1 and opinion != 0)
+    put(sets, NEUTRAL, i, not 0 <= opinion <= 1)
 
 
 @kernel
