@@ -130,9 +130,11 @@ def contenders_of(
         changes = [{"decision.strategy": name, "decision.parameters": {}} for name in names]
         own = scenario.decision.strategy
         changes = [{} if name == own else each for name, each in zip(names, changes, strict=True)]
+    short = [Path(name).name for name in names]
+    labels = [brief if short.count(brief) == 1 else name for brief, name in zip(short, names, strict=True)]
     return {
-        Path(name).name: scenario.replace({**each, "run.stop_at_decision": False})
-        for name, each in zip(names, changes, strict=True)
+        label: scenario.replace({**each, "run.stop_at_decision": False})
+        for label, each in zip(labels, changes, strict=True)
     }
 
 

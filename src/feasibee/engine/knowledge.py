@@ -185,9 +185,14 @@ def merge(params, state, i, sender):
         for k in range(state.knowledge.shape[2]):
             state.knowledge[KNOWN, i, k] |= state.knowledge[TOLD, sender, k]
     else:
+        own, end = int64(0), int64(0)
+        if params.knowledge == TALLY:  # nobody knows its own row better
+            own = int64(state.robots[IDENTITY, i]) * state.kinds.adds.shape[1]
+            end = own + state.kinds.adds.shape[1]
         for k in range(state.knowledge.shape[2]):
             heard = state.knowledge[TOLD, sender, k]
-            state.knowledge[KNOWN, i, k] = max(heard, state.knowledge[KNOWN, i, k])
+            if not own <= k < end:
+                state.knowledge[KNOWN, i, k] = max(heard, state.knowledge[KNOWN, i, k])
 
 
 @subroutine

@@ -52,12 +52,14 @@ def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
 
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     """Say what doesn't compile, and in which line."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    place = next((found[1] for line in lines if (found := re.search(r"line (\d+)\)", line))), "?")
-    what = next((line for line in lines if not line.startswith(("Failed in", "File", "During"))), "")
-    what = re.sub(r"\x1b\[[0-9;]*m", "", what)
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
+    place = re.search(r"line (\d+)\)", text) or re.search(r'File "[^"]*", line (\d+)', text)
+    empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
+    what = next((line for line in lines if not line.startswith(empty)), lines[0])
+    line = place[1] if place else getattr(strategy, name).__code__.co_firstlineno
     return (
-        f"{strategy.name}, line {place}: {name} doesn't compile: {what}; "
+        f"{strategy.name}, line {line}: {name} doesn't compile: {what}; "
         "a strategy computes with numbers and math only"
     )
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import inspect
 import math
+import sys
 import traceback
 from functools import cache
 from importlib.metadata import entry_points
@@ -68,10 +70,12 @@ def registered() -> list[str]:
 
 
 def _read(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"feasibee_strategy_{path.stem}", path)
+    digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:8]
+    spec = importlib.util.spec_from_file_location(f"feasibee_strategy_{path.stem}_{digest}", path)
     if spec is None or spec.loader is None or not path.is_file():
         raise FeasibeeError("is no file; name a file of Python")
     module = importlib.util.module_from_spec(spec)
+    sys.modules[module.__name__] = module  # compiled code on disk names its module
     try:
         spec.loader.exec_module(module)
     except Exception as error:
