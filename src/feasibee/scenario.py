@@ -124,6 +124,7 @@ class Scenario(BaseModel):
 
     def _resolve(self) -> None:
         """Fill in what follows from other fields, without marking it as set."""
+        self.__dict__["preset"] = None  # its values are in their places: it is no other scenario without
         if self.radio.range is None:
             self._put("radio", range=self.sensing.range)
         parameters = {**self.strategy.parameters, **self.decision.parameters}
@@ -139,6 +140,9 @@ class Scenario(BaseModel):
         section = getattr(self, name)
         changed = section.model_construct(_fields_set=section.model_fields_set, **{**dict(section), **values})
         self.__dict__[name] = changed
+
+    def __hash__(self) -> int:
+        return hash(self.hash)
 
     @property
     def strategy(self) -> Strategy:

@@ -9,7 +9,7 @@ import math
 import sys
 import traceback
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -58,7 +58,7 @@ def load(name: str) -> Strategy:
         found = [point for point in entry_points(group=GROUP) if point.name == name]
         if not found:
             raise FeasibeeError("names no strategy")
-        module = found[0].load()
+        module = _imported(found[0])
     path = Path(module.__file__ or "")
     _check(module, path)
     return of_module(name, module, path.read_text(encoding="utf-8"))
@@ -67,6 +67,16 @@ def load(name: str) -> Strategy:
 def registered() -> list[str]:
     """Return the names of the strategies of other packages."""
     return sorted(point.name for point in entry_points(group=GROUP))
+
+
+def _imported(point: EntryPoint) -> ModuleType:
+    try:
+        module = point.load()
+    except Exception as error:
+        raise FeasibeeError(f"{point.value} can't be imported: {_said(error)}") from None
+    if not isinstance(module, ModuleType):
+        raise FeasibeeError(f"{point.value} isn't a module, which it must be")
+    return module
 
 
 def _read(path: Path) -> ModuleType:
