@@ -234,7 +234,7 @@ def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dic
     problems = []
     for path, value in changes.items():
         *way, last = path.split(".")
-        if not (way or path in Scenario.model_fields) or "" in (*way, last):
+        if not (way or path == "preset") or "" in (*way, last):
             rule = "isn't the path of a field"
             problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
             continue
