@@ -8,9 +8,9 @@ import pytest
 from feasibee import Scenario, reference
 from feasibee.engine import layout, runner, translation
 from feasibee.record import Record
-from feasibee.robot import Controller
+from feasibee.robot import Controller, Message
 from feasibee.simulation import simulate_record
-from feasibee.strategies import dmmd
+from feasibee.strategies import STRATEGIES, dmmd
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
 UNIT = 2**32 / SIDE
@@ -22,11 +22,10 @@ class Engine:
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
         self.params = translation.params_of(scenario, 0)
-        self.state = layout.empty_state(self.params, translation.kinds_of(scenario, self.params), 64)
+        memory = scenario.strategy.memory
+        self.state = layout.empty_state(self.params, translation.kinds_of(scenario, self.params), 64, memory)
         start, self.advance, *self.strategy = runner.engine_functions(scenario)
-        start(self.params, self.state, 0)
-        self.opinions = self.state.sets[layout.OPINIONS]
-        self.disseminating = self.state.sets[layout.DISSEMINATING]
+        start(layout.packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
         self.state.robots[[layout.X, layout.Y], :count] = fixed.T
@@ -35,31 +34,63 @@ class Engine:
             spots = (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32)
             self.state.task_cells.points[[layout.X, layout.Y], : len(tasks)] = spots.T
         self.state.robots[layout.PHASE_LEFT, :count] = LONG
-        self.opinions[:] = 0
-        self.disseminating[:] = 0
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
-            self.opinions[i // 32] |= np.uint32(opinion << i % 32)
-            self.disseminating[i // 32] |= np.uint32(speaks << i % 32)
-            self.state.robots[layout.LABELS, i] = 4 * i + 2 * opinion + speaks
+            self.put(layout.OPINIONS, i, opinion == 1)
+            self.put(layout.NEUTRAL, i, opinion == -1)
+            self.put(layout.SAID, i, opinion == 1)
+            self.put(layout.SPEAKING, i, speaks and opinion >= 0)
+            self.put(layout.DISSEMINATING, i, speaks)
+            self.state.robots[layout.LABELS, i] = 4 * i + 2 * (opinion == 1) + speaks
 
-    def end_phase_of(self, i):
-        self.state.robots[layout.PHASE_LEFT, i] = 1
+    def put(self, kind, i, member):
+        word = self.state.sets[kind]
+        word[i // 32] &= ~np.uint32(1 << i % 32)
+        word[i // 32] |= np.uint32(bool(member) << i % 32)
+
+    def has(self, kind, i):
+        return bool(int(self.state.sets[kind, i // 32]) >> i % 32 & 1)
+
+    def tell(self, i, value):
+        """Let a robot send a number."""
+        self.state.robots[layout.TOLD_VALUE, i] = value
+
+    def rate(self, i, quality):
+        """Give a robot a quality of *feasible*."""
+        self.state.memory[i, 0] = quality
+
+    def end_phase_of(self, i, after=1):
+        self.state.robots[layout.PHASE_LEFT, i] = after
 
     def step(self):
         until = self.state.clock[layout.STEP] + 1
         record = Record.empty(0, 1, 0)
         unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
-        outcome = record.decision, record.decision_step, record.feasible_count[0]
-        self.advance(self.params, self.state, until, *outcome, *unwatched, *self.strategy)
+        curves = record.feasible_count[0], record.infeasible_count[0]
+        outcome = record.decision, record.decision_step, *curves, record.account[0]
+        self.advance(layout.packed(self.params), self.state, until, *outcome, *unwatched, *self.strategy)
 
     def seen(self, i):
         return tuple(self.state.counts[[layout.ROBOTS_SEEN, layout.TASKS_SEEN], i])
 
     def opinion(self, i):
-        return int(self.opinions[i // 32] >> np.uint32(i % 32)) & 1
+        return -1 if self.has(layout.NEUTRAL, i) else int(self.has(layout.OPINIONS, i))
 
     def speaks(self, i):
-        return bool(int(self.disseminating[i // 32] >> np.uint32(i % 32)) & 1)
+        return self.has(layout.DISSEMINATING, i)
+
+    def committed(self, i):
+        return self.has(layout.COMMITTED, i)
+
+    def memory(self, i):
+        return self.state.memory[i, 1:].tolist()
+
+    @property
+    def bits_sent(self):
+        return int(self.state.clock[layout.BITS])
+
+    @property
+    def ids(self):
+        return self.state.robots[layout.IDENTITY]
 
 
 class Plain:
@@ -74,31 +105,58 @@ class Plain:
             robot.mind.opinion = opinion
             robot.mind.disseminating = bool(speaks)
             robot.mind.phase_left = LONG
+            robot.mind._said = opinion
+            robot.mind._value = 0
         self.swarm.tasks = [(round(x * UNIT), round(y * UNIT)) for x, y in tasks]
+        self.minds = [robot.mind for robot in self.swarm.robots]
 
-    def end_phase_of(self, i):
-        self.swarm.robots[i].mind.phase_left = 1
+    def tell(self, i, value):
+        self.minds[i]._value = value
+
+    def rate(self, i, quality):
+        self.minds[i].feasible_quality = quality
+
+    def end_phase_of(self, i, after=1):
+        self.minds[i].phase_left = after
 
     def step(self):
         self.swarm.step()
 
     def seen(self, i):
-        mind = self.swarm.robots[i].mind
-        return sum(mind.robots_seen), sum(mind.tasks_seen)
+        return sum(self.minds[i].robots_seen), sum(self.minds[i].tasks_seen)
 
     def opinion(self, i):
-        return self.swarm.robots[i].mind.opinion
+        return self.minds[i].opinion
 
     def speaks(self, i):
-        return self.swarm.robots[i].mind.disseminating
+        return self.minds[i].disseminating
+
+    def committed(self, i):
+        return self.minds[i].committed
+
+    def memory(self, i):
+        return self.minds[i]._memory
+
+    @property
+    def bits_sent(self):
+        return self.swarm.bits_sent
+
+    @property
+    def ids(self):
+        return [self.swarm.names.id(i) for i in range(len(self.minds))]
+
+
+NEVER = {"decision.commit.rounds": 1_000_000}
+"""Nobody ever commits; but messages say so, so that the engine takes its way for worlds beyond the paper."""
 
 
 @pytest.fixture(
-    params=[(Engine, 0), (Engine, 40), (Plain, 0)], ids=["engine, few", "engine, many", "reference"]
+    params=[(Engine, 0, {}), (Engine, 40, {}), (Engine, 0, NEVER), (Plain, 0, {})],
+    ids=["engine, few", "engine, many", "engine, beyond", "reference"],
 )
 def world(request):
     """Build a world; ``many`` puts 40 silent robots far away, so that the engine takes its other way."""
-    mind, extra = request.param
+    mind, extra, beyond = request.param
 
     def build(places, tasks=(), opinions=None, disseminating=None, changes=None):
         count = len(places)
@@ -107,7 +165,7 @@ def world(request):
         crowd = [(12.0, 12.0)] * extra
         scenario = Scenario(
             arena={"side": SIDE}, robots={"count": count + extra, "speed": 0.0}, tasks={"count": len(tasks)}
-        ).replace(changes or {})
+        ).replace({**beyond, **(changes or {})})
         return mind(scenario, [*places, *crowd], list(tasks), opinions, disseminating)
 
     return build
@@ -269,11 +327,13 @@ def test_dissemination_lasts_in_proportion_to_the_quality_of_the_own_opinion(opi
         means.append(mean)
         return 1
 
-    robot = Controller(dmmd, opinion, draw, exploration=4.0, gain=10.0)
+    robot = Controller(
+        STRATEGIES["dmmd"], opinion, draw, draw_choice=lambda: (0.0, 0.0), exploration=4.0, gain=10.0
+    )
     robot.observe(robots=3, tasks=1)
     robot.end_step()
     assert means == [4.0, mean]
-    assert robot.message == opinion
+    assert robot.message() == Message(opinion)
 
 
 @pytest.mark.parametrize(

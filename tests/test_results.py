@@ -21,6 +21,8 @@ RECORD = Record(
     decision=np.array([1, -1], np.int8),
     decision_step=np.array([2, -1], np.int32),
     feasible_count=np.array([[3, 4, 5, 5], [2, 2, 3, 2]], np.int32),
+    infeasible_count=np.array([[2, 1, 0, 0], [3, 3, 2, 3]], np.int32),
+    account=np.array([[70, -1, 0, 0], [65, 3, 4, 1]]),
 )
 
 
@@ -174,7 +176,8 @@ def test_opened_results_do_not_hold_the_file(tmp_path):
 
 
 def test_curves_are_packed(tmp_path):
-    record = Record(0, np.zeros(100, np.int8), np.zeros(100, np.int32), np.zeros((100, 1001), np.int32))
+    record = Record.empty(0, 100, 1001)
+    record.feasible_count[:] = 0
     save_results(label(record, SCENARIO, 0), tmp_path / "a.nc")
     assert (tmp_path / "a.nc").stat().st_size < record.feasible_count.nbytes / 4
 

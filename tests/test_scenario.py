@@ -37,6 +37,8 @@ PAPER = {
         "strategy": "dmmd",
         "exploration": 10.0,
         "gain": 10.0,
+        "dissemination_floor": 0,
+        "quality_floor": 0,
         "listen": "always",
         "inbox": "latest-per-robot",
         "own_vote": True,
@@ -51,7 +53,7 @@ PAPER = {
     },
     "run": {"steps": 1000, "stop_at_decision": False},
 }
-"""The names and defaults of issues 2 and 3, on which other tools rely."""
+"""The names and defaults of issues 2 to 4, on which other tools rely."""
 
 OTHER_VALUES = {
     "arena.side": 21.0,
@@ -78,8 +80,11 @@ OTHER_VALUES = {
     "radio.range": 3.0,
     "radio.loss": 0.1,
     "decision.exploration": 11.0,
+    "decision.strategy": "dmvd",
     "decision.gain": 11.0,
-    "decision.listen": "dissemination",
+    "decision.dissemination_floor": 1,
+    "decision.quality_floor": 1,
+    "decision.listen": {"last": 3},
     "decision.inbox": "every-message",
     "decision.own_vote": False,
     "decision.threshold": 0.8,
@@ -91,7 +96,12 @@ OTHER_VALUES = {
     "run.steps": 999,
     "run.stop_at_decision": True,
 }
-SINGLE_VALUED = {"decision.strategy"}
+UNSET = {
+    "radio.id_bits": 8,
+    "decision.inbox_size": 4,
+    "decision.commit": {"quorum": 0.8, "rounds": 2, "heard": 1},
+}
+"""Fields that the paper's scenario leaves out, and values for them."""
 PATHS = [f"{section}.{key}" for section, table in PAPER.items() for key in table]
 
 
@@ -197,12 +207,14 @@ def test_a_scenario_is_read_from_its_file(tmp_path):
 
 
 def test_every_field_has_another_value_to_try():
-    assert set(OTHER_VALUES) | SINGLE_VALUED == set(PATHS)
+    assert set(OTHER_VALUES) == set(PATHS)
+    assert all(OTHER_VALUES[path] != at(PAPER, path) for path in PATHS)
 
 
 def test_every_field_changes_the_hash():
-    hashes = {Scenario(**table_of(path, value)).hash for path, value in OTHER_VALUES.items()}
-    assert len(hashes | {Scenario().hash}) == len(OTHER_VALUES) + 1
+    others = {**OTHER_VALUES, **UNSET}
+    hashes = {Scenario(**table_of(path, value)).hash for path, value in others.items()}
+    assert len(hashes | {Scenario().hash}) == len(others) + 1
     assert all(re.fullmatch("[0-9a-f]{64}", text) for text in hashes)
 
 
@@ -244,15 +256,16 @@ def test_a_radio_that_was_set_stays_through_replace():
     assert Scenario().replace({"radio.range": 5.0}).replace({"sensing.range": 3.0}).radio.range == 5.0
 
 
-@pytest.mark.parametrize("path", OTHER_VALUES)
+@pytest.mark.parametrize("path", [*OTHER_VALUES, *UNSET])
 def test_replace_changes_one_field_and_leaves_the_original(path):
     original = Scenario()
-    changed = original.replace({path: OTHER_VALUES[path]}).to_dict()
+    value = {**OTHER_VALUES, **UNSET}[path]
+    changed = original.replace({path: value}).to_dict()
     assert original.to_dict() == PAPER
     expected = {name: dict(table) for name, table in PAPER.items()}
-    expected[path.split(".")[0]][path.split(".")[1]] = OTHER_VALUES[path]
+    expected[path.split(".")[0]][path.split(".")[1]] = value
     if path == "sensing.range":
-        expected["radio"]["range"] = OTHER_VALUES[path]
+        expected["radio"]["range"] = value
     assert changed == expected
 
 
@@ -363,10 +376,28 @@ WRONG = [
     ("radio.range", -2.0, "> 0", "default"),
     ("radio.range", 10.001, "half the side", "arena.side"),
     ("radio.range", "far", "number", "default"),
-    ("decision.strategy", "dmvd", "'dmmd'", "dmmd"),
+    ("decision.strategy", "dmdm", "one of dmmd, dmvd, dc, voter, majority, k-unanimity,", "dmmd"),
+    ("decision.strategy", "none.py", "is no file", "dmmd"),
+    ("decision.strategy", 5, "string", "dmmd"),
+    ("decision.parameters", 5, "table", "[decision.parameters]"),
+    ("decision.dissemination_floor", -1, "≥ 0", "0"),
+    ("decision.dissemination_floor", 0.5, "whole number", "0"),
+    ("decision.quality_floor", -1, "≥ 0", "0"),
+    ("decision.inbox_size", 0, "≥ 1", "default"),
+    ("decision.inbox_size", 1.5, "whole number", "default"),
+    ("decision.commit", True, "table", "[decision.commit]"),
+    ("radio.id_bits", 0, "≥ 1", "default"),
+    ("radio.id_bits", 33, "≤ 32", "default"),
+    ("decision.listen", {"last": 0}, "{last = 3}", "always"),
+    ("decision.listen", {"last": 1.0}, "{last = 3}", "always"),
+    ("decision.listen", {"last": True}, "{last = 3}", "always"),
+    ("decision.listen", {"first": 3}, "{last = 3}", "always"),
+    ("decision.listen", {"last": 3, "first": 3}, "{last = 3}", "always"),
+    ("decision.listen", {}, "{last = 3}", "always"),
+    ("decision.listen", 3, "{last = 3}", "always"),
     ("decision.exploration", 0.0, "> 0", "10.0"),
     ("decision.gain", -1.0, "> 0", "10.0"),
-    ("decision.listen", "never", "'always' or 'dissemination'", "always"),
+    ("decision.listen", "never", "'always', 'dissemination', or {last = 3}", "always"),
     ("decision.inbox", "latest", "'latest-per-robot' or 'every-message'", "latest-per-robot"),
     ("decision.own_vote", 0, "true or false", "true"),
     ("decision.threshold", 0.49, "≥ 0.5", "0.9"),
@@ -804,6 +835,8 @@ TYPES = {
 def accepts(schema, value, root):
     """Validate with what our schema uses of JSON Schema; an unknown keyword is a KeyError."""
     number = isinstance(value, NUMBER) and not isinstance(value, bool)
+    table = value if isinstance(value, dict) else {}
+    others = set(table) - set(schema.get("properties", {}))
     rules = {
         "$ref": lambda ref: accepts(root["$defs"][ref.rpartition("/")[2]], value, root),
         "anyOf": lambda options: any(accepts(option, value, root) for option in options),
@@ -811,9 +844,16 @@ def accepts(schema, value, root):
             isinstance(value, TYPES[name]) and (name == "boolean") == isinstance(value, bool)
         ),
         "properties": lambda fields: all(
-            accepts(field, value[key], root) for key, field in fields.items() if key in value
+            accepts(field, table[key], root) for key, field in fields.items() if key in table
         ),
-        "additionalProperties": lambda allowed: allowed or set(value) <= set(schema["properties"]),
+        "additionalProperties": lambda allowed: all(
+            accepts(allowed, table[key], root) if isinstance(allowed, dict) else allowed for key in others
+        ),
+        "propertyNames": lambda names: all(accepts({**names, "type": "string"}, key, root) for key in table),
+        "required": lambda keys: set(keys) <= set(table),
+        "minProperties": lambda bound: len(table) >= bound,
+        "minLength": lambda bound: isinstance(value, str) and len(value) >= bound,
+        "maxLength": lambda bound: isinstance(value, str) and len(value) <= bound,
         "const": lambda only: value == only,
         "enum": lambda several: value in several,
         "minimum": lambda bound: number and value >= bound,
@@ -830,14 +870,16 @@ def accepts(schema, value, root):
 
 def field_schemas():
     schema = Scenario.model_json_schema()
-    for section, reference in schema["properties"].items():
+    sections = {name: each for name, each in schema["properties"].items() if name != "preset"}
+    for section, reference in sections.items():
         for key, field in schema["$defs"][reference["$ref"].rpartition("/")[2]]["properties"].items():
             yield f"{section}.{key}", field
 
 
 def test_the_schema_lists_every_field_with_its_default_and_meaning():
     fields = dict(field_schemas())
-    unset = {"robots.points", "robots.classes", "tasks.points", "tasks.classes"}
+    lists = {"robots.points", "robots.classes", "tasks.points", "tasks.classes"}
+    unset = {*lists, *UNSET, "decision.parameters"}
     assert [path for path in fields if path not in unset] == PATHS
     assert unset < set(fields)
     for path, field in fields.items():
@@ -864,7 +906,8 @@ def test_the_schema_accepts_its_own_defaults():
 def test_the_schema_refuses_what_a_single_field_must_not_be():
     schema = Scenario.model_json_schema()
     for path, value, rule, _ in WRONG:
-        takes_two_fields_to_see = "half the side" in rule
-        assert accepts(schema, table_of(path, value), schema) == takes_two_fields_to_see, (path, value)
-    for path, value in OTHER_VALUES.items():
+        # Strategies are found among files and packages, and ranges compared with the arena.
+        takes_more_to_see = "half the side" in rule or (path == "decision.strategy" and value != 5)
+        assert accepts(schema, table_of(path, value), schema) == takes_more_to_see, (path, value)
+    for path, value in {**OTHER_VALUES, **UNSET}.items():
         assert accepts(schema, table_of(path, value), schema), (path, value)
