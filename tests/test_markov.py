@@ -18,9 +18,9 @@ import pytest
 from feasibee import Scenario
 from feasibee.simulation import simulate_record
 
-RUNS = 12_000
+RUNS = 8000
 Z = 5.3  # two-sided alpha of 1.2e-7
-ROUNDS = 25
+ROUNDS = 20
 
 
 def scenario_of(count, strategy, loss=0.0, **decision):
@@ -75,7 +75,7 @@ def majorities(count, loss, own_vote=True):
             chance = comb(for_it, a) * comb(against, b) * hears ** (a + b) * loss ** (count - 1 - a - b)
             lead = a - b + (2 * own - 1 if own_vote else 0)
             chances[own, holders] += chance * (own if lead == 0 else lead > 0)
-    return chances
+    return np.clip(chances, 0, 1)
 
 
 def transitions(chances):
@@ -88,7 +88,7 @@ def transitions(chances):
             stayed = comb(holders, a) * stay**a * (1 - stay) ** (holders - a)
             joined = comb(count - holders, b) * join**b * (1 - join) ** (count - holders - b)
             matrix[holders, a + b] += stayed * joined
-    return np.minimum(matrix, 1)
+    return matrix
 
 
 def absorption(matrix):
@@ -134,9 +134,9 @@ def unfinished(matrix):
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
 @pytest.mark.parametrize("loss", [0.0, 0.4])
 def test_voters_follow_their_chain(count, loss):
-    """Catches a transition's probability off by 0.03, an end's by 0.05: the own opinion among those drawn.
+    """Catches a transition's probability off by 0.04, an end's by 0.07: the own opinion among those drawn.
 
-    Each state is left some 8,000 times, and the middle ones are the start of some 4,000 runs.
+    The middle states are left more than 5,000 times, and are the start of some 2,000 runs.
     """
     matrix = transitions(voters(count, loss))
     rounds = rounds_of(count, "voter", loss)
@@ -151,7 +151,7 @@ def test_voters_follow_their_chain(count, loss):
 @pytest.mark.parametrize("own_vote", [True, False])
 @pytest.mark.parametrize("loss", [0.3, 0.6])
 def test_majorities_follow_their_chain(count, own_vote, loss):
-    """Catches a transition's probability off by 0.03, an end's by 0.05: a tie broken otherwise, the own vote."""
+    """Catches a transition's probability off by 0.04, an end's by 0.07: a tie broken otherwise, the own vote."""
     matrix = transitions(majorities(count, loss, own_vote))
     rounds = rounds_of(count, "majority", loss, own_vote)
     chances = absorption(matrix)
@@ -173,7 +173,7 @@ def test_majorities_that_hear_all_are_decided_by_the_start(count):
 
 @pytest.mark.parametrize("count", [3, 6])
 def test_the_step_of_absorption_has_its_distribution(count):
-    """Catches a share of runs absorbed by some step that is off by 0.025."""
+    """Catches a share of runs absorbed by some step that is off by 0.03."""
     matrix = transitions(voters(count, 0.0))
     record = simulate_record(scenario_of(count, "voter"), RUNS, seed=77)
     start = np.array([comb(count, k) for k in range(count + 1)]) / 2**count
@@ -187,7 +187,7 @@ def test_the_step_of_absorption_has_its_distribution(count):
 def test_a_random_voter_is_any_of_those_heard(strategy):
     """Of six, one with opinion 1 gives it up, and each other takes it with probability 1/5, by itself.
 
-    Catches a probability off by 0.06: this start comes some 1,100 times.
+    Catches a probability off by 0.1: this start comes some 750 times.
     """
     rounds = rounds_of(6, strategy)
     after = rounds[rounds[:, 0] == 1, 1]

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
-from feasibee.scenario import Arena, Radio, Robots, Sensing, Tasks
+from feasibee.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
 PAPER = {
@@ -763,6 +763,261 @@ def test_a_missing_csv_is_told(tmp_path):
     (problem,) = problems_of({"tasks": {"placement": "points", "points": str(tmp_path / "none.csv")}})
     assert problem.path == "tasks.points"
     assert "can't be read: No such file" in problem.rule
+
+
+# --- Strategies, their parameters, commitment, and the field's presets ---
+
+CLASSES = {"classes": [LIFTERS, {"name": "b", "count": 7}]}
+REFUSED = [
+    (
+        {"decision": {"inbox": "every-message", "inbox_size": 3}},
+        "decision.inbox_size = 3: counts robots, which isn't known with inbox = \"every-message\"; "
+        'leave one of them out, or choose inbox = "latest-per-robot"',
+    ),
+    *(
+        (
+            {"decision": {"strategy": name, "inbox": "every-message"}},
+            f"decision.inbox = 'every-message': {name} sends a number, of which only each robot's latest is "
+            'kept; choose inbox = "latest-per-robot"',
+        )
+        for name in ("dc", "average")
+    ),
+    *(
+        (
+            {"decision": {"strategy": name, "quality_floor": 1}},
+            f"decision.quality_floor = 1: {name} rates what the swarm knows, not the counts of one "
+            "exploration; leave it out",
+        )
+        for name in ("tally", "estimate", "census", "sketch")
+    ),
+    (
+        {"decision": {"strategy": "census"}, "radio": {"id_bits": 8}, "robots": CLASSES},
+        "radio.id_bits = 8: lets robots of two classes have one id, of which a census can't tell the class; "
+        "leave it out, or choose sketch",
+    ),
+    *(
+        (
+            {"decision": {"strategy": name}, "sensing": {f"false_{kind}": 0.5}},
+            f"sensing.false_{kind} = 0.5: {name} counts things by name, and what isn't there has none; "
+            "leave it out, or choose tally",
+        )
+        for name in ("census", "sketch")
+        for kind in ("robots", "tasks")
+    ),
+    (
+        {"decision": {"strategy": "census"}, "robots": {"count": 1_000_000}},
+        "decision.strategy = 'census': what 1000000 robots know would take 233 GiB, over 4; "
+        "choose sketch or average, or fewer robots",
+    ),
+    (
+        {"decision": {"strategy": "tally"}, "robots": {"count": 30_000}},
+        "decision.strategy = 'tally': what 30000 robots know would take 13 GiB, over 4; "
+        "choose sketch or average, or fewer robots",
+    ),
+    (
+        {"decision": {"parameters": {"k": 2.0}}},
+        "decision.parameters.k = 2.0: dmmd has no such parameter; it has none",
+    ),
+    (
+        {"decision": {"strategy": "bayes", "parameters": {"k": 2.0}}},
+        "decision.parameters.k = 2.0: bayes has no such parameter; it has credence, positive_feedback",
+    ),
+    (
+        {"decision": {"strategy": "bayes", "parameters": {"credence": "high"}}},
+        "decision.parameters.credence = 'high': must be a number; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"quorum": 1.5}}},
+        "decision.commit.quorum = 1.5: must be ≤ 1; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"quorum": 0.1234567891}}},
+        "decision.commit.quorum = 0.1234567891: must have at most 9 decimals; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"rounds": 0}}},
+        "decision.commit.rounds = 0: must be ≥ 1; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"heard": 0}}},
+        "decision.commit.heard = 0: must be ≥ 1; leave it out for the default",
+    ),
+    (
+        {"preset": "subcdm-2025", "decision": {"strategy": "census"}},
+        "decision.quality_floor = 1: census rates what the swarm knows, not the counts of one exploration; "
+        "leave it out",
+    ),
+    (
+        {"preset": "valentini-2016", "decision": {"inbox": "every-message"}},
+        "decision.inbox_size = 2: counts robots, which isn't known with inbox = \"every-message\"; "
+        'leave one of them out, or choose inbox = "latest-per-robot"',
+    ),
+    (
+        {"preset": "valentini"},
+        "preset = 'valentini': must be 'valentini-2016', 'minimize-surprise' or 'subcdm-2025'; "
+        "leave it out for the default",
+    ),
+    ({"preset": "subcdm-2025", "decision": 5}, "decision = 5: must be a table; write [decision] and its fields below"),
+    (
+        {"decision": {"strategy": "census", "quality_floor": -1}},
+        "decision.quality_floor = -1: must be ≥ 0; the paper uses 0",
+    ),
+    (
+        {"decision": {"strategy": "census"}, "radio": {"id_bits": 0}, "robots": CLASSES},
+        "radio.id_bits = 0: must be ≥ 1; leave it out for the default",
+    ),
+]
+
+
+@pytest.mark.parametrize(("tables_", "line"), REFUSED)
+def test_what_strategies_have_no_use_for_is_refused(tables_, line):
+    assert told(tables_) == line
+
+
+@pytest.mark.parametrize(
+    "tables_",
+    [
+        {"decision": {"strategy": "census"}, "radio": {"id_bits": 8}},
+        {"decision": {"strategy": "sketch"}, "radio": {"id_bits": 8}, "robots": CLASSES},
+        {"decision": {"strategy": "tally"}, "sensing": {"false_robots": 0.5}},
+        {"decision": {"strategy": "k-unanimity", "inbox": "every-message"}},
+        {"decision": {"strategy": "average", "quality_floor": 1, "inbox_size": 3}},
+        {"decision": {"strategy": "tally"}, "robots": {"count": 16_000}},
+        {"decision": {"strategy": "sketch"}, "robots": {"count": 1_000_000}},
+    ],
+)
+def test_what_strategies_have_a_use_for_is_not_refused(tables_):
+    assert Scenario(**tables_).strategy.name == tables_["decision"]["strategy"]
+
+
+def test_parameters_have_the_strategys_order_and_defaults():
+    """So that the functions find them by their place."""
+    turned = {"positive_feedback": 0, "credence": 0.9}
+    scenario = Scenario(decision={"strategy": "bayes", "parameters": turned})
+    assert list(scenario.decision.parameters.items()) == [("credence", 0.9), ("positive_feedback", 0.0)]
+    whole = Scenario(decision={"strategy": "bayes"})
+    assert whole.decision.parameters == {"credence": 0.95, "positive_feedback": 1.0}
+    assert whole.replace({"decision.strategy": "dmmd"}).decision.parameters == {}
+    assert tomllib.loads(whole.to_toml())["decision"]["parameters"] == whole.decision.parameters
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    written = Scenario(decision={"strategy": "bayes", "parameters": dict(whole.decision.parameters)})
+    assert (written, written.hash) == (whole, whole.hash)
+
+
+def test_commitment_has_defaults_and_comes_back_from_toml():
+    scenario = Scenario(decision={"commit": {}, "listen": {"last": 3}})
+    commit = scenario.decision.commit
+    assert (commit.quorum, commit.rounds, commit.heard) == (0.9, 3, 3)
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert Scenario.from_toml("[decision]\nlisten = {last = 3}\n[decision.commit]\n") == scenario
+
+
+PRESETS = {  # model.md 7, at ten ticks a second: 10 s are 100 steps, 3 s are 30
+    "valentini-2016": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.dissemination_floor": 30,
+        "decision.listen": {"last": 30},
+        "decision.inbox_size": 2,
+        "run.steps": 10_000,
+    },
+    "minimize-surprise": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.dissemination_floor": 30,
+        "decision.listen": {"last": 30},
+        "decision.inbox_size": 4,
+        "run.steps": 10_000,
+    },
+    "subcdm-2025": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.listen": "dissemination",
+        "decision.inbox_size": 2,
+        "decision.quality_floor": 1,
+        "radio.id_bits": 8,
+        "run.steps": 10_000,
+    },
+}
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_is_what_that_controller_does_and_the_paper_elsewhere(name):
+    scenario = Scenario(preset=name)
+    assert scenario == Scenario().replace(PRESETS[name])
+    assert scenario.hash == Scenario().replace(PRESETS[name]).hash
+    assert scenario.decision.own_vote
+    assert scenario.decision.inbox == "latest-per-robot"
+    assert Scenario.from_toml(f'preset = "{name}"') == scenario
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_lies_under_what_is_given(name):
+    given_tables = {"decision": {"gain": 7.0, "strategy": "dmvd"}, "tasks": {"count": 3}, "run": {"steps": 9}}
+    changes = {f"{section}.{key}": v for section, table in given_tables.items() for key, v in table.items()}
+    scenario = Scenario(preset=name, **given_tables)
+    assert scenario == Scenario().replace({**PRESETS[name], **changes})
+    sections = {"decision": Decision(gain=7.0, strategy="dmvd"), "tasks": Tasks(count=3), "run": Run(steps=9)}
+    assert Scenario(preset=name, **sections) == scenario
+    assert Scenario(preset=name).replace(changes) == scenario
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_is_gone_once_it_is_applied(name):
+    """The complete form holds its values, so that nobody needs to know what it was."""
+    scenario = Scenario(preset=name)
+    assert "preset" not in tomllib.loads(scenario.to_toml())
+    again = Scenario.from_toml(scenario.to_toml())
+    assert (again, again.hash) == (scenario, scenario.hash)
+    assert len({scenario, again}) == 1
+
+
+# --- Changes deep inside ---
+
+
+def test_replace_reaches_into_lists_and_tables():
+    mixed = Scenario(**MIXED)
+    changed = mixed.replace({"robots.classes.0.count": 9, "robots.classes.1.skills": ["scan"]})
+    assert [each.count for each in changed.robots.classes] == [9, 1]
+    assert changed.robots.classes[1].skills == ("scan",)
+    assert changed.robots.count == 10
+    assert mixed.robots.classes[0].count == 4
+    assert mixed.replace({"tasks.classes.0.needs.push": 2}).tasks.classes[0].needs["push"] == 2
+    moved = mixed.replace({"tasks.points.1": [5.0, 6.0]})
+    assert moved.tasks.points == ((1.0, 2.5), (5.0, 6.0), (30.0, 12.5))
+
+
+def test_replace_makes_the_tables_on_its_way():
+    commit = Scenario().replace({"decision.commit.quorum": 0.7}).decision.commit
+    assert (commit.quorum, commit.rounds) == (0.7, 3)
+    first = Scenario(decision={"commit": {"rounds": 5}})
+    assert first.replace({"decision.commit.quorum": 0.7}).decision.commit.rounds == 5
+    assert first.replace({"decision.commit": None}).decision.commit is None
+    assert Scenario().replace({"decision.listen.last": 4}).decision.listen == {"last": 4}
+    bayes = Scenario().replace({"decision.strategy": "bayes", "decision.parameters.credence": 0.8})
+    assert bayes.decision.parameters == {"credence": 0.8, "positive_feedback": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        ("robots.classes.7.count", "robots.classes.7.count = 3: leads through something that isn't there; "),
+        ("robots.classes.x.count", "robots.classes.x.count = 3: leads through something that isn't there; "),
+        ("robots.classes.7", "robots.classes.7 = 3: leads through something that isn't there; "),
+        ("arena.boundary.x", "arena.boundary.x = 3: leads through something that isn't there; "),
+        ("robots..count", "robots..count = 3: isn't the path of a field; write section.field"),
+        ("robots.classes.", "robots.classes. = 3: isn't the path of a field; write section.field"),
+        ("robots.classes.0.cuont", "robots.classes.0.cuont = 3: unknown key; "),
+        ("robots.classes.0.name", "robots.classes.0.name = 3: must be a string; "),
+        ("decision.commit.quorm", "decision.commit.quorm = 3: unknown key; "),
+        ("decision.commit.quorum", "decision.commit.quorum = 3: must be ≤ 1; "),
+    ],
+)
+def test_replace_tells_of_paths_that_lead_nowhere(path, line):
+    with pytest.raises(ScenarioError) as caught:
+        Scenario(**MIXED).replace({path: 3})
+    assert str(caught.value).startswith(line)
+    assert len(caught.value.problems) == 1
 
 
 # --- Files and texts that are no scenario ---
