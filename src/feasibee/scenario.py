@@ -5,7 +5,6 @@ A short text resolves to one complete form, which is hashed, stored and run. The
 
 from __future__ import annotations
 
-import copy
 import difflib
 import hashlib
 import json
@@ -230,7 +229,7 @@ def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dic
 
     A number in a path is a place in a list: ``robots.classes.0.count``.
     """
-    changed = copy.deepcopy(dict(tables))
+    changed = _open(tables)
     problems = []
     for path, value in changes.items():
         *way, last = path.split(".")
@@ -252,9 +251,16 @@ def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dic
     return changed, problems
 
 
+def _open(value: Any) -> Any:
+    """Return a copy of nested tables in which a place of any list can be changed."""
+    if isinstance(value, Mapping):
+        return {key: _open(each) for key, each in value.items()}
+    return [_open(each) for each in value] if isinstance(value, tuple | list) else value
+
+
 def _step_into(table: Any, part: str) -> Any:
     """Return what is in a table or list, which has it from now on."""
-    if isinstance(table, tuple | list):
+    if isinstance(table, list):
         return table[int(part)]
     if table.get(part) is None:
         table[part] = {}
