@@ -347,6 +347,7 @@ def test_dissemination_lasts_in_proportion_to_the_quality_of_the_own_opinion(opi
 
 # --- The rivals: how an inbox becomes an opinion ---
 
+
 def crowd(world, own, votes, strategy, disseminating=True, **changes):
     """Build robot 0 with an opinion among robots that tell theirs."""
     places = [(4, 4)] + [(4 + 0.1 * k, 4) for k in range(len(votes))]
@@ -540,7 +541,9 @@ def test_a_bayes_bot_that_saw_as_many_robots_as_tasks_is_silent(world):
 # --- Evidence kept, averaged and passed on ---
 
 
-@pytest.mark.parametrize(("strategy", "seen"), [("dmmd", (0, 1)), ("accumulate", (0, 3)), ("average", (0, 3))])
+@pytest.mark.parametrize(
+    ("strategy", "seen"), [("dmmd", (0, 1)), ("accumulate", (0, 3)), ("average", (0, 3))]
+)
 def test_evidence_is_kept_over_explorations_or_thrown_away(world, strategy, seen):
     swarm = world([(4, 4)], tasks=[(4, 4.5)], opinions=[1], changes={"decision.strategy": strategy})
     swarm.step()
@@ -809,7 +812,7 @@ def test_liars_are_believed_and_lend_their_lie_all_quality(world, strategy, says
     ("strategy", "says", "heard"),
     [
         ("tally", "feasible", (4, 0)),  # all four sightings were robots
-        ("tally", "infeasible", (0, 4 + 1)),  # all were tasks; and what robot 1 itself has made robot 0 believe
+        ("tally", "infeasible", (0, 4 + 1)),  # all were tasks, and robot 1's own lie comes back
         ("census", "feasible", (1 + 2 + 1, 1)),  # itself, as many invented as tasks, and whom it heard
         ("census", "infeasible", (1 + 1, 1 + 3)),  # as many invented as robots, and one more
     ],

@@ -189,7 +189,12 @@ def test_a_missing_function_is_told_with_what_to_write(write, name):
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("def decide(mind, inbox)", "def decide(mind)", 16, "decide must take 2; write def decide(mind, inbox)"),
+        (
+            "def decide(mind, inbox)",
+            "def decide(mind)",
+            16,
+            "decide must take 2; write def decide(mind, inbox)",
+        ),
         ("def quality(robots_seen, tasks_seen)", "def quality(*seen)", 8, "quality must take 2"),
         ("(quality, gain)", "(quality, gain, more=1)", 12, "dissemination must take 2"),
         ("import math", "import maths", 3, "ModuleNotFoundError: No module named 'maths'"),

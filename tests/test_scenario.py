@@ -771,7 +771,7 @@ CLASSES = {"classes": [LIFTERS, {"name": "b", "count": 7}]}
 REFUSED = [
     (
         {"decision": {"inbox": "every-message", "inbox_size": 3}},
-        "decision.inbox_size = 3: counts robots, which isn't known with inbox = \"every-message\"; "
+        'decision.inbox_size = 3: counts robots, which isn\'t known with inbox = "every-message"; '
         'leave one of them out, or choose inbox = "latest-per-robot"',
     ),
     *(
@@ -849,7 +849,7 @@ REFUSED = [
     ),
     (
         {"preset": "valentini-2016", "decision": {"inbox": "every-message"}},
-        "decision.inbox_size = 2: counts robots, which isn't known with inbox = \"every-message\"; "
+        'decision.inbox_size = 2: counts robots, which isn\'t known with inbox = "every-message"; '
         'leave one of them out, or choose inbox = "latest-per-robot"',
     ),
     (
@@ -857,7 +857,10 @@ REFUSED = [
         "preset = 'valentini': must be 'valentini-2016', 'minimize-surprise' or 'subcdm-2025'; "
         "leave it out for the default",
     ),
-    ({"preset": "subcdm-2025", "decision": 5}, "decision = 5: must be a table; write [decision] and its fields below"),
+    (
+        {"preset": "subcdm-2025", "decision": 5},
+        "decision = 5: must be a table; write [decision] and its fields below",
+    ),
     (
         {"decision": {"strategy": "census", "quality_floor": -1}},
         "decision.quality_floor = -1: must be ≥ 0; the paper uses 0",

@@ -113,7 +113,7 @@ def tail_below(alpha, beta, credence):
 @pytest.mark.parametrize("alpha", [1, 2, 3, 5, 8, 13, 40, 90, 300, 1000, 4000])
 @pytest.mark.parametrize("beta", [1, 2, 3, 5, 8, 13, 40, 90, 300, 1000, 4000])
 def test_bayes_credence_is_the_tail_of_the_beta_distribution(alpha, beta):
-    """To one part in a million, where the complement of a credence can tell; else no more than it should be."""
+    """To one part in a million, where the complement of a credence can tell."""
     tail = min(stats.beta.cdf(0.5, alpha, beta), stats.beta.sf(0.5, alpha, beta))
     assert tail == pytest.approx(stats.binom.sf(max(alpha, beta) - 1, alpha + beta - 1, 0.5), rel=1e-6)
     if alpha == beta:
@@ -181,7 +181,7 @@ def test_the_neutral_point_of_an_estimate(robots_known, opinion):
     for tasks, expected in ((k - 1, opinion), (k, opinion), (k + 1, 0), (k + 2, 0)):
         estimates, tallies = robot_named("estimate", 0), robot_named("tally", 0)
         for robot in (estimates, tallies):
-            robot.merge({j: (7 * (k - 1), 7 * tasks) for j in range(k)})
+            robot.merge(dict.fromkeys(range(k), (7 * (k - 1), 7 * tasks)))
         quality = STRATEGIES["estimate"].quality(*(sum(side) for side in estimates.counted()))
         assert STRATEGIES["estimate"].decide(mind(0, quality), inbox()) == expected, tasks
         quality = STRATEGIES["tally"].quality(*(sum(side) for side in tallies.counted()))
