@@ -151,7 +151,7 @@ def test_voters_follow_their_chain(count, loss):
 @pytest.mark.parametrize("own_vote", [True, False])
 @pytest.mark.parametrize("loss", [0.3, 0.6])
 def test_majorities_follow_their_chain(count, own_vote, loss):
-    """Catches a transition's probability off by 0.04, an end's by 0.07: a tie broken otherwise, the own vote."""
+    """Catches a transition's probability off by 0.04, an end's by 0.07: another rule for ties or the own."""
     matrix = transitions(majorities(count, loss, own_vote))
     rounds = rounds_of(count, "majority", loss, own_vote)
     chances = absorption(matrix)
