@@ -1,4 +1,4 @@
-"""Strategies of the user's own: found, checked, run at speed; and what is wrong with them, told by its line."""
+"""Strategies of the user's own: found, checked, run at speed; what is wrong with them, told by its line."""
 
 from __future__ import annotations
 
