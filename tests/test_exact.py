@@ -812,7 +812,7 @@ def test_liars_are_believed_and_lend_their_lie_all_quality(world, strategy, says
     ("strategy", "says", "heard"),
     [
         ("tally", "feasible", (4, 0)),  # all four sightings were robots
-        ("tally", "infeasible", (0, 4 + 1)),  # all were tasks, and robot 1's own lie comes back
+        ("tally", "infeasible", (0, 4)),  # all were tasks; robot 1's own lie doesn't come back to it
         ("census", "feasible", (1 + 2 + 1, 1)),  # itself, as many invented as tasks, and whom it heard
         ("census", "infeasible", (1 + 1, 1 + 3)),  # as many invented as robots, and one more
     ],

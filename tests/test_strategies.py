@@ -161,6 +161,13 @@ def test_a_tally_merges_in_any_order_and_counts_nothing_twice():
     assert messages[0] == {0: (1, 2)}  # what was sent doesn't change
 
 
+def test_nobody_is_told_its_own_row_of_a_tally():
+    robot = robot_named("tally", 0)
+    robot.see_task(4, 0, 0)
+    robot.merge({0: (9, 9), 1: (2, 3)})
+    assert robot.counted() == ([2], [4])
+
+
 def test_an_older_row_of_a_tally_changes_nothing():
     robot, other = robot_named("tally", 0), robot_named("tally", 1)
     old = other.message()
@@ -181,7 +188,11 @@ def test_the_neutral_point_of_an_estimate(robots_known, opinion):
     for tasks, expected in ((k - 1, opinion), (k, opinion), (k + 1, 0), (k + 2, 0)):
         estimates, tallies = robot_named("estimate", 0), robot_named("tally", 0)
         for robot in (estimates, tallies):
-            robot.merge(dict.fromkeys(range(k), (7 * (k - 1), 7 * tasks)))
+            for _ in range(7 * (k - 1)):
+                robot.see_robot(1, 0, 0)
+            for _ in range(7 * tasks):
+                robot.see_task(1, 0, 0)
+            robot.merge(dict.fromkeys(range(1, k), (7 * (k - 1), 7 * tasks)))
         quality = STRATEGIES["estimate"].quality(*(sum(side) for side in estimates.counted()))
         assert STRATEGIES["estimate"].decide(mind(0, quality), inbox()) == expected, tasks
         quality = STRATEGIES["tally"].quality(*(sum(side) for side in tallies.counted()))
