@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import inspect
+import subprocess
 import sys
 
 import numpy as np
@@ -313,10 +314,10 @@ def package(tmp_path, monkeypatch):
         (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: fable\nVersion: 1.0\n")
         (metadata / "entry_points.txt").write_text("[feasibee.strategies]\n" + "\n".join(lines) + "\n")
         monkeypatch.syspath_prepend(str(tmp_path))
-        loading.load.cache_clear()
+        loading.of_package.cache_clear()
 
     yield install
-    loading.load.cache_clear()
+    loading.of_package.cache_clear()
     for name in ("fable_one", "fable_two"):
         sys.modules.pop(name, None)
 
@@ -355,3 +356,60 @@ def test_a_built_in_name_is_not_taken_over(package):
 def test_what_is_wrong_with_a_registered_strategy_is_told(package, target, text, words):
     package([f"fable = {target}"], fable_two=text)
     assert words in told("fable")
+
+
+@pytest.mark.parametrize("module", ["random", "numpy", "feasibee.engine"])
+def test_a_library_is_refused_with_its_line(write, module):
+    """A generator with a state of its own would make runs differ."""
+    rule = told(write(MINE.replace("import math", f"import math\nimport {module}")))
+    assert rule.startswith(f"mine.py, line 4: imports {module}; a strategy may import math only")
+
+
+def test_a_file_that_changes_is_another_strategy(write):
+    path = write(MINE)
+    before = scenario_of(path)
+    old_hash = before.hash
+    stays = simulate_record(before, 3, 1, curves=True)
+    path.write_text(MINE.replace("if lead > 0", "if lead < 0"))
+    after = scenario_of(path)
+    assert after.hash != old_hash
+    assert not np.array_equal(simulate_record(after, 3, 1, curves=True).feasible_count, stays.feasible_count)
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("    lead = mind.memory[5]\n", "index is out of bounds"),
+        ("    lead = 1 / (inbox.feasible_votes - inbox.feasible_votes)\n", "division by zero"),
+        ("    return None if inbox.chance < 0.9 else 1\n", "expected int64, got None"),
+    ],
+)
+def test_what_fails_only_in_a_run_is_told(write, line, why):
+    """The first call sees chance 0.25 and passes, if the line is behind a condition."""
+    guarded = "    if inbox.chance != 0.25:\n    " + line
+    text = MINE.replace("    lead = inbox", guarded + "    lead = inbox")
+    scenario = scenario_of(write(text))
+    with pytest.raises(FeasibeeError, match=rf"mine.py: fails in a run: .*{why}"):
+        simulate_record(scenario, 5, 1)
+
+
+def test_two_files_of_one_name_are_two_strategies(write):
+    one = write(MINE, "a/mine.py")
+    other = write(MINE.replace("if lead > 0", "if lead < 0"), "b/mine.py")
+    first, second = (simulate_record(scenario_of(path), 3, 1, curves=True) for path in (one, other))
+    assert not np.array_equal(first.feasible_count, second.feasible_count)
+
+
+def test_a_users_file_runs_in_a_second_process_too(write, tmp_path):
+    """Compiled code on disk names its module, which the second process must know before it loads it."""
+    path = write(MINE)
+    code = (
+        "from feasibee import Scenario, simulate\n"
+        f"s = Scenario().replace({{'decision.strategy': {str(path)!r}, 'run.steps': 20}})\n"
+        "print(int(simulate(s, runs=3, seed=1).bits_sent.sum()))"
+    )
+    done = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert done[0] == done[1]

@@ -8,8 +8,10 @@ from __future__ import annotations
 import difflib
 import hashlib
 import json
+import math
 import tomllib
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
@@ -43,6 +45,7 @@ from feasibee.sections import (
     strategy_of,
 )
 from feasibee.strategies.contract import Strategy
+from feasibee.vocabulary import exact
 
 
 class Scenario(BaseModel):
@@ -147,6 +150,15 @@ class Scenario(BaseModel):
     def strategy(self) -> Strategy:
         """How opinions are rated, told and chosen."""
         return strategy_of(self.decision.strategy)
+
+    def counted(self, step: int) -> int:
+        """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
+        left = count = self.robots.count
+        faulty = []
+        for share in (self.faults.stopped, self.faults.byzantine):
+            faulty.append(min(left, math.floor(exact(share) * count + Fraction(1, 2))))
+            left -= faulty[-1]
+        return count - faulty[1] - (faulty[0] if step >= self.faults.stop_step else 0)
 
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:

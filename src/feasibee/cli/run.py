@@ -158,7 +158,7 @@ def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
     if scenario.decision.commit is None:
         return {}
     times = decision_times(record.commit_step)
-    robots = record.runs * scenario.robots.count
+    robots = max(1, record.runs * scenario.counted(scenario.run.steps))
     return {
         "committed": {
             "feasible": int(record.committed_feasible.sum()) / robots,

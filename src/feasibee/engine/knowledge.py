@@ -295,6 +295,8 @@ def estimate(words, first):
     unused = int64(low & uint64(255))
     if unused == REGISTERS:
         return 0.0
+    if int64(high >> uint64(56)) == REGISTERS:  # it can't tell more things from this
+        return float64(REGISTERS * 2**TOP)
     z = REGISTERS * tau(1.0 - float64(high >> uint64(56)) / REGISTERS)
     for rank in range(TOP - 1, 0, -1):
         byte = (high if rank >= 8 else low) >> uint64(8 * (rank & 7))
