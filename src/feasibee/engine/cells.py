@@ -60,13 +60,14 @@ def cell_of(coordinate, scale):
 @kernel
 def fill(cells, grid, xs, ys, labels, count):
     """Sort points and their labels into the cells of all strips: count, add up, place."""
-    side = 1 << grid.bits
+    # Read once: the compiler must assume that writing to the cells changes the grid.
+    side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
     start = cells.start
     for cell in range(side * (side + 1) + 2):
         start[cell] = 0
     for i in range(count):
-        column = cell_of(xs[i], grid.scale_x)
-        row = cell_of(ys[i], grid.scale_y)
+        column = cell_of(xs[i], scale_x)
+        row = cell_of(ys[i], scale_y)
         upper = row * (side + 1) + column
         lower = ((row - 1) & (side - 1)) * (side + 1) + column
         start[upper + 2] += 1
@@ -79,8 +80,8 @@ def fill(cells, grid, xs, ys, labels, count):
     for cell in range(side * (side + 1)):
         start[cell + 2] += start[cell + 1]
     for i in range(count):
-        column = cell_of(xs[i], grid.scale_x)
-        row = cell_of(ys[i], grid.scale_y)
+        column = cell_of(xs[i], scale_x)
+        row = cell_of(ys[i], scale_y)
         upper = row * (side + 1) + column
         lower = ((row - 1) & (side - 1)) * (side + 1) + column
         place(cells, upper, xs[i], ys[i], labels[i])

@@ -89,7 +89,11 @@ def read(params, state, i, word):
     """
     if params.together and not params.every_message:
         return read_few(params, state, i, word)
-    return read_table(params, state, i, word)
+    if params.inbox_size > 0 or params.value_scale > 0.0:
+        return read_table(params, state, i, word)
+    votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
+    opinion, _ = draw_message(word, feasible_votes, votes)
+    return feasible_votes, votes, opinion, int64(0), int64(0)
 
 
 @kernel
@@ -113,7 +117,7 @@ def read_few(params, state, i, word):
 
 @subroutine
 def read_table(params, state, i, word):
-    """Read an inbox table, or only what was counted of it."""
+    """Read an inbox table of which more matters than what is counted of it."""
     votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
     oldest = int64(0)
     if 0 < params.inbox_size < votes:

@@ -96,6 +96,8 @@ def look_about(xs, ys, sight, swarm, robots, limit):
 def sense_many(params, state):
     """Sense in a swarm of any size, with nothing beyond the paper."""
     fill_robots(params, state)
+    # Read once, not for each robot: the compiler must assume that what is written may change them.
+    robot_bits, task_bits, limit = params.robot_grid.bits, params.task_grid.bits, params.sight_limit
     for w in range(state.sets.shape[1]):
         speaking = state.sets[SPEAKING, w]
         state.clock[BITS] += popcount(speaking) * params.message_bits
@@ -104,7 +106,7 @@ def sense_many(params, state):
             speak(params, state, int64(32 * w + lowest(speaking)))
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
         while looking:
-            look(params, state, int64(32 * w + lowest(looking)))
+            look(params, state, int64(32 * w + lowest(looking)), robot_bits, task_bits, limit)
             looking = uint32(looking & uint32(looking - uint32(1)))
 
 
@@ -140,14 +142,12 @@ def label(sets, i):
 
 
 @kernel
-def look(params, state, i):
+def look(params, state, i, robot_bits, task_bits, limit):
     """Let a robot count the robots and tasks in sight."""
     x, y = state.robots[X, i], state.robots[Y, i]
-    robots = count_within(state.robot_cells, params.robot_grid.bits, x, y, params.sight_limit)
+    robots = count_within(state.robot_cells, robot_bits, x, y, limit)
     state.counts[ROBOTS_SEEN, i] += robots - 1 + params.count_self  # it is in its own sight
-    state.counts[TASKS_SEEN, i] += count_within(
-        state.task_cells, params.task_grid.bits, x, y, params.sight_limit
-    )
+    state.counts[TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
 @passage
