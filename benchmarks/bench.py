@@ -64,8 +64,15 @@ def line(row: Row) -> str:
     """Return a row as a line of the table."""
     rate = f"{row.robot_steps_per_second:,.0f}" if row.robot_steps_per_second else ""
     ratio = f"{row.ratio:,.2f} x {row.ratio_to}" if row.ratio else ""
-    figures = f"{row.best:>10,.2f} {row.median:>10,.2f}  {row.unit:14} {rate:>14}  {ratio}"
-    return f"  {row.name:38} {figures}".rstrip()
+    target = f"  aim {row.target:g} M, {'met' if meets(row) else 'missed'}" if row.target else ""
+    figures = f"{row.best:>10,.2f} {row.median:>10,.2f}  {row.unit:14} {rate:>14}  {ratio:14}"
+    return f"  {row.name:38} {figures}{target}".rstrip()
+
+
+def meets(row: Row) -> bool:
+    """Tell whether a row is as fast as it should be."""
+    speed = row.robot_steps_per_second
+    return speed is not None and row.target is not None and speed >= row.target * 1e6
 
 
 def as_tables(described: dict[str, str], figures: dict[str, list[Row]]) -> dict[str, object]:

@@ -13,6 +13,7 @@ import brute_force
 from measure import Row, command_cpu_seconds, peak_mebibytes, speed
 
 import feasibee
+from feasibee.strategies import STRATEGIES
 
 SPACE_PER_ROBOT = 20.0  # square units: the paper's 20 robots on 20 x 20
 PAPER_TASKS = 100
@@ -21,6 +22,9 @@ SHORT_STEPS = 100
 LARGE = 10_000
 
 RUN = ["-m", "feasibee", "run", "--set", f"tasks.count={PAPER_TASKS}", "--runs", "100", "--seed", "1"]
+
+OPINIONS_TARGET = 20.0  # million robot-steps per second and core
+KNOWLEDGE_TARGETS = {"tally": 3.0, "census": 3.0}
 
 BEYOND: dict[str, dict] = {
     "walls and collisions": {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}},
@@ -69,6 +73,21 @@ def paper_swarm(plan: Plan) -> list[Row]:
     rows = [ours, brute_force_speed(plan).against(ours, "feasibee")]
     if find_spec("mesa"):
         rows.append(mesa_speed(plan).against(ours, "feasibee"))
+    return rows
+
+
+def strategies(plan: Plan) -> list[Row]:
+    """Measure every strategy on the paper's swarm, against the paper's strategy and the speeds aimed at."""
+    rows: list[Row] = []
+    for name, strategy in STRATEGIES.items():
+        scenario = feasibee.Scenario(
+            tasks={"count": PAPER_TASKS}, decision={"strategy": name}, run={"steps": PAPER_STEPS}
+        )
+        runs = max(1, plan.runs // 8) if strategy.knowledge else plan.runs
+        work = partial(feasibee.simulate, scenario, runs=runs, seed=1, threads=1)
+        target = KNOWLEDGE_TARGETS.get(name) if strategy.knowledge else OPINIONS_TARGET
+        row = speed(name, work, 20 * PAPER_STEPS * runs, plan.repeats)
+        rows.append(row.against(rows[0] if rows else row, "dmmd").aiming(target))
     return rows
 
 
@@ -182,6 +201,7 @@ def memory_of(name: str, runs: int, plan: Plan) -> Row:
 
 CASES: dict[str, Callable[[Plan], list[Row]]] = {
     f"The paper's swarm: 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": paper_swarm,
+    "Strategies: the paper's swarm; speeds aimed at in millions of robot-steps/s": strategies,
     f"Growth: equal density, as many tasks as robots, {SHORT_STEPS} steps": growth,
     f"A large swarm: equal densities, {SHORT_STEPS} steps": large_swarm,
     f"Beyond the paper: equal densities, {SHORT_STEPS} steps": beyond,

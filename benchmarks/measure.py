@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -41,6 +41,7 @@ class Row:
     median: float
     ratio: float | None = None
     ratio_to: str = ""
+    target: float | None = None  # million robot-steps per second
 
     @classmethod
     def of(cls, name: str, unit: str, values: list[float]) -> Row:
@@ -54,7 +55,11 @@ class Row:
 
     def against(self, other: Row, label: str) -> Row:
         """Return this row with the ratio of its best to that of another."""
-        return Row(self.name, self.unit, self.best, self.median, self.best / other.best, label)
+        return replace(self, ratio=self.best / other.best, ratio_to=label)
+
+    def aiming(self, target: float | None) -> Row:
+        """Return this row with the speed that it should reach."""
+        return replace(self, target=target)
 
 
 def speed(name: str, work: Callable[[], object], robot_steps: int, repeats: int) -> Row:

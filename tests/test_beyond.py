@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee.robot import Message
 from feasibee.simulation import simulate_record
 
 Z = 5.3
@@ -191,10 +192,10 @@ def test_what_liars_say(says, count):
             message = robot.says(swarm.time + 1)
             assert (message is None) == (not robot.mind.disseminating)
             if robot in liars and message is not None:
-                said.append(message)
+                said.append(message.opinion)
                 held.append(robot.mind.opinion)
             elif message is not None:
-                assert message == robot.mind.opinion
+                assert message == Message(robot.mind.opinion)
     said, held = np.array(said), np.array(held)
     if says == "opposite":
         assert (said == 1 - held).all()

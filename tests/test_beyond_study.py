@@ -10,9 +10,10 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 
 from feasibee import FeasibeeError, decision_counts, decision_times, simulate, truth
-from feasibee.beyond import BASELINE, MIXED, PLACES, RUNS_APART, WORLDS, reproduce_beyond, summary, world
+from feasibee.beyond import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
 from feasibee.cli import main
 from feasibee.feasibility import explain
+from feasibee.simulation import RUNS_APART
 
 RUNS, SEED = 4, 1
 FILES = ["beyond.csv", "beyond.pdf", "beyond.png"]

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
 from feasibee.cli import main
+from feasibee.simulation import simulate_record
 
 KEYS = {
     "runs",
@@ -24,6 +25,7 @@ KEYS = {
     "decision_step",
     "truth",
     "accuracy",
+    "bits_per_robot_and_step",
     "seed",
     "first_run",
     "scenario",
@@ -32,7 +34,7 @@ KEYS = {
     "model_version",
     "rates",
 }
-"""What issue 2 promises of --json, and the number of the first run."""
+"""What issues 2 and 4 promise of --json, and the number of the first run."""
 
 
 def invoke(*arguments):
@@ -110,6 +112,27 @@ def test_json_has_exactly_the_promised_keys():
     assert set(summary["decision_step"]) == {"median", "q25", "q75"}
     assert set(summary["rates"]) == {"feasible", "infeasible", "undecided"}
     assert all(set(rate) == {"estimate", "low", "high"} for rate in summary["rates"].values())
+
+
+def test_json_counts_bits_and_commitments_by_robot():
+    changes = {"decision.strategy": "census", "decision.commit.rounds": 2, "run.steps": 200}
+    words = [word for path, value in changes.items() for word in ("--set", f"{path}={value}")]
+    summary = summary_of(*words, "--runs", 20, "--seed", 5)
+    record = simulate_record(Scenario().replace(changes), 20, 5)
+    assert summary["bits_per_robot_and_step"] == record.bits_sent.sum() / (20 * 20 * 200)
+    assert set(summary) == KEYS | {"committed"}
+    assert summary["committed"]["feasible"] == record.committed_feasible.sum() / (20 * 20)
+    assert summary["committed"]["infeasible"] == record.committed_infeasible.sum() / (20 * 20)
+    assert summary["committed"]["step"] == decision_times(record.commit_step)._asdict()
+    assert record.committed_feasible.sum() > 200
+
+
+def test_bits_of_runs_that_stop_at_their_decision_are_those_of_their_steps():
+    """A robot broadcasts its six bits in about a third of the steps, stopped or not."""
+    whole = summary_of("--runs", 40)["bits_per_robot_and_step"]
+    stopped = summary_of("--runs", 40, "--set", "run.stop_at_decision=true")["bits_per_robot_and_step"]
+    assert 1.5 < stopped < 3.5
+    assert 1.5 < whole < 3.5
 
 
 def test_json_says_what_the_library_says():
@@ -205,7 +228,7 @@ def test_a_table_says_counts_shares_and_steps():
 
 def test_a_table_says_when_a_quartile_was_not_reached():
     words = " ".join(invoke("run", "--steps", 1, "--runs", 5).stdout.split())
-    assert words.count("not reached") == 3
+    assert words.count("never") == 3
     assert "step -1" not in words
 
 

@@ -9,13 +9,63 @@ from hypothesis import strategies as st
 
 from feasibee import Scenario, Swarm, reference
 from feasibee.simulation import simulate_record
+from feasibee.strategies import STRATEGIES
+
+ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
 
 
 def assert_equal(scenario, seed, runs=1, first_run=0):
     engine = simulate_record(scenario, runs, seed, first_run=first_run, curves=True)
     plain = simulate_record(scenario, runs, seed, first_run=first_run, curves=True, backend="reference")
-    for name in ("decision", "decision_step", "feasible_count"):
+    for name in ARRAYS:
         np.testing.assert_array_equal(getattr(engine, name), getattr(plain, name), err_msg=name)
+
+
+PARAMETERS = {
+    "k": st.one_of(st.integers(-1, 6).map(float), st.floats(0, 8)),
+    "credence": st.one_of(st.floats(0, 1), st.sampled_from([0.5, 0.9, 0.95, 1.0])),
+    "positive_feedback": st.sampled_from([0.0, 1.0]),
+}
+COMMIT = st.builds(
+    dict,
+    quorum=st.one_of(st.sampled_from([0.0, 0.5, 0.6, 2 / 3, 0.9, 1.0]).map(lambda x: round(x, 9))),
+    rounds=st.integers(1, 4),
+    heard=st.integers(1, 4),
+)
+
+
+@st.composite
+def deciding(draw, longest_exploration, longest_gain):
+    """Draw how robots decide, less what has no meaning for the strategy; now and then as in the paper."""
+    name = draw(st.sampled_from(list(STRATEGIES)))
+    strategy = STRATEGIES[name]
+    both = ["latest-per-robot", "every-message"]
+    inbox = "latest-per-robot" if strategy.value_bits else draw(st.sampled_from(both))
+    decision = {
+        "strategy": name,
+        "parameters": {each: draw(PARAMETERS[each]) for each in strategy.parameters if draw(st.booleans())},
+        "exploration": draw(st.floats(0.1, longest_exploration)),
+        "gain": draw(st.floats(0.1, longest_gain)),
+        "dissemination_floor": draw(st.one_of(st.just(0), st.integers(0, 6))),
+        "quality_floor": 0 if strategy.knowledge else draw(st.one_of(st.just(0), st.integers(0, 4))),
+        "listen": draw(st.sampled_from(["always", "dissemination"])),
+        "inbox": inbox,
+        "own_vote": draw(st.booleans()),
+        "threshold": draw(st.floats(0.5, 0.99)),
+    }
+    if draw(st.booleans()):
+        decision["listen"] = draw(st.one_of(st.just("always"), st.builds(dict, last=st.integers(1, 8))))
+        decision["commit"] = draw(st.one_of(st.none(), COMMIT))
+        if inbox == "latest-per-robot":
+            decision["inbox_size"] = draw(st.one_of(st.none(), st.integers(1, 6)))
+    return decision
+
+
+def ids(decision, classes=0):
+    """Draw the length of ids; a census can't tell the class of an id that is shared."""
+    if decision["strategy"] == "census" and classes > 1:
+        return st.none()
+    return st.one_of(st.none(), st.none(), st.integers(1, 8), st.just(32))
 
 
 @st.composite
@@ -23,21 +73,17 @@ def scenarios(draw):
     side = draw(st.floats(2, 40))
     robots = draw(st.one_of(st.integers(1, 34), st.integers(60, 70)))
     reach = st.floats(0.01, 0.5).map(lambda share: share * side)
+    decision = draw(deciding(15, 30))
     return Scenario(
         arena={"side": side},
         robots={"count": robots, "speed": draw(st.floats(0, 0.5)) * side},
         tasks={"count": draw(st.one_of(st.integers(0, 70), st.just(200)))},
         walk={"mean_run": draw(st.floats(0.1, 30))},
         sensing={"range": draw(reach), "count_self": draw(st.booleans())},
-        radio=draw(st.one_of(st.just({}), st.builds(dict, range=reach))),
-        decision={
-            "exploration": draw(st.floats(0.1, 15)),
-            "gain": draw(st.floats(0.1, 30)),
-            "listen": draw(st.sampled_from(["always", "dissemination"])),
-            "inbox": draw(st.sampled_from(["latest-per-robot", "every-message"])),
-            "own_vote": draw(st.booleans()),
-            "threshold": draw(st.floats(0.5, 0.99)),
-        },
+        radio=draw(
+            st.one_of(st.just({}), st.builds(dict, range=reach), st.builds(dict, id_bits=ids(decision)))
+        ),
+        decision=decision,
         run={"steps": draw(st.integers(1, 40)), "stop_at_decision": draw(st.booleans())},
     )
 
@@ -122,6 +168,8 @@ def beyond(draw):
     chance = st.one_of(st.just(0.0), st.floats(0, 1), st.sampled_from([0.1, 1.0]))
     false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
     steps = draw(st.integers(1, 40))
+    decision = draw(deciding(8, 15))
+    names_nothing = decision["strategy"] not in ("census", "sketch")
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -141,18 +189,15 @@ def beyond(draw):
             "observation": draw(st.sampled_from(["repeated", "unique"])),
             "memory": draw(st.sampled_from(["exploration", "life"])),
             "miss": draw(chance),
-            "false_robots": draw(false),
-            "false_tasks": draw(false),
+            "false_robots": draw(false) if names_nothing else 0.0,
+            "false_tasks": draw(false) if names_nothing else 0.0,
         },
-        radio={"range": draw(reach), "loss": draw(chance)},
-        decision={
-            "exploration": draw(st.floats(0.1, 8)),
-            "gain": draw(st.floats(0.1, 15)),
-            "listen": draw(st.sampled_from(["always", "dissemination"])),
-            "inbox": draw(st.sampled_from(["latest-per-robot", "every-message"])),
-            "own_vote": draw(st.booleans()),
-            "threshold": draw(st.floats(0.5, 0.99)),
+        radio={
+            "range": draw(reach),
+            "loss": draw(chance),
+            "id_bits": draw(ids(decision, len(who.get("classes", ())))),
         },
+        decision=decision,
         faults={
             **dict(zip(("stopped", "byzantine", "stubborn"), map(float, shares), strict=True)),
             "stop_step": draw(st.integers(0, 12)),
@@ -205,7 +250,10 @@ def assert_same_swarms(scenario, seed, run, steps):
         np.testing.assert_array_equal(swarm.disseminating, speaking)  # the stopped are silent
         counted = plain.counted
         np.testing.assert_array_equal(swarm.counted, [each in counted for each in plain.robots])
+        np.testing.assert_array_equal(swarm.committed, [each.mind.committed for each in plain.robots])
         assert swarm.feasible_count == plain.feasible_count
+        assert swarm.infeasible_count == plain.infeasible_count
+        assert swarm.bits_sent == plain.bits_sent
         assert swarm.decision == plain.decision
         swarm.advance()
         plain.step()
@@ -269,3 +317,68 @@ BEYOND = {
 def test_a_swarm_beyond_the_paper_step_by_step_is_the_references_swarm(name):
     scenario = Scenario().replace({"decision.exploration": 4.0, **BEYOND[name]})
     assert_same_swarms(scenario, seed=6, run=4, steps=25)
+
+
+# --- The strategies ---
+
+QUICK = {"arena.side": 10.0, "decision.exploration": 5.0, "decision.gain": 8.0, "run.steps": 90}
+COMMITTING = {"decision.commit": {"quorum": 0.6, "rounds": 2, "heard": 2}}
+WORLDS = {
+    "twenty": {},
+    "forty": {"robots.count": 40},
+    "all that can go wrong": {
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "radio.loss": 0.2,
+        "faults.byzantine": 0.2,
+        "faults.byzantine_says": "random",
+        "faults.stubborn": 0.1,
+        "faults.stopped": 0.1,
+        "faults.stop_step": 30,
+    },
+    "liars that say feasible, and few ids": {
+        "faults.byzantine": 0.2,
+        "faults.byzantine_says": "feasible",
+        "radio.id_bits": 4,
+        "decision.inbox_size": 4,
+        **COMMITTING,
+    },
+    "classes": {
+        "robots.classes": [
+            {"name": "a", "count": 12, "skills": ["lift"]},
+            {"name": "b", "count": 8, "skills": ["lift", "scan"]},
+        ],
+        "tasks.classes": [
+            {"name": "x", "count": 6, "needs": {"lift": 2, "scan": 1}},
+            {"name": "y", "count": 4, "needs": {"lift": 1}},
+        ],
+        "faults.byzantine": 0.1,
+    },
+    "commitment": {**COMMITTING, "decision.listen": {"last": 3}, "decision.dissemination_floor": 2},
+}
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_every_strategy_is_equal_in_every_world(name, world):
+    scenario = Scenario().replace({**QUICK, "decision.strategy": name, **WORLDS[world]})
+    assert_equal(scenario, seed=7)
+
+
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_a_swarm_of_every_strategy_step_by_step_is_the_references_swarm(name):
+    changes = {**QUICK, "decision.strategy": name, **COMMITTING, "faults.byzantine": 0.1}
+    assert_same_swarms(Scenario().replace(changes), seed=8, run=1, steps=50)
+
+
+def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
+    """Else the comparisons above would compare nothing."""
+    for name in ("cross-inhibition", "bayes"):
+        scenario = Scenario().replace({**QUICK, "decision.strategy": name})
+        record = simulate_record(scenario, 1, 7, curves=True)
+        assert (record.feasible_count + record.infeasible_count < 20).any()
+    for name in STRATEGIES:
+        scenario = Scenario().replace({**QUICK, "decision.strategy": name, **COMMITTING})
+        record = simulate_record(scenario, 20, 7)
+        assert record.committed_feasible.any() or record.committed_infeasible.any(), name
+        assert (record.bits_sent > 0).all()

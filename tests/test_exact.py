@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from feasibee import Scenario, reference
 from feasibee.engine import layout, runner, translation
 from feasibee.record import Record
-from feasibee.robot import Controller
+from feasibee.robot import Controller, Message
 from feasibee.simulation import simulate_record
-from feasibee.strategies import dmmd
+from feasibee.strategies import STRATEGIES, dmmd
+from feasibee.vocabulary import IDENTITY
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
 UNIT = 2**32 / SIDE
@@ -22,11 +25,10 @@ class Engine:
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
         self.params = translation.params_of(scenario, 0)
-        self.state = layout.empty_state(self.params, translation.kinds_of(scenario, self.params), 64)
+        memory = scenario.strategy.memory
+        self.state = layout.empty_state(self.params, translation.kinds_of(scenario, self.params), 64, memory)
         start, self.advance, *self.strategy = runner.engine_functions(scenario)
-        start(self.params, self.state, 0)
-        self.opinions = self.state.sets[layout.OPINIONS]
-        self.disseminating = self.state.sets[layout.DISSEMINATING]
+        start(layout.packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
         self.state.robots[[layout.X, layout.Y], :count] = fixed.T
@@ -35,31 +37,66 @@ class Engine:
             spots = (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32)
             self.state.task_cells.points[[layout.X, layout.Y], : len(tasks)] = spots.T
         self.state.robots[layout.PHASE_LEFT, :count] = LONG
-        self.opinions[:] = 0
-        self.disseminating[:] = 0
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
-            self.opinions[i // 32] |= np.uint32(opinion << i % 32)
-            self.disseminating[i // 32] |= np.uint32(speaks << i % 32)
-            self.state.robots[layout.LABELS, i] = 4 * i + 2 * opinion + speaks
+            self.put(layout.OPINIONS, i, opinion == 1)
+            self.put(layout.NEUTRAL, i, opinion == -1)
+            self.put(layout.SAID, i, opinion == 1)
+            self.put(layout.SPEAKING, i, speaks and opinion >= 0)
+            self.put(layout.DISSEMINATING, i, speaks)
+            self.state.robots[layout.LABELS, i] = 4 * i + 2 * (opinion == 1) + speaks
 
-    def end_phase_of(self, i):
-        self.state.robots[layout.PHASE_LEFT, i] = 1
+    def put(self, kind, i, member):
+        word = self.state.sets[kind]
+        word[i // 32] &= ~np.uint32(1 << i % 32)
+        word[i // 32] |= np.uint32(bool(member) << i % 32)
+
+    def has(self, kind, i):
+        return bool(int(self.state.sets[kind, i // 32]) >> i % 32 & 1)
+
+    def tell(self, i, value):
+        """Let a robot send a number."""
+        self.state.robots[layout.TOLD_VALUE, i] = value
+
+    def told(self, i):
+        return int(self.state.robots[layout.TOLD_VALUE, i])
+
+    def rate(self, i, quality):
+        """Give a robot a quality of *feasible*."""
+        self.state.memory[i, 0] = quality
+
+    def end_phase_of(self, i, after=1):
+        self.state.robots[layout.PHASE_LEFT, i] = after
 
     def step(self):
         until = self.state.clock[layout.STEP] + 1
         record = Record.empty(0, 1, 0)
         unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
-        outcome = record.decision, record.decision_step, record.feasible_count[0]
-        self.advance(self.params, self.state, until, *outcome, *unwatched, *self.strategy)
+        curves = record.feasible_count[0], record.infeasible_count[0]
+        outcome = record.decision, record.decision_step, *curves, record.account[0]
+        self.advance(layout.packed(self.params), self.state, until, *outcome, *unwatched, *self.strategy)
 
     def seen(self, i):
         return tuple(self.state.counts[[layout.ROBOTS_SEEN, layout.TASKS_SEEN], i])
 
     def opinion(self, i):
-        return int(self.opinions[i // 32] >> np.uint32(i % 32)) & 1
+        return -1 if self.has(layout.NEUTRAL, i) else int(self.has(layout.OPINIONS, i))
 
     def speaks(self, i):
-        return bool(int(self.disseminating[i // 32] >> np.uint32(i % 32)) & 1)
+        return self.has(layout.DISSEMINATING, i)
+
+    def committed(self, i):
+        return self.has(layout.COMMITTED, i)
+
+    def memory(self, i):
+        return self.state.memory[i, 1:].tolist()
+
+    @property
+    def bits_sent(self):
+        return int(self.state.clock[layout.BITS])
+
+    @property
+    def ids(self):
+        return self.state.robots[layout.IDENTITY]
 
 
 class Plain:
@@ -74,31 +111,61 @@ class Plain:
             robot.mind.opinion = opinion
             robot.mind.disseminating = bool(speaks)
             robot.mind.phase_left = LONG
+            robot.mind._said = opinion
+            robot.mind._value = 0
         self.swarm.tasks = [(round(x * UNIT), round(y * UNIT)) for x, y in tasks]
+        self.minds = [robot.mind for robot in self.swarm.robots]
 
-    def end_phase_of(self, i):
-        self.swarm.robots[i].mind.phase_left = 1
+    def tell(self, i, value):
+        self.minds[i]._value = value
+
+    def told(self, i):
+        return self.minds[i]._value
+
+    def rate(self, i, quality):
+        self.minds[i].feasible_quality = quality
+
+    def end_phase_of(self, i, after=1):
+        self.minds[i].phase_left = after
 
     def step(self):
         self.swarm.step()
 
     def seen(self, i):
-        mind = self.swarm.robots[i].mind
-        return sum(mind.robots_seen), sum(mind.tasks_seen)
+        return sum(self.minds[i].robots_seen), sum(self.minds[i].tasks_seen)
 
     def opinion(self, i):
-        return self.swarm.robots[i].mind.opinion
+        return self.minds[i].opinion
 
     def speaks(self, i):
-        return self.swarm.robots[i].mind.disseminating
+        return self.minds[i].disseminating
+
+    def committed(self, i):
+        return self.minds[i].committed
+
+    def memory(self, i):
+        return self.minds[i]._memory
+
+    @property
+    def bits_sent(self):
+        return self.swarm.bits_sent
+
+    @property
+    def ids(self):
+        return [self.swarm.names.id(i) for i in range(len(self.minds))]
+
+
+NEVER = {"decision.commit.rounds": 1_000_000}
+"""Nobody ever commits; but messages say so, so that the engine takes its way for worlds beyond the paper."""
 
 
 @pytest.fixture(
-    params=[(Engine, 0), (Engine, 40), (Plain, 0)], ids=["engine, few", "engine, many", "reference"]
+    params=[(Engine, 0, {}), (Engine, 40, {}), (Engine, 0, NEVER), (Plain, 0, {})],
+    ids=["engine, few", "engine, many", "engine, beyond", "reference"],
 )
 def world(request):
     """Build a world; ``many`` puts 40 silent robots far away, so that the engine takes its other way."""
-    mind, extra = request.param
+    mind, extra, beyond = request.param
 
     def build(places, tasks=(), opinions=None, disseminating=None, changes=None):
         count = len(places)
@@ -107,7 +174,7 @@ def world(request):
         crowd = [(12.0, 12.0)] * extra
         scenario = Scenario(
             arena={"side": SIDE}, robots={"count": count + extra, "speed": 0.0}, tasks={"count": len(tasks)}
-        ).replace(changes or {})
+        ).replace({**beyond, **(changes or {})})
         return mind(scenario, [*places, *crowd], list(tasks), opinions, disseminating)
 
     return build
@@ -269,11 +336,596 @@ def test_dissemination_lasts_in_proportion_to_the_quality_of_the_own_opinion(opi
         means.append(mean)
         return 1
 
-    robot = Controller(dmmd, opinion, draw, exploration=4.0, gain=10.0)
+    robot = Controller(
+        STRATEGIES["dmmd"], opinion, draw, draw_choice=lambda: (0.0, 0.0), exploration=4.0, gain=10.0
+    )
     robot.observe(robots=3, tasks=1)
     robot.end_step()
     assert means == [4.0, mean]
-    assert robot.message == opinion
+    assert robot.message() == Message(opinion)
+
+
+# --- The rivals: how an inbox becomes an opinion ---
+
+
+def crowd(world, own, votes, strategy, disseminating=True, **changes):
+    """Build robot 0 with an opinion among robots that tell theirs."""
+    places = [(4, 4)] + [(4 + 0.1 * k, 4) for k in range(len(votes))]
+    speaking = [int(disseminating), *([1] * len(votes))]
+    changes = {"decision.strategy": strategy, **changes}
+    return world(places, opinions=[own, *votes], disseminating=speaking, changes=changes)
+
+
+def next_opinion(swarm):
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert not swarm.speaks(0)
+    return swarm.opinion(0)
+
+
+@pytest.mark.parametrize("strategy", ["voter", "dmvd"])
+@pytest.mark.parametrize("own", [0, 1])
+def test_voters_take_a_heard_opinion_and_never_their_own(world, strategy, own):
+    assert next_opinion(crowd(world, own, [1 - own], strategy)) == 1 - own
+    assert next_opinion(crowd(world, own, [1 - own] * 5, strategy)) == 1 - own
+    assert next_opinion(crowd(world, own, [own] * 5, strategy)) == own
+    assert next_opinion(crowd(world, own, [], strategy)) == own
+
+
+@pytest.mark.parametrize("own", [0, 1])
+def test_majority_counts_its_own_vote_as_dmmd_does(world, own):
+    other = 1 - own
+    assert next_opinion(crowd(world, own, [other], "majority")) == own
+    assert next_opinion(crowd(world, own, [other], "majority", **{"decision.own_vote": False})) == other
+    assert next_opinion(crowd(world, own, [other, other], "majority")) == other
+    assert next_opinion(crowd(world, own, [], "majority")) == own
+
+
+# own opinion and quality of *feasible*, heard opinion and its value (65535: quality of *feasible* 1), outcome
+COMPARED = [
+    (1, 0.5, 0, 0, 0),  # 1 - 0 = 1 > 0.5
+    (1, 0.5, 0, 65535, 1),  # 1 - 1 = 0 < 0.5
+    (1, 0.5, 0, 32767, 0),  # a hair above one half
+    (1, 0.5, 0, 32768, 1),  # a hair below
+    (0, 0.25, 1, 65535, 1),  # 1 > 0.75
+    (0, 0.25, 1, 49151, 0),  # 49151 / 65535 < 0.75
+    (0, 0.25, 1, 49152, 1),  # 49152 / 65535 > 0.75
+    (0, 0.0, 1, 65535, 0),  # 1 = 1: not higher
+    (1, 0.2, 1, 65535, 1),
+]
+
+
+@pytest.mark.parametrize(("own", "quality", "heard", "value", "outcome"), COMPARED)
+def test_dc_switches_to_a_heard_opinion_of_higher_quality(world, own, quality, heard, value, outcome):
+    swarm = crowd(world, own, [heard], "dc")
+    swarm.rate(0, quality)
+    swarm.tell(1, value)
+    assert next_opinion(swarm) == outcome
+
+
+def test_dc_sends_the_quality_of_feasible_in_16_bits(world):
+    """Robot 0 sees two robots and a task: 2/3, and a robot that heard this compares it with its own."""
+    swarm = world(
+        [(4, 4), (5, 4), (4, 5)],
+        tasks=[(4.5, 4)],
+        opinions=[1, 0, 0],
+        changes={"decision.strategy": "dc", "sensing.range": 1.0},
+    )
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert swarm.told(0) == 43690  # 65535 * 2 / 3
+
+
+@pytest.mark.parametrize("own", [0, 1])
+def test_k_unanimity_takes_k_equal_opinions_and_nothing_less(world, own):
+    other = 1 - own
+    assert next_opinion(crowd(world, own, [other] * 3, "k-unanimity")) == other
+    assert next_opinion(crowd(world, own, [other] * 2, "k-unanimity")) == own  # fewer than k
+    assert next_opinion(crowd(world, own, [other, other, own], "k-unanimity")) == own  # not of one mind
+    two = {"decision.parameters": {"k": 2.0}}
+    assert next_opinion(crowd(world, own, [other, other], "k-unanimity", **two)) == other
+    assert next_opinion(crowd(world, own, [], "k-unanimity", **two)) == own
+
+
+def test_the_three_states_of_cross_inhibition(world):
+    rule = "cross-inhibition"
+    for own in (0, 1):
+        assert next_opinion(crowd(world, own, [1 - own], rule)) == -1  # inhibited
+        assert next_opinion(crowd(world, own, [own], rule)) == own
+        assert next_opinion(crowd(world, own, [], rule)) == own
+        assert next_opinion(crowd(world, -1, [own], rule)) == own  # recruited
+    assert next_opinion(crowd(world, -1, [], rule)) == -1
+
+
+def test_a_robot_without_an_opinion_is_silent_and_sends_no_bits(world):
+    swarm = crowd(world, 1, [-1], "cross-inhibition")
+    assert next_opinion(swarm) == 1
+    assert swarm.bits_sent == bits_of(swarm, 1)
+
+
+def numbers_of(swarm):
+    """Return the robots of a swarm, and whether they commit."""
+    if isinstance(swarm, Plain):
+        return len(swarm.minds), swarm.swarm.scenario.decision.commit is not None
+    return swarm.params.robots, swarm.params.commit
+
+
+def bits_of(swarm, messages, extra=0):
+    """Return the bits of messages of id, opinion, a flag if robots commit, and more."""
+    robots, commits = numbers_of(swarm)
+    return messages * (math.ceil(math.log2(robots)) + 1 + int(commits) + extra)
+
+
+@pytest.mark.parametrize(("strategy", "extra"), [("dmmd", 0), ("voter", 0), ("dc", 16), ("average", 16)])
+def test_bits_are_id_opinion_and_value_of_each_speaker_and_step(world, strategy, extra):
+    """Robot 0 listens, three others speak for two steps; nobody need be in range to hear it."""
+    swarm = world(
+        [(4, 4), (4, 5), (4, 6), (4, 14)],
+        opinions=[1, 1, 0, 1],
+        disseminating=[0, 1, 1, 1],
+        changes={"decision.strategy": strategy},
+    )
+    swarm.step()
+    swarm.step()
+    assert swarm.bits_sent == bits_of(swarm, 6, extra)
+
+
+def test_ids_of_so_many_bits_are_counted_in_messages(world):
+    swarm = crowd(world, 1, [0, 0], "dmmd", **{"radio.id_bits": 32})
+    swarm.step()
+    assert swarm.bits_sent == 3 * (32 + 1 + int(numbers_of(swarm)[1]))
+
+
+# --- Bayes Bots ---
+
+
+def test_bayes_adds_what_it_saw_and_what_it_heard(world):
+    swarm = crowd(world, -1, [1, 1, 0], "bayes")
+    swarm.rate(0, 0.75)
+    assert next_opinion(swarm) == -1  # Beta(4, 2): P(p < 1/2) = 6/32
+    assert swarm.memory(0) == [3.0, 1.0]
+
+
+def test_bayes_is_sure_once_the_tail_is_below_the_credence(world):
+    """Three heard and one seen: Beta(5, 1), P(p < 1/2) = 1/32; the complement 0.969 exceeds 0.95."""
+    for quality, votes, outcome in ((0.75, [1, 1, 1], 1), (0.25, [0, 0, 0], 0), (0.5, [1, 1, 1], -1)):
+        swarm = crowd(world, -1, votes, "bayes")  # without an own observation: 1/16 isn't less than 1/20
+        swarm.rate(0, quality)
+        assert next_opinion(swarm) == outcome
+    swarm = crowd(world, -1, [1, 1, 1], "bayes", **{"decision.parameters": {"credence": 0.96875}})
+    swarm.rate(0, 0.75)
+    assert next_opinion(swarm) == -1  # 1/32 isn't less than 1/32
+
+
+def test_bayes_keeps_an_opinion_for_good(world):
+    swarm = crowd(world, 1, [0] * 9, "bayes")
+    swarm.rate(0, 0.0)
+    assert next_opinion(swarm) == 1
+    assert swarm.memory(0) == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(("feedback", "said"), [(1.0, 1), (0.0, 0)])
+def test_bayes_tells_its_opinion_or_what_it_observes(world, feedback, said):
+    """Robot 0 has opinion 1 and sees a task only; robot 1 hears it, having seen nothing itself."""
+    swarm = world(
+        [(4, 4), (6, 4)],
+        tasks=[(4, 4.5)],
+        opinions=[1, -1],
+        changes={
+            "decision.strategy": "bayes",
+            "decision.parameters": {"positive_feedback": feedback},
+            "sensing.range": 1.0,
+            "radio.range": 3.0,
+        },
+    )
+    swarm.end_phase_of(0)
+    swarm.step()
+    swarm.end_phase_of(0, LONG)
+    swarm.end_phase_of(1)
+    swarm.step()
+    swarm.end_phase_of(1)
+    swarm.step()
+    assert swarm.memory(1) == [float(said), float(not said)]
+
+
+def test_a_bayes_bot_that_saw_as_many_robots_as_tasks_is_silent(world):
+    changes = {"decision.strategy": "bayes", "sensing.range": 1.0}
+    swarm = world([(4, 4), (5, 4)], tasks=[(4, 4.5)], opinions=[-1, -1], changes=changes)
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert swarm.speaks(0)
+    swarm.step()
+    assert swarm.bits_sent == 0
+
+
+# --- Evidence kept, averaged and passed on ---
+
+
+@pytest.mark.parametrize(
+    ("strategy", "seen"), [("dmmd", (0, 1)), ("accumulate", (0, 3)), ("average", (0, 3))]
+)
+def test_evidence_is_kept_over_explorations_or_thrown_away(world, strategy, seen):
+    swarm = world([(4, 4)], tasks=[(4, 4.5)], opinions=[1], changes={"decision.strategy": strategy})
+    swarm.step()
+    swarm.end_phase_of(0)
+    swarm.step()  # exploration over: two sightings
+    swarm.end_phase_of(0)
+    swarm.step()  # back to exploration
+    swarm.end_phase_of(0, LONG)
+    swarm.step()
+    assert swarm.seen(0) == seen
+
+
+def test_average_takes_the_mean_of_its_log_ratio_and_those_heard(world):
+    """x = (l + sum of x heard) / (1 + k), each heard as a number of 16 bits from -16 to 16."""
+    swarm = crowd(world, 0, [1, 1], "average")
+    swarm.rate(0, 0.75)
+    swarm.tell(1, 65535)  # x = 16
+    swarm.tell(2, 16384)  # x = 32 (16384 / 65535 - 1/2) = -7.99988
+    assert next_opinion(swarm) == 1
+    heard = 16 + 32 * (16384 / 65535 - 0.5)
+    assert swarm.memory(0) == pytest.approx([(np.log(3) + heard) / 3, 1.0], rel=1e-12)
+    swarm = crowd(world, 1, [1], "average")
+    swarm.rate(0, 0.75)
+    swarm.tell(1, 0)  # x = -16
+    assert next_opinion(swarm) == 0
+
+
+def test_average_tells_its_log_ratio_first_and_then_x(world):
+    """Two robots and one task seen in a step: l = log(2.5 / 1.5), in 16 bits."""
+    swarm = world(
+        [(4, 4), (5, 4), (4, 5)],
+        tasks=[(4.5, 4)],
+        opinions=[1, 0, 0],
+        changes={"decision.strategy": "average", "sensing.range": 1.0},
+    )
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert swarm.told(0) == int((np.log(2.5 / 1.5) / 32 + 0.5) * 65535 + 0.5)
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert swarm.memory(0) == [pytest.approx(np.log(2.5 / 1.5), rel=1e-12), 1.0]
+
+
+def passing_on(world, strategy, robots=3, tasks=(), **changes):
+    """Build robots in a row, a unit from one to the next, that see half a unit and hear one."""
+    changes = {"decision.strategy": strategy, "sensing.range": 0.5, "radio.range": 1.0, **changes}
+    return world([(4 + k, 4) for k in range(robots)], tasks=list(tasks), changes=changes)
+
+
+def known(swarm, i):
+    """Return how many robots and tasks, or sightings of them, a robot knows: of a tally or a census."""
+    if isinstance(swarm, Plain):
+        robots, tasks = swarm.minds[i].knowledge.counted()
+        return sum(robots), sum(tasks)
+    words, params = swarm.state.knowledge[layout.KNOWN, i], swarm.params
+    if params.knowledge == layout.TALLY:
+        return tuple(words.reshape(params.robots, 2).sum(axis=0).tolist())
+    side = -(-params.robots // 32)
+    invented = side + -(-params.tasks // 32)
+    liars = invented + (-(-params.tasks // 32) if params.byzantine else 0)
+    robots, tasks, more, tasks_more = np.split(words, [side, invented, liars])
+    sizes = [int(np.bitwise_count(part).sum()) for part in (robots, tasks, more, tasks_more)]
+    return sizes[0] + sizes[2], sizes[1] + sizes[3]
+
+
+def speak_from_now(swarm, *robots):
+    """Let robots end their exploration with this step, and disseminate for long."""
+    for i in robots:
+        swarm.end_phase_of(i)
+    swarm.step()
+    for i in robots:
+        assert swarm.speaks(i)
+        swarm.end_phase_of(i, LONG)
+
+
+def test_a_tally_keeps_the_newest_row_of_each_robot(world):
+    swarm = passing_on(world, "tally", tasks=[(4, 4.2), (6, 4.2)])
+    speak_from_now(swarm, 0)  # robots 0 and 2 have seen a task
+    assert [known(swarm, i) for i in range(3)] == [(0, 1), (0, 0), (0, 1)]
+    speak_from_now(swarm, 1)  # and robot 1 has heard of the first's
+    assert [known(swarm, i) for i in range(3)] == [(0, 1), (0, 1), (0, 2)]
+    swarm.end_phase_of(0)
+    swarm.step()  # robot 2 hears it from robot 1
+    assert [known(swarm, i) for i in range(3)] == [(0, 1), (0, 1), (0, 4)]
+    swarm.end_phase_of(0, LONG)
+    swarm.step()  # robot 0 explores again, and hears its own old row
+    assert [known(swarm, i) for i in range(3)] == [(0, 2), (0, 1), (0, 5)]
+
+
+def test_a_tally_is_1_bit_id_and_totals_for_each_row_and_their_width(world):
+    swarm = passing_on(world, "tally", tasks=[(4, 4.2), (4, 4.3)])
+    swarm.step()
+    speak_from_now(swarm, 0, 2)
+    swarm.step()  # robot 0 tells of four sightings, three binary digits; robot 2 of nothing
+    robots, commits = numbers_of(swarm)
+    width = math.ceil(math.log2(robots))
+    flags = 2 * (width + 2) if commits else 0
+    assert swarm.bits_sent == (5 + (1 + width + 2 * 3) + 1) + (5 + 1) + flags
+
+
+def test_a_census_is_a_union_and_exact(world):
+    swarm = passing_on(world, "census", tasks=[(4, 4.2), (6, 4.2)])
+    speak_from_now(swarm, 0)
+    assert [known(swarm, i) for i in range(3)] == [(1, 1), (1, 0), (1, 1)]
+    speak_from_now(swarm, 1)
+    swarm.step()
+    swarm.step()  # nothing is counted twice
+    assert [known(swarm, i) for i in range(3)] == [(2, 1), (2, 1), (3, 2)]
+    swarm.end_phase_of(2)
+    swarm.step()
+    swarm.end_phase_of(2)
+    swarm.step()
+    assert swarm.opinion(2) == 1
+
+
+def test_a_census_is_1_bit_and_id_for_each_robot_and_1_bit_and_32_for_each_task(world):
+    swarm = passing_on(world, "census", tasks=[(4, 4.2), (4, 4.3)])
+    speak_from_now(swarm, 0)
+    assert swarm.bits_sent == 0
+    speak_from_now(swarm, 1)  # meanwhile robot 0 has told of itself and two tasks
+    robots, commits = numbers_of(swarm)
+    width = math.ceil(math.log2(robots))
+    flags = width + 2 if commits else 0
+    first = (1 + width) + 1 + 2 * 33 + 1 + flags
+    assert swarm.bits_sent == first
+    swarm.step()  # robot 0 the same, and robot 1 of both of them
+    assert swarm.bits_sent == 3 * first + 1 + width
+
+
+@pytest.mark.parametrize(("tasks", "opinion"), [(1, 1), (2, 1), (3, 0)])
+def test_a_census_of_as_many_robots_as_tasks_is_feasible(world, tasks, opinion):
+    spots = [(4, 4.1), (4, 4.2), (4, 4.3)][:tasks]
+    swarm = passing_on(world, "census", robots=2, tasks=spots)
+    speak_from_now(swarm, 0, 1)
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert known(swarm, 0) == (2, tasks)
+    assert swarm.opinion(0) == opinion
+
+
+@pytest.mark.parametrize("strategy", ["sketch", "tally", "estimate", "census"])
+def test_a_sketch_is_1024_bits_and_a_flag_costs_what_it_costs(world, strategy):
+    """Also that a robot without knowledge sends an empty message of all the others."""
+    swarm = passing_on(world, strategy, robots=2)
+    speak_from_now(swarm, 0)
+    swarm.step()
+    robots, commits = numbers_of(swarm)
+    width = math.ceil(math.log2(robots))
+    empty = {"sketch": 1024, "tally": 6, "estimate": 6, "census": 1 + width + 2}
+    assert swarm.bits_sent == empty[strategy] + (width + 2 if commits else 0)
+
+
+# --- The field's variants ---
+
+
+@pytest.mark.parametrize(
+    ("size", "order", "own", "opinion"),
+    [
+        (1, (1, 2, 3), 0, 1),  # robot 3's alone
+        (2, (1, 2, 3), 0, 0),  # those of 2 and 3: a tie
+        (2, (1, 2, 3), 1, 1),
+        (3, (1, 2, 3), 1, 0),  # all
+        (9, (1, 2, 3), 1, 0),
+        (1, (3, 2, 1), 1, 0),  # robot 1 was heard last
+        (2, (3, 1, 2), 1, 0),  # those of 1 and 2
+    ],
+)
+def test_an_inbox_keeps_the_newest_of_so_many_senders(world, size, order, own, opinion):
+    """Robots 1 and 2 say infeasible, 3 feasible; they fall silent one after the other."""
+    changes = {"decision.inbox_size": size, "decision.own_vote": False}
+    swarm = crowd(world, own, [0, 0, 1], "dmmd", **changes)
+    for silent in order:
+        swarm.end_phase_of(silent)
+        swarm.step()
+        swarm.end_phase_of(silent, LONG)
+    assert next_opinion(swarm) == opinion
+
+
+@pytest.mark.parametrize(
+    ("last", "spoken", "opinion"), [(2, 3, 1), (2, 4, 0), (1, 4, 1), (1, 5, 0), (5, 1, 0), (4, 1, 1)]
+)
+def test_listening_to_the_last_steps_of_dissemination_only(world, last, spoken, opinion):
+    """Robot 0 has five steps of dissemination left, and robot 1 speaks for so many of them."""
+    changes = {"decision.listen": {"last": last}, "decision.own_vote": False}
+    swarm = crowd(world, 1, [0], "dmmd", **changes)
+    swarm.end_phase_of(0, 5)
+    swarm.end_phase_of(1, spoken)
+    for step in range(5):
+        assert swarm.speaks(0)
+        swarm.step()
+        if step + 1 == spoken:
+            swarm.end_phase_of(1, LONG)
+    assert swarm.opinion(0) == opinion
+
+
+def test_who_listens_to_the_last_steps_of_dissemination_hears_nothing_while_exploring(world):
+    changes = {"decision.listen": {"last": 3}, "decision.own_vote": False}
+    swarm = crowd(world, 1, [0], "dmmd", disseminating=False, **changes)
+    swarm.end_phase_of(1)
+    swarm.end_phase_of(0)
+    swarm.step()
+    swarm.end_phase_of(1, LONG)
+    assert next_opinion(swarm) == 1
+
+
+@pytest.mark.parametrize("floor", [0, 3])
+def test_the_floor_is_added_to_each_dissemination(world, floor):
+    """A mean as small as this is one step."""
+    changes = {"decision.dissemination_floor": floor, "decision.gain": 1e-9}
+    swarm = world([(4, 4)], changes=changes)
+    swarm.end_phase_of(0)
+    swarm.step()
+    for _ in range(floor):
+        swarm.step()
+        assert swarm.speaks(0)
+    swarm.step()
+    assert not swarm.speaks(0)
+
+
+@pytest.mark.parametrize(("floor", "value"), [(0, 43690), (1, 43690), (2, 32768), (4, 32768)])
+def test_counts_are_taken_for_at_least_the_floor(world, floor, value):
+    """Two robots and a task: with a floor of 2, 2 / (2 + 2)."""
+    swarm = world(
+        [(4, 4), (5, 4), (4, 5)],
+        tasks=[(4.5, 4)],
+        changes={"decision.strategy": "dc", "sensing.range": 1.0, "decision.quality_floor": floor},
+    )
+    swarm.end_phase_of(0)
+    swarm.step()
+    assert swarm.told(0) == value
+
+
+def test_two_robots_with_one_id_are_one_sender(world):
+    """With ids of one bit, seven robots are two at most; the latest word of each id counts."""
+    ids = [reference.draws.philox(0, 0, i, 0, IDENTITY)[0] >> 31 for i in range(8)]
+    votes = [int(ids[i] not in ids[i + 1 :]) for i in range(1, 8)]
+    assert 0 < sum(votes) <= 2  # else the seven would say the same
+    alone = {"decision.own_vote": False}
+    assert next_opinion(crowd(world, 0, votes, "dmmd", **alone)) == 0
+    swarm = crowd(world, 0, votes, "dmmd", **alone, **{"radio.id_bits": 1})
+    assert list(swarm.ids[:8]) == [ids.index(each) for each in ids]
+    assert next_opinion(swarm) == 1
+
+
+# --- Lies ---
+
+LIARS = {"faults.byzantine": 1.0}
+
+
+@pytest.mark.parametrize(("says", "opinion"), [("feasible", 1), ("infeasible", 0)])
+@pytest.mark.parametrize("strategy", ["voter", "dc", "average", "k-unanimity", "cross-inhibition"])
+def test_liars_are_believed_and_lend_their_lie_all_quality(world, strategy, says, opinion):
+    """What a robot says is the opposite of what all tell it; two hearings take cross-inhibition there."""
+    lies = {**LIARS, "faults.byzantine_says": says}
+    swarm = crowd(world, 1 - opinion, [1 - opinion] * 3, strategy, **lies)
+    for i in range(4):
+        swarm.tell(i, 65535 * (1 - opinion))
+    swarm.rate(0, 0.5)
+    heard = next_opinion(swarm)
+    assert heard == (-1 if strategy == "cross-inhibition" else opinion)
+    if strategy == "average":
+        assert swarm.memory(0)[0] == 12 * (2 * opinion - 1)  # (0 + 3 * 16) / 4
+
+
+@pytest.mark.parametrize(
+    ("strategy", "says", "heard"),
+    [
+        ("tally", "feasible", (4, 0)),  # all four sightings were robots
+        ("tally", "infeasible", (0, 4)),  # all were tasks; robot 1's own lie doesn't come back to it
+        ("census", "feasible", (1 + 2 + 1, 1)),  # itself, as many invented as tasks, and whom it heard
+        ("census", "infeasible", (1 + 1, 1 + 3)),  # as many invented as robots, and one more
+    ],
+)
+def test_liars_that_pass_on_knowledge_invent_robots_or_tasks(world, strategy, says, heard):
+    """Robot 0 has seen a task and a robot in each of two steps; robot 1, far from both, hears of it."""
+    swarm = world(
+        [(4, 4), (8, 4)],
+        tasks=[(4, 4.5), (8, 12)],
+        changes={"decision.strategy": strategy, "radio.range": 4.0, "sensing.range": 1.0, **LIARS}
+        | {"faults.byzantine_says": says, "sensing.count_self": True},
+    )
+    swarm.end_phase_of(1)
+    swarm.step()
+    swarm.end_phase_of(1, LONG)
+    speak_from_now(swarm, 0)
+    before = known(swarm, 1)
+    swarm.step()
+    robots = numbers_of(swarm)[0]
+    more = robots - 2 if (strategy, says) == ("census", "infeasible") else 0  # the silent crowd
+    own = before if strategy == "tally" else (0, 0)
+    assert known(swarm, 1) == (heard[0] + own[0], heard[1] + own[1] + more)
+
+
+# --- Commitment ---
+
+
+def committing(world, own, votes, quorum=0.9, rounds=1, heard=1, strategy="dmmd"):
+    rule = {"quorum": quorum, "rounds": rounds, "heard": heard}
+    return crowd(world, own, votes, strategy, **{"decision.commit": rule})
+
+
+def decide_again(swarm):
+    """Let robot 0 end its exploration, hear once more while disseminating, and decide."""
+    swarm.end_phase_of(0)
+    swarm.step()
+    return next_opinion(swarm)
+
+
+@pytest.mark.parametrize(
+    ("own", "votes", "quorum", "heard", "commits"),
+    [
+        (1, [1, 1, 1, 0], 0.75, 4, True),  # exactly the quorum, and exactly so many
+        (1, [1, 1, 1, 0], 0.76, 4, False),
+        (1, [1, 1, 1, 0], 0.75, 5, False),
+        (0, [0, 0, 0, 1], 0.75, 4, True),
+        (0, [1, 1, 1], 1.0, 3, True),  # with what it has just decided
+        (1, [], 0.0, 1, False),
+        (1, [1, 0], 0.5, 1, True),
+        (1, [1, 1, 0, 0], 0.6, 1, False),
+    ],
+)
+def test_a_robot_commits_if_enough_of_its_inbox_agree(world, own, votes, quorum, heard, commits):
+    swarm = committing(world, own, votes, quorum, 1, heard)
+    next_opinion(swarm)
+    assert swarm.committed(0) == commits
+
+
+def test_a_robot_commits_after_so_many_rounds_running(world):
+    swarm = committing(world, 1, [1, 1, 1], rounds=2, heard=3)
+    next_opinion(swarm)
+    assert not swarm.committed(0)
+    for i in (1, 2, 3):
+        swarm.end_phase_of(i)
+    swarm.step()  # heard for the last time, and
+    for i in (1, 2, 3):
+        swarm.end_phase_of(i, LONG)
+    swarm.end_phase_of(0)
+    swarm.step()
+    next_opinion(swarm)
+    assert swarm.committed(0)
+
+
+def test_a_round_without_agreement_starts_the_count_again(world):
+    swarm = committing(world, 1, [1, 1, 1], rounds=2, heard=3)
+    for i in (1, 2, 3):
+        swarm.end_phase_of(i)
+    next_opinion(swarm)  # the first
+    for i in (1, 2, 3):
+        swarm.end_phase_of(i, LONG)
+    decide_again(swarm)  # in silence
+    speak_from_now(swarm, 1, 2, 3)
+    decide_again(swarm)  # the first again
+    assert not swarm.committed(0)
+    decide_again(swarm)
+    assert swarm.committed(0)
+
+
+@pytest.mark.parametrize("strategy", ["dmmd", "voter"])
+def test_a_committed_robot_keeps_its_opinion(world, strategy):
+    places = [(4, 4)] + [(4 + 0.1 * k, 4) for k in range(6)]
+    swarm = world(
+        places,
+        opinions=[1, 1, 0, 0, 0, 0, 0],
+        disseminating=[1, 1, 0, 0, 0, 0, 0],
+        changes={
+            "decision.strategy": strategy,
+            "decision.commit": {"quorum": 0.9, "rounds": 1, "heard": 1},
+        },
+    )
+    swarm.end_phase_of(1)
+    assert next_opinion(swarm) == 1
+    assert swarm.committed(0)
+    swarm.end_phase_of(1, LONG)
+    speak_from_now(swarm, 2, 3, 4, 5, 6)
+    assert decide_again(swarm) == 1
+    assert swarm.committed(0)
+
+
+def test_a_robot_without_an_opinion_commits_to_nothing(world):
+    swarm = committing(world, 1, [0, 0, 0], quorum=0.0, strategy="cross-inhibition")
+    assert next_opinion(swarm) == -1
+    assert not swarm.committed(0)
 
 
 @pytest.mark.parametrize(

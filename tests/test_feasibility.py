@@ -218,6 +218,8 @@ def test_a_million_robots_take_no_more_steps_than_sixty_four(missing):
     lines = Counter()
 
     def trace(frame, event, arg):
+        if "feasibee" not in frame.f_code.co_filename:  # a finaliser of some library, whenever it comes
+            return None
         lines[few] += 1
         return trace
 

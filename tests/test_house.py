@@ -80,18 +80,36 @@ def test_importing_does_nothing():
 
 
 def test_a_robots_mind_needs_neither_numpy_nor_numba():
-    code = "import feasibee.robot, feasibee.strategies.dmmd"
+    code = "import feasibee.robot, feasibee.strategies"
     assert not {"numpy", "numba", "pydantic"} & loaded_by(code)
 
 
 def test_strategies_import_nothing_but_math():
+    """Or another strategy, that it builds on."""
+    files = {path.stem: path for path in (PACKAGE / "strategies").glob("*.py")}
+    own = {name.replace("-", "_") for name in strategies.STRATEGIES}
+    assert set(files) == own | {"__init__", "contract", "loading"}
     for name, strategy in strategies.STRATEGIES.items():
-        tree = ast.parse(Path(strategy.__file__).read_text())
+        tree = ast.parse(files[name.replace("-", "_")].read_text())
         imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
         names = {alias.name for node in imports for alias in node.names}
-        assert names <= {"math"}, name
-        assert {"quality", "dissemination", "decide"} <= set(dir(strategy))
-        assert name == strategy.__name__.rpartition(".")[2].replace("_", "-")
+        siblings = {
+            alias.name
+            for node in imports
+            if isinstance(node, ast.ImportFrom) and node.module == "feasibee.strategies"
+            for alias in node.names
+        }
+        assert siblings <= own, name
+        assert names - siblings <= {"math"}, name
+        assert strategy.name == name
+
+
+def test_a_strategy_says_its_rule_its_message_and_its_source():
+    for name in strategies.STRATEGIES:
+        text = importlib.import_module(f"feasibee.strategies.{name.replace('-', '_')}").__doc__
+        assert "References\n----------\n" in text, name
+        assert "Message: " in text or "the messages and the memory are those of" in text, name
+        assert "Memory: " in text or "the messages and the memory are those of" in text, name
 
 
 def test_only_the_one_decorator_says_njit():

@@ -38,10 +38,21 @@ RESULTS = label(
         feasible_count=np.array(
             [[5, 6, 7, 8, 10, 10], [4, 2, 0, 0, 0, 0], [10, 10, 10, 10, 10, 10], [5, 5, 5, 5, 5, 5]], np.int32
         ),
+        infeasible_count=np.array(
+            [[5, 4, 3, 2, 0, 0], [6, 8, 10, 10, 10, 10], [0, 0, 0, 0, 0, 0], [5, 5, 5, 5, 5, 5]], np.int32
+        ),
+        account=np.tile(np.array([0, -1, 0, 0]), (4, 1)),
     ),
     SCENARIO,
     seed=0,
 )
+
+
+def one_run(decision, step, curve):
+    """Make the record of one run of ten robots, each with an opinion."""
+    decision, step = np.array([decision], np.int8), np.array([step], np.int32)
+    counter_curve = np.where(curve < 0, -1, 10 - curve).astype(np.int32)
+    return Record(0, decision, step, curve, counter_curve, np.array([[0, -1, 0, 0]]))
 
 
 def swarm_at(places, targets=((1.0, 2.0),), opinions=None, **scenario):
@@ -175,7 +186,7 @@ def test_opinions_are_the_median_and_the_quartile_band():
 
 def test_several_results_are_several_lines_told_apart():
     other = label(
-        Record(0, np.array([0], np.int8), np.array([1], np.int32), np.array([[9, 8, 7, 6, 5, 4]], np.int32)),
+        one_run(0, 1, np.array([[9, 8, 7, 6, 5, 4]], np.int32)),
         SCENARIO,
         seed=0,
     )
@@ -200,7 +211,7 @@ def test_bands_of_different_lengths_are_all_in_view():
 def test_a_run_that_stopped_at_its_decision_keeps_its_opinion_in_the_figure():
     scenario = SCENARIO.replace({"run.stop_at_decision": True})
     curve = np.array([[5, 8, 10, -1, -1, -1]], np.int32)
-    ax = plot_opinions(label(Record(0, np.array([1], np.int8), np.array([2], np.int32), curve), scenario, 0))
+    ax = plot_opinions(label(one_run(1, 2, curve), scenario, 0))
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [50, 80, 100, 100, 100, 100])
 
 

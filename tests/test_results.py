@@ -6,6 +6,7 @@ import errno
 import gc
 import json
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ import xarray as xr
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
 from feasibee.record import Record
 from feasibee.results import label, recipe_of
+from feasibee.strategies import dmvd
 
 SCENARIO = Scenario(robots={"count": 5}, tasks={"count": 9}, run={"steps": 3})
 RECORD = Record(
@@ -21,6 +23,8 @@ RECORD = Record(
     decision=np.array([1, -1], np.int8),
     decision_step=np.array([2, -1], np.int32),
     feasible_count=np.array([[3, 4, 5, 5], [2, 2, 3, 2]], np.int32),
+    infeasible_count=np.array([[2, 1, 0, 0], [3, 3, 2, 3]], np.int32),
+    account=np.array([[70, -1, 0, 0], [65, 3, 4, 1]]),
 )
 
 
@@ -37,7 +41,13 @@ def refuse_to_write(*arguments, **options):
 
 def test_a_record_gets_names_dimensions_and_coordinates():
     dataset = label(RECORD, SCENARIO, seed=7)
-    assert set(dataset.data_vars) == {"decision", "decision_step", "feasible_count"}
+    assert set(dataset.data_vars) == {
+        "decision",
+        "decision_step",
+        "feasible_count",
+        "infeasible_count",
+        "bits_sent",
+    }
     assert dataset.decision.dims == dataset.decision_step.dims == ("run",)
     assert dataset.feasible_count.dims == ("run", "step")
     assert dataset.run.values.tolist() == [40, 41]
@@ -45,14 +55,26 @@ def test_a_record_gets_names_dimensions_and_coordinates():
     assert dataset.decision.values.tolist() == [1, -1]
     assert dataset.decision_step.sel(run=40) == 2
     assert dataset.feasible_count.sel(run=41, step=2) == 3
+    assert dataset.infeasible_count.sel(run=41, step=2) == 2
+    assert dataset.bits_sent.values.tolist() == [70, 65]
     dtypes = {name: str(variable.dtype) for name, variable in dataset.variables.items()}
     assert dtypes == {
         "decision": "int8",
         "decision_step": "int32",
         "feasible_count": "int32",
+        "infeasible_count": "int32",
+        "bits_sent": "int64",
         "run": "int64",
         "step": "int64",
     }
+
+
+def test_commitment_is_labelled_if_robots_commit():
+    dataset = label(RECORD, SCENARIO.replace({"decision.commit.rounds": 2}), seed=7)
+    assert dataset.commit_step.values.tolist() == [-1, 3]
+    assert dataset.committed_feasible.values.tolist() == [0, 4]
+    assert dataset.committed_infeasible.values.tolist() == [0, 1]
+    assert all(dataset[name].attrs["long_name"] for name in dataset.data_vars)
 
 
 def test_labels_say_meaning_and_unit():
@@ -63,6 +85,8 @@ def test_labels_say_meaning_and_unit():
         "decision": None,
         "decision_step": "step",
         "feasible_count": "robots",
+        "infeasible_count": "robots",
+        "bits_sent": "bit",
         "run": None,
         "step": "step",
     }
@@ -77,7 +101,15 @@ def test_labels_say_meaning_and_unit():
 
 def test_without_curves_there_is_no_step():
     dataset = label(Record.empty(0, 3, 0), SCENARIO, seed=7)
-    assert set(dataset.variables) == {"decision", "decision_step", "run"}
+    assert set(dataset.variables) == {"decision", "decision_step", "bits_sent", "run"}
+
+
+def test_the_recipe_holds_the_text_of_a_users_strategy(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(Path(dmvd.__file__).read_text())
+    mine = SCENARIO.replace({"decision.strategy": str(path)})
+    assert json.loads(label(RECORD, mine, 0).attrs["recipe"])["strategy_source"] == path.read_text()
+    assert "strategy_source" not in json.loads(label(RECORD, SCENARIO, 0).attrs["recipe"])
 
 
 def test_the_recipe_says_all_that_made_the_record():
@@ -174,7 +206,8 @@ def test_opened_results_do_not_hold_the_file(tmp_path):
 
 
 def test_curves_are_packed(tmp_path):
-    record = Record(0, np.zeros(100, np.int8), np.zeros(100, np.int32), np.zeros((100, 1001), np.int32))
+    record = Record.empty(0, 100, 1001)
+    record.feasible_count[:] = 0
     save_results(label(record, SCENARIO, 0), tmp_path / "a.nc")
     assert (tmp_path / "a.nc").stat().st_size < record.feasible_count.nbytes / 4
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
-from feasibee.scenario import Arena, Radio, Robots, Sensing, Tasks
+from feasibee.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
 PAPER = {
@@ -37,6 +37,8 @@ PAPER = {
         "strategy": "dmmd",
         "exploration": 10.0,
         "gain": 10.0,
+        "dissemination_floor": 0,
+        "quality_floor": 0,
         "listen": "always",
         "inbox": "latest-per-robot",
         "own_vote": True,
@@ -51,7 +53,7 @@ PAPER = {
     },
     "run": {"steps": 1000, "stop_at_decision": False},
 }
-"""The names and defaults of issues 2 and 3, on which other tools rely."""
+"""The names and defaults of issues 2 to 4, on which other tools rely."""
 
 OTHER_VALUES = {
     "arena.side": 21.0,
@@ -78,8 +80,11 @@ OTHER_VALUES = {
     "radio.range": 3.0,
     "radio.loss": 0.1,
     "decision.exploration": 11.0,
+    "decision.strategy": "dmvd",
     "decision.gain": 11.0,
-    "decision.listen": "dissemination",
+    "decision.dissemination_floor": 1,
+    "decision.quality_floor": 1,
+    "decision.listen": {"last": 3},
     "decision.inbox": "every-message",
     "decision.own_vote": False,
     "decision.threshold": 0.8,
@@ -91,7 +96,12 @@ OTHER_VALUES = {
     "run.steps": 999,
     "run.stop_at_decision": True,
 }
-SINGLE_VALUED = {"decision.strategy"}
+UNSET = {
+    "radio.id_bits": 8,
+    "decision.inbox_size": 4,
+    "decision.commit": {"quorum": 0.8, "rounds": 2, "heard": 1},
+}
+"""Fields that the paper's scenario leaves out, and values for them."""
 PATHS = [f"{section}.{key}" for section, table in PAPER.items() for key in table]
 
 
@@ -197,12 +207,14 @@ def test_a_scenario_is_read_from_its_file(tmp_path):
 
 
 def test_every_field_has_another_value_to_try():
-    assert set(OTHER_VALUES) | SINGLE_VALUED == set(PATHS)
+    assert set(OTHER_VALUES) == set(PATHS)
+    assert all(OTHER_VALUES[path] != at(PAPER, path) for path in PATHS)
 
 
 def test_every_field_changes_the_hash():
-    hashes = {Scenario(**table_of(path, value)).hash for path, value in OTHER_VALUES.items()}
-    assert len(hashes | {Scenario().hash}) == len(OTHER_VALUES) + 1
+    others = {**OTHER_VALUES, **UNSET}
+    hashes = {Scenario(**table_of(path, value)).hash for path, value in others.items()}
+    assert len(hashes | {Scenario().hash}) == len(others) + 1
     assert all(re.fullmatch("[0-9a-f]{64}", text) for text in hashes)
 
 
@@ -244,15 +256,16 @@ def test_a_radio_that_was_set_stays_through_replace():
     assert Scenario().replace({"radio.range": 5.0}).replace({"sensing.range": 3.0}).radio.range == 5.0
 
 
-@pytest.mark.parametrize("path", OTHER_VALUES)
+@pytest.mark.parametrize("path", [*OTHER_VALUES, *UNSET])
 def test_replace_changes_one_field_and_leaves_the_original(path):
     original = Scenario()
-    changed = original.replace({path: OTHER_VALUES[path]}).to_dict()
+    value = {**OTHER_VALUES, **UNSET}[path]
+    changed = original.replace({path: value}).to_dict()
     assert original.to_dict() == PAPER
     expected = {name: dict(table) for name, table in PAPER.items()}
-    expected[path.split(".")[0]][path.split(".")[1]] = OTHER_VALUES[path]
+    expected[path.split(".")[0]][path.split(".")[1]] = value
     if path == "sensing.range":
-        expected["radio"]["range"] = OTHER_VALUES[path]
+        expected["radio"]["range"] = value
     assert changed == expected
 
 
@@ -363,10 +376,28 @@ WRONG = [
     ("radio.range", -2.0, "> 0", "default"),
     ("radio.range", 10.001, "half the side", "arena.side"),
     ("radio.range", "far", "number", "default"),
-    ("decision.strategy", "dmvd", "'dmmd'", "dmmd"),
+    ("decision.strategy", "dmdm", "one of dmmd, dmvd, dc, voter, majority, k-unanimity,", "dmmd"),
+    ("decision.strategy", "none.py", "is no file", "dmmd"),
+    ("decision.strategy", 5, "string", "dmmd"),
+    ("decision.parameters", 5, "table", "[decision.parameters]"),
+    ("decision.dissemination_floor", -1, "≥ 0", "0"),
+    ("decision.dissemination_floor", 0.5, "whole number", "0"),
+    ("decision.quality_floor", -1, "≥ 0", "0"),
+    ("decision.inbox_size", 0, "≥ 1", "default"),
+    ("decision.inbox_size", 1.5, "whole number", "default"),
+    ("decision.commit", True, "table", "[decision.commit]"),
+    ("radio.id_bits", 0, "≥ 1", "default"),
+    ("radio.id_bits", 33, "≤ 32", "default"),
+    ("decision.listen", {"last": 0}, "{last = 3}", "always"),
+    ("decision.listen", {"last": 1.0}, "{last = 3}", "always"),
+    ("decision.listen", {"last": True}, "{last = 3}", "always"),
+    ("decision.listen", {"first": 3}, "{last = 3}", "always"),
+    ("decision.listen", {"last": 3, "first": 3}, "{last = 3}", "always"),
+    ("decision.listen", {}, "{last = 3}", "always"),
+    ("decision.listen", 3, "{last = 3}", "always"),
     ("decision.exploration", 0.0, "> 0", "10.0"),
     ("decision.gain", -1.0, "> 0", "10.0"),
-    ("decision.listen", "never", "'always' or 'dissemination'", "always"),
+    ("decision.listen", "never", "'always', 'dissemination', or {last = 3}", "always"),
     ("decision.inbox", "latest", "'latest-per-robot' or 'every-message'", "latest-per-robot"),
     ("decision.own_vote", 0, "true or false", "true"),
     ("decision.threshold", 0.49, "≥ 0.5", "0.9"),
@@ -734,6 +765,264 @@ def test_a_missing_csv_is_told(tmp_path):
     assert "can't be read: No such file" in problem.rule
 
 
+# --- Strategies, their parameters, commitment, and the field's presets ---
+
+CLASSES = {"classes": [LIFTERS, {"name": "b", "count": 7}]}
+REFUSED = [
+    (
+        {"decision": {"inbox": "every-message", "inbox_size": 3}},
+        'decision.inbox_size = 3: counts robots, which isn\'t known with inbox = "every-message"; '
+        'leave one of them out, or choose inbox = "latest-per-robot"',
+    ),
+    *(
+        (
+            {"decision": {"strategy": name, "inbox": "every-message"}},
+            f"decision.inbox = 'every-message': {name} sends a number, of which only each robot's latest is "
+            'kept; choose inbox = "latest-per-robot"',
+        )
+        for name in ("dc", "average")
+    ),
+    *(
+        (
+            {"decision": {"strategy": name, "quality_floor": 1}},
+            f"decision.quality_floor = 1: {name} rates what the swarm knows, not the counts of one "
+            "exploration; leave it out",
+        )
+        for name in ("tally", "estimate", "census", "sketch")
+    ),
+    (
+        {"decision": {"strategy": "census"}, "radio": {"id_bits": 8}, "robots": CLASSES},
+        "radio.id_bits = 8: lets robots of two classes have one id, of which a census can't tell the class; "
+        "leave it out, or choose sketch",
+    ),
+    *(
+        (
+            {"decision": {"strategy": name}, "sensing": {f"false_{kind}": 0.5}},
+            f"sensing.false_{kind} = 0.5: {name} counts things by name, and what isn't there has none; "
+            "leave it out, or choose tally",
+        )
+        for name in ("census", "sketch")
+        for kind in ("robots", "tasks")
+    ),
+    (
+        {"decision": {"strategy": "census"}, "robots": {"count": 1_000_000}},
+        "decision.strategy = 'census': what 1000000 robots know would take 233 GiB, over 4; "
+        "choose sketch or average, or fewer robots",
+    ),
+    (
+        {"decision": {"strategy": "tally"}, "robots": {"count": 30_000}},
+        "decision.strategy = 'tally': what 30000 robots know would take 13 GiB, over 4; "
+        "choose sketch or average, or fewer robots",
+    ),
+    (
+        {"decision": {"parameters": {"k": 2.0}}},
+        "decision.parameters.k = 2.0: dmmd has no such parameter; it has none",
+    ),
+    (
+        {"decision": {"strategy": "bayes", "parameters": {"k": 2.0}}},
+        "decision.parameters.k = 2.0: bayes has no such parameter; it has credence, positive_feedback",
+    ),
+    (
+        {"decision": {"strategy": "bayes", "parameters": {"credence": "high"}}},
+        "decision.parameters.credence = 'high': must be a number; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"quorum": 1.5}}},
+        "decision.commit.quorum = 1.5: must be ≤ 1; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"quorum": 0.1234567891}}},
+        "decision.commit.quorum = 0.1234567891: must have at most 9 decimals; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"rounds": 0}}},
+        "decision.commit.rounds = 0: must be ≥ 1; leave it out for the default",
+    ),
+    (
+        {"decision": {"commit": {"heard": 0}}},
+        "decision.commit.heard = 0: must be ≥ 1; leave it out for the default",
+    ),
+    (
+        {"preset": "subcdm-2025", "decision": {"strategy": "census"}},
+        "decision.quality_floor = 1: census rates what the swarm knows, not the counts of one exploration; "
+        "leave it out",
+    ),
+    (
+        {"preset": "valentini-2016", "decision": {"inbox": "every-message"}},
+        'decision.inbox_size = 2: counts robots, which isn\'t known with inbox = "every-message"; '
+        'leave one of them out, or choose inbox = "latest-per-robot"',
+    ),
+    (
+        {"preset": "valentini"},
+        "preset = 'valentini': must be 'valentini-2016', 'minimize-surprise' or 'subcdm-2025'; "
+        "leave it out for the default",
+    ),
+    (
+        {"preset": "subcdm-2025", "decision": 5},
+        "decision = 5: must be a table; write [decision] and its fields below",
+    ),
+    (
+        {"decision": {"strategy": "census", "quality_floor": -1}},
+        "decision.quality_floor = -1: must be ≥ 0; the paper uses 0",
+    ),
+    (
+        {"decision": {"strategy": "census"}, "radio": {"id_bits": 0}, "robots": CLASSES},
+        "radio.id_bits = 0: must be ≥ 1; leave it out for the default",
+    ),
+]
+
+
+@pytest.mark.parametrize(("tables_", "line"), REFUSED)
+def test_what_strategies_have_no_use_for_is_refused(tables_, line):
+    assert told(tables_) == line
+
+
+@pytest.mark.parametrize(
+    "tables_",
+    [
+        {"decision": {"strategy": "census"}, "radio": {"id_bits": 8}},
+        {"decision": {"strategy": "sketch"}, "radio": {"id_bits": 8}, "robots": CLASSES},
+        {"decision": {"strategy": "tally"}, "sensing": {"false_robots": 0.5}},
+        {"decision": {"strategy": "k-unanimity", "inbox": "every-message"}},
+        {"decision": {"strategy": "average", "quality_floor": 1, "inbox_size": 3}},
+        {"decision": {"strategy": "tally"}, "robots": {"count": 16_000}},
+        {"decision": {"strategy": "sketch"}, "robots": {"count": 1_000_000}},
+    ],
+)
+def test_what_strategies_have_a_use_for_is_not_refused(tables_):
+    assert Scenario(**tables_).strategy.name == tables_["decision"]["strategy"]
+
+
+def test_parameters_have_the_strategys_order_and_defaults():
+    """So that the functions find them by their place."""
+    turned = {"positive_feedback": 0, "credence": 0.9}
+    scenario = Scenario(decision={"strategy": "bayes", "parameters": turned})
+    assert list(scenario.decision.parameters.items()) == [("credence", 0.9), ("positive_feedback", 0.0)]
+    whole = Scenario(decision={"strategy": "bayes"})
+    assert whole.decision.parameters == {"credence": 0.95, "positive_feedback": 1.0}
+    assert whole.replace({"decision.strategy": "dmmd"}).decision.parameters == {}
+    assert tomllib.loads(whole.to_toml())["decision"]["parameters"] == whole.decision.parameters
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    written = Scenario(decision={"strategy": "bayes", "parameters": dict(whole.decision.parameters)})
+    assert (written, written.hash) == (whole, whole.hash)
+
+
+def test_commitment_has_defaults_and_comes_back_from_toml():
+    scenario = Scenario(decision={"commit": {}, "listen": {"last": 3}})
+    commit = scenario.decision.commit
+    assert (commit.quorum, commit.rounds, commit.heard) == (0.9, 3, 3)
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert Scenario.from_toml("[decision]\nlisten = {last = 3}\n[decision.commit]\n") == scenario
+
+
+PRESETS = {  # model.md 7, at ten ticks a second: 10 s are 100 steps, 3 s are 30
+    "valentini-2016": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.dissemination_floor": 30,
+        "decision.listen": {"last": 30},
+        "decision.inbox_size": 2,
+        "run.steps": 10_000,
+    },
+    "minimize-surprise": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.dissemination_floor": 30,
+        "decision.listen": {"last": 30},
+        "decision.inbox_size": 4,
+        "run.steps": 10_000,
+    },
+    "subcdm-2025": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.listen": "dissemination",
+        "decision.inbox_size": 2,
+        "decision.quality_floor": 1,
+        "radio.id_bits": 8,
+        "run.steps": 10_000,
+    },
+}
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_is_what_that_controller_does_and_the_paper_elsewhere(name):
+    scenario = Scenario(preset=name)
+    assert scenario == Scenario().replace(PRESETS[name])
+    assert scenario.hash == Scenario().replace(PRESETS[name]).hash
+    assert scenario.decision.own_vote
+    assert scenario.decision.inbox == "latest-per-robot"
+    assert Scenario.from_toml(f'preset = "{name}"') == scenario
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_lies_under_what_is_given(name):
+    given_tables = {"decision": {"gain": 7.0, "strategy": "dmvd"}, "tasks": {"count": 3}, "run": {"steps": 9}}
+    changes = {f"{section}.{key}": v for section, table in given_tables.items() for key, v in table.items()}
+    scenario = Scenario(preset=name, **given_tables)
+    assert scenario == Scenario().replace({**PRESETS[name], **changes})
+    sections = {"decision": Decision(gain=7.0, strategy="dmvd"), "tasks": Tasks(count=3), "run": Run(steps=9)}
+    assert Scenario(preset=name, **sections) == scenario
+    assert Scenario(preset=name).replace(changes) == scenario
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_is_gone_once_it_is_applied(name):
+    """The complete form holds its values, so that nobody needs to know what it was."""
+    scenario = Scenario(preset=name)
+    assert "preset" not in tomllib.loads(scenario.to_toml())
+    again = Scenario.from_toml(scenario.to_toml())
+    assert (again, again.hash) == (scenario, scenario.hash)
+    assert len({scenario, again}) == 1
+
+
+# --- Changes deep inside ---
+
+
+def test_replace_reaches_into_lists_and_tables():
+    mixed = Scenario(**MIXED)
+    changed = mixed.replace({"robots.classes.0.count": 9, "robots.classes.1.skills": ["scan"]})
+    assert [each.count for each in changed.robots.classes] == [9, 1]
+    assert changed.robots.classes[1].skills == ("scan",)
+    assert changed.robots.count == 10
+    assert mixed.robots.classes[0].count == 4
+    assert mixed.replace({"tasks.classes.0.needs.push": 2}).tasks.classes[0].needs["push"] == 2
+    moved = mixed.replace({"tasks.points.1": [5.0, 6.0]})
+    assert moved.tasks.points == ((1.0, 2.5), (5.0, 6.0), (30.0, 12.5))
+
+
+def test_replace_makes_the_tables_on_its_way():
+    commit = Scenario().replace({"decision.commit.quorum": 0.7}).decision.commit
+    assert (commit.quorum, commit.rounds) == (0.7, 3)
+    first = Scenario(decision={"commit": {"rounds": 5}})
+    assert first.replace({"decision.commit.quorum": 0.7}).decision.commit.rounds == 5
+    assert first.replace({"decision.commit": None}).decision.commit is None
+    assert Scenario().replace({"decision.listen.last": 4}).decision.listen == {"last": 4}
+    bayes = Scenario().replace({"decision.strategy": "bayes", "decision.parameters.credence": 0.8})
+    assert bayes.decision.parameters == {"credence": 0.8, "positive_feedback": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [
+        ("robots.classes.7.count", "robots.classes.7.count = 3: leads through something that isn't there; "),
+        ("robots.classes.x.count", "robots.classes.x.count = 3: leads through something that isn't there; "),
+        ("robots.classes.7", "robots.classes.7 = 3: leads through something that isn't there; "),
+        ("arena.boundary.x", "arena.boundary.x = 3: leads through something that isn't there; "),
+        ("robots..count", "robots..count = 3: isn't the path of a field; write section.field"),
+        ("robots.classes.", "robots.classes. = 3: isn't the path of a field; write section.field"),
+        ("robots.classes.0.cuont", "robots.classes.0.cuont = 3: unknown key; "),
+        ("robots.classes.0.name", "robots.classes.0.name = 3: must be a string; "),
+        ("decision.commit.quorm", "decision.commit.quorm = 3: unknown key; "),
+        ("decision.commit.quorum", "decision.commit.quorum = 3: must be ≤ 1; "),
+    ],
+)
+def test_replace_tells_of_paths_that_lead_nowhere(path, line):
+    with pytest.raises(ScenarioError) as caught:
+        Scenario(**MIXED).replace({path: 3})
+    assert str(caught.value).startswith(line)
+    assert len(caught.value.problems) == 1
+
+
 # --- Files and texts that are no scenario ---
 
 
@@ -804,6 +1093,8 @@ TYPES = {
 def accepts(schema, value, root):
     """Validate with what our schema uses of JSON Schema; an unknown keyword is a KeyError."""
     number = isinstance(value, NUMBER) and not isinstance(value, bool)
+    table = value if isinstance(value, dict) else {}
+    others = set(table) - set(schema.get("properties", {}))
     rules = {
         "$ref": lambda ref: accepts(root["$defs"][ref.rpartition("/")[2]], value, root),
         "anyOf": lambda options: any(accepts(option, value, root) for option in options),
@@ -811,9 +1102,16 @@ def accepts(schema, value, root):
             isinstance(value, TYPES[name]) and (name == "boolean") == isinstance(value, bool)
         ),
         "properties": lambda fields: all(
-            accepts(field, value[key], root) for key, field in fields.items() if key in value
+            accepts(field, table[key], root) for key, field in fields.items() if key in table
         ),
-        "additionalProperties": lambda allowed: allowed or set(value) <= set(schema["properties"]),
+        "additionalProperties": lambda allowed: all(
+            accepts(allowed, table[key], root) if isinstance(allowed, dict) else allowed for key in others
+        ),
+        "propertyNames": lambda names: all(accepts({**names, "type": "string"}, key, root) for key in table),
+        "required": lambda keys: set(keys) <= set(table),
+        "minProperties": lambda bound: len(table) >= bound,
+        "minLength": lambda bound: isinstance(value, str) and len(value) >= bound,
+        "maxLength": lambda bound: isinstance(value, str) and len(value) <= bound,
         "const": lambda only: value == only,
         "enum": lambda several: value in several,
         "minimum": lambda bound: number and value >= bound,
@@ -830,14 +1128,16 @@ def accepts(schema, value, root):
 
 def field_schemas():
     schema = Scenario.model_json_schema()
-    for section, reference in schema["properties"].items():
+    sections = {name: each for name, each in schema["properties"].items() if name != "preset"}
+    for section, reference in sections.items():
         for key, field in schema["$defs"][reference["$ref"].rpartition("/")[2]]["properties"].items():
             yield f"{section}.{key}", field
 
 
 def test_the_schema_lists_every_field_with_its_default_and_meaning():
     fields = dict(field_schemas())
-    unset = {"robots.points", "robots.classes", "tasks.points", "tasks.classes"}
+    lists = {"robots.points", "robots.classes", "tasks.points", "tasks.classes"}
+    unset = {*lists, *UNSET, "decision.parameters"}
     assert [path for path in fields if path not in unset] == PATHS
     assert unset < set(fields)
     for path, field in fields.items():
@@ -864,7 +1164,8 @@ def test_the_schema_accepts_its_own_defaults():
 def test_the_schema_refuses_what_a_single_field_must_not_be():
     schema = Scenario.model_json_schema()
     for path, value, rule, _ in WRONG:
-        takes_two_fields_to_see = "half the side" in rule
-        assert accepts(schema, table_of(path, value), schema) == takes_two_fields_to_see, (path, value)
-    for path, value in OTHER_VALUES.items():
+        # Strategies are found among files and packages, and ranges compared with the arena.
+        takes_more_to_see = "half the side" in rule or (path == "decision.strategy" and value != 5)
+        assert accepts(schema, table_of(path, value), schema) == takes_more_to_see, (path, value)
+    for path, value in {**OTHER_VALUES, **UNSET}.items():
         assert accepts(schema, table_of(path, value), schema), (path, value)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -133,9 +131,11 @@ def contenders_of(
         changes = [{"decision.strategy": name, "decision.parameters": {}} for name in names]
         own = scenario.decision.strategy
         changes = [{} if name == own else each for name, each in zip(names, changes, strict=True)]
+    short = [Path(name).name for name in names]
+    labels = [brief if short.count(brief) == 1 else name for brief, name in zip(short, names, strict=True)]
     return {
-        Path(name).name: scenario.replace({**each, "run.stop_at_decision": False})
-        for name, each in zip(names, changes, strict=True)
+        label: scenario.replace({**each, "run.stop_at_decision": False})
+        for label, each in zip(labels, changes, strict=True)
     }
 
 
@@ -186,7 +186,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Sum up the runs of one contender."""
     feasible = truth(scenario)
     held = record.feasible_count if feasible else record.infeasible_count
-    counted = np.array([counted_robots(scenario, step) for step in range(held.shape[1])])
+    counted = np.array([scenario.counted(step) for step in range(held.shape[1])])
     needed = exact(scenario.decision.threshold)
     right = held * needed.denominator > counted * needed.numerator
     most = np.maximum(record.feasible_count[:, -1], record.infeasible_count[:, -1])
@@ -206,17 +206,6 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         committed[0 if feasible else 1] / max(1, counted[-1]),
         record.commit_step,
     )
-
-
-def counted_robots(scenario: Scenario, step: int) -> int:
-    """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
-    left = count = scenario.robots.count
-    numbers = []
-    for share in (scenario.faults.stopped, scenario.faults.byzantine):
-        numbers.append(min(left, math.floor(exact(share) * count + Fraction(1, 2))))
-        left -= numbers[-1]
-    stopped = numbers[0] if step >= scenario.faults.stop_step else 0
-    return count - numbers[1] - stopped
 
 
 def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:

@@ -27,8 +27,12 @@ def draw_against_ratio(
             middle, low, high = 100 * np.array(intervals).T
             spread = (middle - low, high - middle)
             ax.errorbar(places, middle, yerr=spread, markersize=4, elinewidth=0.6, label=name, **look)
-        labels = [f"{ratio}\nm = {number}" for ratio, number in zip(ratios, tasks, strict=True)]
-        ax.set(xticks=places, xticklabels=labels, xlabel="robot-to-task ratio n/m, and tasks m")
+        labels = [f"{ratio}\n{number}" for ratio, number in zip(ratios, tasks, strict=True)]
+        ax.set(
+            xticks=places,
+            xticklabels=labels,
+            xlabel="robot-to-task ratio n/m, and below it the number of tasks m",
+        )
         ax.set(ylabel="swarms that are right at the end (%)", ylim=(-2, 102))
         _legend(ax)
     return drawn

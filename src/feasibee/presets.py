@@ -26,7 +26,8 @@ def with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
     name = tables.get("preset")
     for section, values in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
         table = tables.get(section, {})
-        if not isinstance(table, Mapping):
-            table = table.model_dump(exclude_unset=True) if hasattr(table, "model_dump") else {}
-        tables[section] = {**values, **table}
+        if hasattr(table, "model_dump"):
+            table = table.model_dump(exclude_unset=True)
+        if isinstance(table, Mapping):  # else it is an error, for the scenario to tell
+            tables[section] = {**values, **table}
     return tables

@@ -138,15 +138,15 @@ def _strategy(explicit: Explicit, fit: Any) -> Iterator[Problem]:
             rule = f"{strategy.name} has no such parameter"
             remedy = f"it has {', '.join(strategy.parameters) or 'none'}"
             yield Problem(f"decision.parameters.{name}", decision["parameters"][name], rule, remedy)
-    if strategy.value_bits and decision["inbox"] == "every-message":
+    if strategy.value_bits and fit("decision.inbox") and decision["inbox"] == "every-message":
         rule = f"{strategy.name} sends a number, of which only each robot's latest is kept"
         remedy = 'choose inbox = "latest-per-robot"'
         yield Problem("decision.inbox", decision["inbox"], rule, remedy)
-    if strategy.knowledge and decision["quality_floor"] != 0:
+    if strategy.knowledge and fit("decision.quality_floor") and decision["quality_floor"] != 0:
         rule = f"{strategy.name} rates what the swarm knows, not the counts of one exploration"
         yield Problem("decision.quality_floor", decision["quality_floor"], rule, "leave it out")
     by_name = strategy.name == "census" and explicit["radio"]["id_bits"] is not None
-    if by_name and fit("robots.classes") and len(explicit["robots"]["classes"]) > 1:
+    if by_name and fit("radio.id_bits", "robots.classes") and len(explicit["robots"]["classes"]) > 1:
         rule = "lets robots of two classes have one id, of which a census can't tell the class"
         yield Problem("radio.id_bits", explicit["radio"]["id_bits"], rule, "leave it out, or choose sketch")
     for name in ("false_robots", "false_tasks"):

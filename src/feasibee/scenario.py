@@ -5,12 +5,13 @@ A short text resolves to one complete form, which is hashed, stored and run. The
 
 from __future__ import annotations
 
-import copy
 import difflib
 import hashlib
 import json
+import math
 import tomllib
 from collections.abc import Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
@@ -44,6 +45,7 @@ from feasibee.sections import (
     strategy_of,
 )
 from feasibee.strategies.contract import Strategy
+from feasibee.vocabulary import exact
 
 
 class Scenario(BaseModel):
@@ -124,6 +126,7 @@ class Scenario(BaseModel):
 
     def _resolve(self) -> None:
         """Fill in what follows from other fields, without marking it as set."""
+        self.__dict__["preset"] = None  # its values are in their places: it is no other scenario without
         if self.radio.range is None:
             self._put("radio", range=self.sensing.range)
         parameters = {**self.strategy.parameters, **self.decision.parameters}
@@ -140,10 +143,22 @@ class Scenario(BaseModel):
         changed = section.model_construct(_fields_set=section.model_fields_set, **{**dict(section), **values})
         self.__dict__[name] = changed
 
+    def __hash__(self) -> int:
+        return hash(self.hash)
+
     @property
     def strategy(self) -> Strategy:
         """How opinions are rated, told and chosen."""
         return strategy_of(self.decision.strategy)
+
+    def counted(self, step: int) -> int:
+        """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
+        left = count = self.robots.count
+        faulty = []
+        for share in (self.faults.stopped, self.faults.byzantine):
+            faulty.append(min(left, math.floor(exact(share) * count + Fraction(1, 2))))
+            left -= faulty[-1]
+        return count - faulty[1] - (faulty[0] if step >= self.faults.stop_step else 0)
 
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
@@ -237,11 +252,11 @@ def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dic
 
     A number in a path is a place in a list: ``robots.classes.0.count``.
     """
-    changed = copy.deepcopy(dict(tables))
+    changed = _open(tables)
     problems = []
     for path, value in changes.items():
         *way, last = path.split(".")
-        if not (way or path in Scenario.model_fields) or "" in (*way, last):
+        if not (way or path == "preset") or "" in (*way, last):
             rule = "isn't the path of a field"
             problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
             continue
@@ -259,9 +274,16 @@ def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dic
     return changed, problems
 
 
+def _open(value: Any) -> Any:
+    """Return a copy of nested tables in which a place of any list can be changed."""
+    if isinstance(value, Mapping):
+        return {key: _open(each) for key, each in value.items()}
+    return [_open(each) for each in value] if isinstance(value, tuple | list) else value
+
+
 def _step_into(table: Any, part: str) -> Any:
     """Return what is in a table or list, which has it from now on."""
-    if isinstance(table, tuple | list):
+    if isinstance(table, list):
         return table[int(part)]
     if table.get(part) is None:
         table[part] = {}

@@ -74,8 +74,9 @@ def _known_strategy(name: str) -> str:
     try:
         strategy_of(name)
     except FeasibeeError as error:
-        names = ", ".join([*STRATEGIES, *registered()])
-        rule = str(error) if name.endswith(".py") else f"must be the path of a .py file, or one of {names}"
+        known = [*STRATEGIES, *registered()]
+        found = name.endswith(".py") or name in known
+        rule = str(error) if found else f"must be the path of a .py file, or one of {', '.join(known)}"
         raise PydanticCustomError("strategy", "{rule}", {"rule": rule}) from None
     return name
 

@@ -158,7 +158,7 @@ def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
     if scenario.decision.commit is None:
         return {}
     times = decision_times(record.commit_step)
-    robots = record.runs * scenario.robots.count
+    robots = max(1, record.runs * scenario.counted(scenario.run.steps))
     return {
         "committed": {
             "feasible": int(record.committed_feasible.sum()) / robots,
@@ -188,10 +188,10 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     console = Console()
     console.print(table)
     times = summary["decision_step"]
-    shown = {key: "not reached" if step is None else f"step {step}" for key, step in times.items()}
+    shown = {key: "never" if step is None else f"by step {step}" for key, step in times.items()}
     console.print(
-        f"Decided: a quarter of the runs by {shown['q25']}, half by {shown['median']}, "
-        f"three quarters by {shown['q75']} (of {scenario.run.steps}).",
+        f"Decided: a quarter of the runs {shown['q25']}, half {shown['median']}, "
+        f"three quarters {shown['q75']} (of {scenario.run.steps}).",
         highlight=False,
         soft_wrap=True,
     )

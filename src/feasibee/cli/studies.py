@@ -148,6 +148,7 @@ def _print_beyond(lines: list[list[str]], runs: int) -> None:
 
 
 def _print_comparison(outcomes: list[Outcome]) -> None:
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
@@ -156,7 +157,12 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
     runs = outcomes[0].runs
-    shares = Table("tasks m", title=f"Swarms that are right at the end (%), of {runs} each", padding=(0, 1))
+    shares = Table(
+        "tasks m",
+        title=f"Swarms that are right at the end (%), of {runs} each",
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+    )
     for each in next(iter(groups.values())):
         shares.add_column(str(each.tasks), justify="right")
     for name in ranked:
@@ -166,7 +172,8 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     sums = Table(
         "over all m",
         title="All together",
-        padding=(0, 1),
+        box=SIMPLE_HEAD,
+        pad_edge=False,
         caption="right: at the end (%), and where that lies with 95 % confidence; difference: from "
         f"{next(iter(groups))}, in points, in the same runs; first: the first collective decision is right "
         "(%); by: the step by which half of the runs had decided; bits: sent a robot and step",

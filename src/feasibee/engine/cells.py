@@ -8,26 +8,11 @@ consecutive points, without a wrap, at the price of every point standing twice.
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32, uint64
+from numba import int64, uint32, uint64
 
 from feasibee.engine.compile import kernel
+from feasibee.engine.instructions import popcount, within
 from feasibee.engine.layout import LABEL, X, Y
-
-
-@kernel
-def within(xs, ys, first, x, y, limit):
-    """Return the set of those of the 32 points from ``first`` on whose squared distance is below ``limit``.
-
-    The constant length and the OR make this a handful of vector instructions; a length known only at run
-    time, or a count in place of the OR, falls back to scalar code.
-    """
-    near = uint32(0)
-    for j in range(32):
-        point = uint64(uint64(first) + uint64(j))
-        dx = int64(int32(xs[point] - x))
-        dy = int64(int32(ys[point] - y))
-        near |= uint32((uint32(1) << uint32(j)) if uint64(dx * dx + dy * dy) < limit else uint32(0))
-    return near
 
 
 @kernel
@@ -61,22 +46,6 @@ def near(params, xs, ys, first, x, y, limit):
 
 
 @kernel
-def popcount(word):
-    """Return the number of set bits of a 32-bit word."""
-    v = uint32(word)
-    v = uint32(v - uint32(uint32(v >> uint32(1)) & uint32(0x55555555)))
-    v = uint32(uint32(v & uint32(0x33333333)) + uint32(uint32(v >> uint32(2)) & uint32(0x33333333)))
-    v = uint32(uint32(v + uint32(v >> uint32(4))) & uint32(0x0F0F0F0F))
-    return int64(uint32(uint32(v * uint32(0x01010101)) >> uint32(24)))
-
-
-@kernel
-def lowest(word):
-    """Return the place of the lowest set bit; the word isn't 0."""
-    return popcount(uint32(uint32(word & uint32(-word)) - uint32(1)))
-
-
-@kernel
 def first_bits(count):
     """Return the set of the first ``count`` of 32, or of all of them."""
     return uint32((uint64(1) << uint64(min(count, 32))) - uint64(1))
@@ -91,13 +60,14 @@ def cell_of(coordinate, scale):
 @kernel
 def fill(cells, grid, xs, ys, labels, count):
     """Sort points and their labels into the cells of all strips: count, add up, place."""
-    side = 1 << grid.bits
+    # Read once: the compiler must assume that writing to the cells changes the grid.
+    side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
     start = cells.start
     for cell in range(side * (side + 1) + 2):
         start[cell] = 0
     for i in range(count):
-        column = cell_of(xs[i], grid.scale_x)
-        row = cell_of(ys[i], grid.scale_y)
+        column = cell_of(xs[i], scale_x)
+        row = cell_of(ys[i], scale_y)
         upper = row * (side + 1) + column
         lower = ((row - 1) & (side - 1)) * (side + 1) + column
         start[upper + 2] += 1
@@ -110,8 +80,8 @@ def fill(cells, grid, xs, ys, labels, count):
     for cell in range(side * (side + 1)):
         start[cell + 2] += start[cell + 1]
     for i in range(count):
-        column = cell_of(xs[i], grid.scale_x)
-        row = cell_of(ys[i], grid.scale_y)
+        column = cell_of(xs[i], scale_x)
+        row = cell_of(ys[i], scale_y)
         upper = row * (side + 1) + column
         lower = ((row - 1) & (side - 1)) * (side + 1) + column
         place(cells, upper, xs[i], ys[i], labels[i])

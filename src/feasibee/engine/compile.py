@@ -34,20 +34,27 @@ def passage(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner."""
+    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner.
+
+    numba makes a copy for each constant that is passed, hence ``int64(KNOWN)`` in place of ``KNOWN`` there.
+    """
     compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
     return compiled
 
 
-def entry(signature: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Compile a function that Python calls, for one signature, and keep the code on disk."""
+def entry(signature: Any, careful: bool = False) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Compile a function that Python calls, for one signature, and keep the code on disk.
+
+    A function that isn't ours is compiled with care: it raises what Python would.
+    """
+    options = {**OPTIONS, "error_model": "python", "boundscheck": True} if careful else OPTIONS
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         # The cache folder is fixed while numba decorates; the user's own setting is put back at once.
         users_folder = CONFIG.CACHE_DIR
         CONFIG.CACHE_DIR = str(cache_folder())
         try:
-            compiled: Callable[..., Any] = numba.njit(signature, cache=True, **OPTIONS)(function)
+            compiled: Callable[..., Any] = numba.njit(signature, cache=True, **options)(function)
         finally:
             CONFIG.CACHE_DIR = users_folder
         return compiled

@@ -85,7 +85,9 @@ def direction(word):
 @kernel
 def draw(params, run, robot, counter, purpose):
     """Return the first word of a coordinate."""
-    return philox(counter, robot, run, purpose, params.seed_low, params.seed_high)[0]
+    return philox(
+        int64(counter), int64(robot), int64(run), int64(purpose), params.seed_low, params.seed_high
+    )[0]
 
 
 @kernel

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numba import float64, int32, int64, uint32
 
-from feasibee.engine.cells import lowest, popcount
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose
+from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.layout import (
     FEASIBLE_VOTES,
     FULL,
@@ -24,7 +24,7 @@ from feasibee.engine.layout import (
 from feasibee.vocabulary import NO_OPINION
 
 
-@kernel
+@passage
 def hear_few(params, state, speaking):
     """Put what each robot hears from those noted beside it into its inbox."""
     sight = state.few[SIGHT]
@@ -89,7 +89,11 @@ def read(params, state, i, word):
     """
     if params.together and not params.every_message:
         return read_few(params, state, i, word)
-    return read_table(params, state, i, word)
+    if params.inbox_size > 0 or params.value_scale > 0.0:
+        return read_table(params, state, i, word)
+    votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
+    opinion, _ = draw_message(word, feasible_votes, votes)
+    return feasible_votes, votes, opinion, int64(0), int64(0)
 
 
 @kernel
@@ -113,13 +117,13 @@ def read_few(params, state, i, word):
 
 @subroutine
 def read_table(params, state, i, word):
-    """Read an inbox table, or only what was counted of it."""
+    """Read an inbox table of which more matters than what is counted of it."""
     votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
     oldest = int64(0)
     if 0 < params.inbox_size < votes:
         oldest = oldest_kept(params, state, i)
         votes = params.inbox_size
-        feasible_votes = count(params, state, i, oldest, 1, params.robots)
+        feasible_votes = count(params, state, i, oldest, int64(1), params.robots)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
     if params.value_scale > 0.0 and votes > 0:

@@ -13,9 +13,9 @@ import math
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.cells import lowest, popcount
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import draw, philox
+from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.layout import (
     BITS,
     CENSUS,
@@ -71,14 +71,14 @@ def name(params, state):
         find_namesakes(params, state)
     for thing in range(state.marks.size):
         holder = int64(state.robots[IDENTITY, thing]) if thing < params.robots else int64(thing)
-        words = philox(0, holder, state.clock[RUN], NAMING, params.seed_low, params.seed_high)
+        words = philox(int64(0), holder, state.clock[RUN], int64(NAMING), params.seed_low, params.seed_high)
         state.marks[thing] = words[1]
     if params.knowledge:
         state.knowledge[:] = uint32(0)
         if params.knowledge != TALLY:
             for i in range(params.robots):
                 me = int64(state.robots[IDENTITY, i])
-                learn(params, state, KNOWN, i, me, int64(state.kinds.of[i]))
+                learn(params, state, int64(KNOWN), i, me, int64(state.kinds.of[i]))
 
 
 @subroutine
@@ -88,7 +88,7 @@ def find_namesakes(params, state):
     size = 4 * table.shape[1]
     table[:] = 0
     for i in range(params.robots):
-        words = philox(0, i, state.clock[RUN], NAMING, params.seed_low, params.seed_high)
+        words = philox(int64(0), i, state.clock[RUN], int64(NAMING), params.seed_low, params.seed_high)
         ids[i] = int32(words[0] >> uint32(32 - params.id_bits))
         place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
         holder = table[place & 3, place >> 2]
@@ -175,7 +175,7 @@ def lie(params, state, i):
         thing += params.tasks
         number = params.robots + 1
     for k in range(number):
-        learn(params, state, TOLD, i, int64(thing + k), column)
+        learn(params, state, int64(TOLD), i, int64(thing + k), column)
 
 
 @subroutine
@@ -185,9 +185,14 @@ def merge(params, state, i, sender):
         for k in range(state.knowledge.shape[2]):
             state.knowledge[KNOWN, i, k] |= state.knowledge[TOLD, sender, k]
     else:
+        own, end = int64(0), int64(0)
+        if params.knowledge == TALLY:  # nobody knows its own row better
+            own = int64(state.robots[IDENTITY, i]) * state.kinds.adds.shape[1]
+            end = own + state.kinds.adds.shape[1]
         for k in range(state.knowledge.shape[2]):
             heard = state.knowledge[TOLD, sender, k]
-            state.knowledge[KNOWN, i, k] = max(heard, state.knowledge[KNOWN, i, k])
+            if not own <= k < end:
+                state.knowledge[KNOWN, i, k] = max(heard, state.knowledge[KNOWN, i, k])
 
 
 @subroutine
@@ -243,7 +248,7 @@ def length(params, state, i):
     if params.knowledge == TALLY:
         rows, largest = rows_of(words, classes)
         return 5 + rows * (1 + params.id_bits + classes * bit_length(int64(largest))) + 1
-    count_known(params, state, TOLD, i)
+    count_known(params, state, int64(TOLD), i)
     robot = 1 + params.id_bits + bit_length(params.robot_classes - 1)
     task = 1 + POSITION_BITS + bit_length(classes - params.robot_classes - 1)
     bits = int64(2)
@@ -290,6 +295,8 @@ def estimate(words, first):
     unused = int64(low & uint64(255))
     if unused == REGISTERS:
         return 0.0
+    if int64(high >> uint64(56)) == REGISTERS:  # it can't tell more things from this
+        return float64(REGISTERS * 2**TOP)
     z = REGISTERS * tau(1.0 - float64(high >> uint64(56)) / REGISTERS)
     for rank in range(TOP - 1, 0, -1):
         byte = (high if rank >= 8 else low) >> uint64(8 * (rank & 7))

@@ -6,9 +6,10 @@ import math
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import block, first_bits, lowest, near, shortest
+from feasibee.engine.cells import block, first_bits, near, shortest
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import direction, duration, philox
+from feasibee.engine.instructions import lowest
 from feasibee.engine.layout import (
     BLOCKED,
     ENDING,
@@ -191,7 +192,9 @@ def turn(params, state):
 @kernel
 def head(params, state, i):
     """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
-    words = philox(state.robots[WALKS, i], i, state.clock[RUN], WALK, params.seed_low, params.seed_high)
+    words = philox(
+        int64(state.robots[WALKS, i]), i, state.clock[RUN], int64(WALK), params.seed_low, params.seed_high
+    )
     state.robots[WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
     state.robots[STEP_X, i] = int32(int64(math.floor(params.reach * cosine + 0.5)))

@@ -26,10 +26,10 @@ from feasibee.vocabulary import (
 def scatter(params, state):
     """Put robots and tasks anywhere, as in the paper."""
     for i in range(params.tasks):
-        x, y = anywhere(params, params.task_placing, state.clock[RUN], i, 0, PLACE_TASK)
+        x, y = anywhere(params, params.task_placing, state.clock[RUN], i, int64(0), int64(PLACE_TASK))
         state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
     for i in range(params.robots):
-        x, y = anywhere(params, params.robot_placing, state.clock[RUN], i, 0, PLACE_ROBOT)
+        x, y = anywhere(params, params.robot_placing, state.clock[RUN], i, int64(0), int64(PLACE_ROBOT))
         state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
@@ -43,8 +43,8 @@ def place_tasks(params, state):
                 state.kinds.points[params.robots + i, 1],
             )
         else:
-            purposes = (PLACE_TASK, CENTRE_TASK, CLUSTER_TASK, SCATTER_TASK)
-            x, y = candidate(params, params.task_placing, state.clock[RUN], i, 0, purposes)
+            purposes = (int64(PLACE_TASK), int64(CENTRE_TASK), int64(CLUSTER_TASK), int64(SCATTER_TASK))
+            x, y = candidate(params, params.task_placing, state.clock[RUN], i, int64(0), purposes)
             state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
@@ -62,8 +62,8 @@ def place_robots(params, state):
 @subroutine
 def place_robot(params, state, i):
     """Find a place for a robot that is apart from those before it; tell whether there was one."""
-    purposes = (PLACE_ROBOT, CENTRE_ROBOT, CLUSTER_ROBOT, SCATTER_ROBOT)
-    attempt = 0
+    purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
+    attempt = int64(0)
     while attempt < ATTEMPTS:
         x, y = candidate(params, params.robot_placing, state.clock[RUN], i, attempt, purposes)
         state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
@@ -103,7 +103,7 @@ def candidate(params, placing, run, i, attempt, purposes):
     x, y = low, low
     if placing.how != CORNER:
         chosen = choose(draw(params, run, i, 0, cluster), placing.clusters)
-        x, y = anywhere(params, placing, run, chosen, 0, centre)
+        x, y = anywhere(params, placing, run, chosen, int64(0), centre)
     spread = placing.spread * (1 + attempt // 32)  # the more have failed, the wider
     dx = normal(params, run, i, 6 * attempt, scatter, spread)
     dy = normal(params, run, i, 6 * attempt + 3, scatter, spread)

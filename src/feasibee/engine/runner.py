@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from feasibee.strategies.contract import Strategy
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
 FIRST_SLOTS = 64
+FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
+"""What a user's strategy may raise."""
 POLL = 0.1  # seconds between two looks at the progress
 
 
@@ -43,7 +46,7 @@ def strategy_functions(strategy: Strategy) -> Functions:
 
 def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
     try:
-        return entry(batch.SIGNATURES[name])(getattr(strategy, name))
+        return entry(batch.SIGNATURES[name], careful=bool(strategy.source))(getattr(strategy, name))
     except NumbaError as error:
         if not strategy.source:
             raise
@@ -52,12 +55,16 @@ def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
 
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     """Say what doesn't compile, and in which line."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    place = next((found[1] for line in lines if (found := re.search(r"line (\d+)\)", line))), "?")
-    what = next((line for line in lines if not line.startswith(("Failed in", "File", "During"))), "")
-    what = re.sub(r"\x1b\[[0-9;]*m", "", what)
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
+    function = getattr(strategy, name)
+    file = re.escape(Path(function.__code__.co_filename).name)
+    place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
+    empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
+    what = next((line for line in lines if not line.startswith(empty)), lines[0])
+    line = place[1] if place else function.__code__.co_firstlineno
     return (
-        f"{strategy.name}, line {place}: {name} doesn't compile: {what}; "
+        f"{strategy.name}, line {line}: {name} doesn't compile: {what}; "
         "a strategy computes with numbers and math only"
     )
 
@@ -102,9 +109,12 @@ def simulate(
         ]
         try:
             _watch(futures, done, parts, params, progress)
-        except BaseException:
+        except BaseException as error:
             cancel[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
+            if scenario.strategy.source and isinstance(error, FAILURES):
+                name = scenario.strategy.name
+                raise FeasibeeError(f"{name}: fails in a run: {error}; try its functions in Python") from None
             raise
 
 

@@ -8,20 +8,11 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import (
-    block,
-    block_on_torus,
-    count_within,
-    fill,
-    first_bits,
-    lowest,
-    near,
-    popcount,
-    within,
-)
+from feasibee.engine.cells import block, block_on_torus, count_within, fill, first_bits, near
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose, draw, poisson
 from feasibee.engine.inbox import empty, hear, hear_few
+from feasibee.engine.instructions import lowest, popcount, within
 from feasibee.engine.knowledge import has, learn, merge, publish, told
 from feasibee.engine.layout import (
     ALWAYS,
@@ -67,7 +58,7 @@ def sense_paper(params, state):
         sense_many(params, state)
 
 
-@kernel
+@passage
 def sense_few(params, state):
     """Sense in a swarm of at most 32."""
     xs, ys = state.robots[X], state.robots[Y]
@@ -105,6 +96,8 @@ def look_about(xs, ys, sight, swarm, robots, limit):
 def sense_many(params, state):
     """Sense in a swarm of any size, with nothing beyond the paper."""
     fill_robots(params, state)
+    # Read once, not for each robot: the compiler must assume that what is written may change them.
+    robot_bits, task_bits, limit = params.robot_grid.bits, params.task_grid.bits, params.sight_limit
     for w in range(state.sets.shape[1]):
         speaking = state.sets[SPEAKING, w]
         state.clock[BITS] += popcount(speaking) * params.message_bits
@@ -113,7 +106,7 @@ def sense_many(params, state):
             speak(params, state, int64(32 * w + lowest(speaking)))
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
         while looking:
-            look(params, state, int64(32 * w + lowest(looking)))
+            look(params, state, int64(32 * w + lowest(looking)), robot_bits, task_bits, limit)
             looking = uint32(looking & uint32(looking - uint32(1)))
 
 
@@ -142,24 +135,22 @@ def fill_robots(params, state):
 
 
 @kernel
-def label(state, i):
+def label(sets, i):
     """Return who a robot is, what it says (bit 1), and whether it disseminates (bit 0)."""
-    said = int32(has(state.sets[SAID], i))
-    return int32(i << 2) | said << int32(1) | int32(has(state.sets[DISSEMINATING], i))
+    said = int32(has(sets[SAID], i))
+    return int32(i << 2) | said << int32(1) | int32(has(sets[DISSEMINATING], i))
 
 
 @kernel
-def look(params, state, i):
+def look(params, state, i, robot_bits, task_bits, limit):
     """Let a robot count the robots and tasks in sight."""
     x, y = state.robots[X, i], state.robots[Y, i]
-    robots = count_within(state.robot_cells, params.robot_grid.bits, x, y, params.sight_limit)
+    robots = count_within(state.robot_cells, robot_bits, x, y, limit)
     state.counts[ROBOTS_SEEN, i] += robots - 1 + params.count_self  # it is in its own sight
-    state.counts[TASKS_SEEN, i] += count_within(
-        state.task_cells, params.task_grid.bits, x, y, params.sight_limit
-    )
+    state.counts[TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
-@subroutine
+@passage
 def look_closely(params, state, i):
     """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3)."""
     x, y = state.robots[X, i], state.robots[Y, i]
@@ -195,7 +186,8 @@ def look_closely(params, state, i):
                 see(params, state, i, params.robots + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-    see_falsely(params, state, i)
+    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
+        see_falsely(params, state, i)
 
 
 @kernel
@@ -203,7 +195,7 @@ def see(params, state, i, thing, kind, is_robot):
     """Count one thing of a class, or enter it in what the robot knows."""
     column = kind if is_robot else params.robot_classes + kind
     if params.knowledge:
-        learn(params, state, KNOWN, i, thing, column)
+        learn(params, state, int64(KNOWN), i, thing, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
     elif is_robot:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
-from feasibee.engine.cells import fill, first_bits, lowest, popcount
+from feasibee.engine.cells import fill, first_bits
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import draw, duration, philox, shuffle
+from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.knowledge import count_known, has, name
 from feasibee.engine.layout import (
     AGREED,
@@ -110,7 +111,7 @@ def make_ready(params, state):
         word = draw(params, state.clock[RUN], i, 0, FIRST_OPINION)
         state.sets[OPINIONS, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
         if params.starts_neutral:
-            hold(state, i, int64(NO_OPINION))
+            hold(state.sets, i, int64(NO_OPINION))
         state.robots[WALKS, i] = 0
         head(params, state, i)
         state.robots[PHASES, i] = 0
@@ -159,7 +160,7 @@ def stop(params, state):
         state.sets[DISSEMINATING, i >> 5] &= ~bit(i)
         state.sets[SPEAKING, i >> 5] &= ~bit(i)
         state.sets[BLOCKED, i >> 5] &= ~bit(i)
-        state.robots[LABELS, i] = label(state, i)
+        state.robots[LABELS, i] = label(state.sets, i)
     count_opinions(params, state)
 
 
@@ -169,7 +170,8 @@ def advance_paper(params, state, quality, dissemination, decide, say, value):
     move_freely(state)
     tick(state)
     sense_paper(params, state)
-    finish(params, state, quality, dissemination, decide, say, value)
+    rate_paper(params, state, quality)
+    finish(params, state, dissemination, decide, say, value)
 
 
 @passage
@@ -180,11 +182,12 @@ def advance_beyond(params, state, quality, dissemination, decide, say, value):
     move_where_clear(params, state)
     tick(state)
     sense_beyond(params, state)
-    finish(params, state, quality, dissemination, decide, say, value)
+    rate_beyond(params, state, quality)
+    finish(params, state, dissemination, decide, say, value)
 
 
 @passage
-def finish(params, state, quality, dissemination, decide, say, value):
+def finish(params, state, dissemination, decide, say, value):
     """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
@@ -192,65 +195,87 @@ def finish(params, state, quality, dissemination, decide, say, value):
         while left:
             i = int64(32 * w + lowest(left))
             if has(state.sets[DISSEMINATING], i):
-                end_dissemination(params, state, i, quality, decide)
+                end_dissemination(params, state, i, decide)
             else:
-                end_exploration(params, state, i, quality, dissemination, say, value)
+                end_exploration(params, state, i, dissemination, say, value)
             left = uint32(left & uint32(left - uint32(1)))
     state.clock[STEP] += 1
     count_opinions(params, state)
 
 
-@kernel
-def end_exploration(params, state, i, quality, dissemination, say, value):
-    """Rate the own opinion, and broadcast it for as long as that warrants (model.md 4.3, 4.4)."""
-    rate(params, state, i, quality)
+@passage
+def end_exploration(params, state, i, dissemination, say, value):
+    """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
     if params.says:
         said = say(mind)
-    put(state, SPEAKING, i, said in (0, 1))
-    put(state, SAID, i, said == 1)
+    put(state.sets, SPEAKING, i, 0 <= said <= 1)
+    put(state.sets, SAID, i, said == 1)
     if params.value_scale > 0.0:
         share = min(max(value(mind), 0.0), 1.0)
         state.robots[TOLD_VALUE, i] = int32(share * params.value_scale + 0.5)
-    put(state, DISSEMINATING, i, True)
+    put(state.sets, DISSEMINATING, i, True)
     word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
     mean = dissemination(mind.quality, params.gain)
     enter_phase(state, i, duration(word, mean) + int32(params.dissemination_floor))
 
 
-@kernel
-def end_dissemination(params, state, i, quality, decide):
+@passage
+def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
-    if params.knowledge:
-        rate(params, state, i, quality)
-    words = philox(state.robots[PHASES, i], i, state.clock[RUN], PHASE, params.seed_low, params.seed_high)
+    words = philox(
+        int64(state.robots[PHASES, i]), i, state.clock[RUN], int64(PHASE), params.seed_low, params.seed_high
+    )
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = decide(mind_of(params, state, i), received)
     if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
-        hold(state, i, decided)
+        hold(state.sets, i, decided)
     if params.commit:
-        consider_commitment(params, state, i, feasible, votes)
+        consider_commitment(params, state.robots[AGREED], state.sets, i, feasible, votes)
     forget(params, state, i)
-    put(state, DISSEMINATING, i, False)
-    put(state, SPEAKING, i, False)
+    put(state.sets, DISSEMINATING, i, False)
+    put(state.sets, SPEAKING, i, False)
     enter_phase(state, i, duration(words[0], params.exploration))
+
+
+@passage
+def rate_paper(params, state, quality):
+    """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
+    for w in range(state.sets.shape[1]):
+        left = uint32(state.sets[ENDING, w] & ~state.sets[DISSEMINATING, w])
+        while left:
+            rate(params, state, int64(32 * w + lowest(left)), quality)
+            left = uint32(left & uint32(left - uint32(1)))
 
 
 @kernel
 def rate(params, state, i, quality):
-    """Find the quality of *feasible*: that of the scarcest skills (model.md 4.3, 6.7)."""
-    if params.knowledge:
-        count_known(params, state, KNOWN, i)
-    if state.seen.shape[0] > 0:
-        state.memory[i, 0] = scarcest(params, state, i, quality)
-    else:
-        floor = params.quality_floor
-        robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
-        state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
+    """Find the quality of *feasible* from what a robot counted."""
+    floor = params.quality_floor
+    robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
+    state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
+
+
+@subroutine
+def rate_beyond(params, state, quality):
+    """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
+    for w in range(state.sets.shape[1]):
+        left = state.sets[ENDING, w]
+        if not params.knowledge:
+            left = uint32(left & ~state.sets[DISSEMINATING, w])
+        while left:
+            i = int64(32 * w + lowest(left))
+            if params.knowledge:
+                count_known(params, state, int64(KNOWN), i)
+            if state.seen.shape[0] > 0:
+                state.memory[i, 0] = scarcest(params, state, i, quality)
+            else:
+                rate(params, state, i, quality)
+            left = uint32(left & uint32(left - uint32(1)))
 
 
 @kernel
@@ -258,7 +283,7 @@ def mind_of(params, state, i):
     """Return what a robot knows of itself."""
     quality = state.memory[i, 0]
     feasible_quality = quality
-    opinion = opinion_of(state, i)
+    opinion = opinion_of(state.sets, i)
     if opinion == 0:
         quality = 1.0 - quality
     elif opinion == NO_OPINION:
@@ -269,21 +294,21 @@ def mind_of(params, state, i):
 
 
 @kernel
-def opinion_of(state, i):
+def opinion_of(sets, i):
     """Return a robot's opinion."""
-    if has(state.sets[NEUTRAL], i):
+    if has(sets[NEUTRAL], i):
         return int64(NO_OPINION)
-    return int64(has(state.sets[OPINIONS], i))
+    return int64(has(sets[OPINIONS], i))
 
 
 @kernel
-def hold(state, i, opinion):
+def hold(sets, i, opinion):
     """Give a robot an opinion, or none."""
-    put(state, OPINIONS, i, opinion == 1)
-    put(state, NEUTRAL, i, opinion not in (0, 1))
+    put(sets, OPINIONS, i, opinion == 1)
+    put(sets, NEUTRAL, i, not 0 <= opinion <= 1)
 
 
-@subroutine
+@kernel
 def scarcest(params, state, i, quality):
     """Return the least quality over the sets of skills of which anything was seen (model.md 6.7)."""
     least, floor = 2.0, params.quality_floor
@@ -299,17 +324,17 @@ def scarcest(params, state, i, quality):
 
 
 @subroutine
-def consider_commitment(params, state, i, feasible, votes):
+def consider_commitment(params, agreed, sets, i, feasible, votes):
     """Let a robot commit if others have long agreed with its opinion."""
-    opinion = opinion_of(state, i)
+    opinion = opinion_of(sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
     agrees = votes >= params.commit_heard and agreeing * params.commit_whole >= params.commit_share * votes
     if opinion == NO_OPINION or not agrees:
-        state.robots[AGREED, i] = 0
+        agreed[i] = 0
         return
-    state.robots[AGREED, i] += int32(1)
-    if state.robots[AGREED, i] >= params.commit_rounds:
-        put(state, COMMITTED, i, True)
+    agreed[i] += int32(1)
+    if agreed[i] >= params.commit_rounds:
+        put(sets, COMMITTED, i, True)
 
 
 @kernel
@@ -317,7 +342,7 @@ def enter_phase(state, i, lasts):
     """Let a robot begin a phase."""
     state.robots[PHASES, i] += int32(1)
     state.robots[PHASE_LEFT, i] = lasts
-    state.robots[LABELS, i] = label(state, i)
+    state.robots[LABELS, i] = label(state.sets, i)
 
 
 @kernel
@@ -327,12 +352,12 @@ def bit(i):
 
 
 @kernel
-def put(state, kind, i, member):
+def put(sets, kind, i, member):
     """Put a robot in a set, or take it out."""
     if member:
-        state.sets[kind, i >> 5] |= bit(i)
+        sets[kind, i >> 5] |= bit(i)
     else:
-        state.sets[kind, i >> 5] &= ~bit(i)
+        sets[kind, i >> 5] &= ~bit(i)
 
 
 @kernel

@@ -33,83 +33,112 @@ KNOWLEDGE = {"tally": TALLY, "estimate": TALLY, "census": CENSUS, "sketch": SKET
 
 def params_of(scenario: Scenario, seed: int) -> Params:
     """Translate a scenario into the kernels' numbers."""
-    robots, sensing, decision, faults = scenario.robots, scenario.sensing, scenario.decision, scenario.faults
+    return Params(
+        robots=scenario.robots.count,
+        tasks=scenario.tasks.count,
+        robot_classes=max(1, len(scenario.robots.classes)),
+        seed_low=np.uint32(seed & 0xFFFFFFFF),
+        seed_high=np.uint32(seed >> 32),
+        mixed=bool(scenario.robots.classes or scenario.tasks.classes),
+        together=scenario.robots.count <= WORD and is_paper(scenario),
+        steps=scenario.run.steps,
+        stop_at_decision=scenario.run.stop_at_decision,
+        **_space(scenario),
+        **_senses(scenario),
+        **_controller(scenario),
+        **_faults(scenario),
+    )
+
+
+def _space(scenario: Scenario) -> dict[str, Any]:
+    """Return the numbers of arena, bodies and reaches, in units of fixed point."""
+    robots = scenario.robots
     unit = unit_of(scenario)
     width, height = (math.floor(exact(side) / unit) for side in scenario.arena.size)
     walls = scenario.arena.boundary == "walls"
     radius = math.ceil(exact(robots.diameter) / unit / 2)
-    step = math.ceil(exact(robots.speed) / unit)
-    meeting = 2 * radius + 2 * step + 4
-    sight = math.floor((exact(sensing.range) / unit) ** 2)
+    meeting = 2 * radius + 2 * math.ceil(exact(robots.speed) / unit) + 4
+    sight = math.floor((exact(scenario.sensing.range) / unit) ** 2)
     radio = math.floor((exact(scenario.radio.range) / unit) ** 2)
     widest = max(math.isqrt(sight), math.isqrt(radio), meeting if robots.avoid_collisions else 0) + 1
-    wraps = walls or width == height
-    numbers = _faulty(scenario)
-    strategy, rule = scenario.strategy, decision.commit
-    id_bits = scenario.radio.id_bits or max(1, (robots.count - 1).bit_length())
-    return Params(
-        robots=robots.count,
-        tasks=scenario.tasks.count,
-        robot_classes=max(1, len(robots.classes)),
-        seed_low=np.uint32(seed & 0xFFFFFFFF),
-        seed_high=np.uint32(seed >> 32),
-        walls=walls,
-        wraps=wraps,
-        width=width,
-        height=height,
-        mixed=bool(robots.classes or scenario.tasks.classes),
-        together=robots.count <= WORD and is_paper(scenario),
-        sight_limit=_limit(sight + 1),
-        radio_limit=_limit(radio + 1),
-        reach=float(exact(robots.speed) / unit),
-        radius=radius,
-        avoid_collisions=robots.avoid_collisions,
-        apart_limit=_limit((2 * radius) ** 2),
-        meet_limit=_limit(meeting**2),
-        robot_placing=_placing(robots, unit, radius if walls else 0),
-        task_placing=_placing(scenario.tasks, unit, 0),
-        mean_run=scenario.walk.mean_run,
-        exploration=decision.exploration,
-        gain=decision.gain,
-        dissemination_floor=decision.dissemination_floor,
-        quality_floor=decision.quality_floor,
-        forgets=strategy.forgets,
-        starts_neutral=strategy.starts_neutral,
-        says=strategy.say is not contract.say,
-        value_scale=float(2**strategy.value_bits - 1),
-        inbox_size=decision.inbox_size or 0,
-        commit=rule is not None,
-        commit_share=exact(rule.quorum).numerator if rule else 0,
-        commit_whole=exact(rule.quorum).denominator if rule else 1,
-        commit_rounds=rule.rounds if rule else 0,
-        commit_heard=rule.heard if rule else 0,
-        knowledge=KNOWLEDGE.get(strategy.name, NOTHING),
-        estimates=strategy.name == "estimate",
-        message_bits=_message_bits(scenario, id_bits),
-        id_bits=id_bits,
-        random_ids=scenario.radio.id_bits is not None,
-        count_self=int(sensing.count_self),
-        unique=sensing.observation == "unique",
-        for_life=sensing.memory == "life",
-        miss=_probability(sensing.miss),
-        loss=_probability(scenario.radio.loss),
-        false_robots=sensing.false_robots,
-        false_tasks=sensing.false_tasks,
-        own_vote=int(decision.own_vote),
-        listens_for=_listens_for(decision.listen),
-        every_message=decision.inbox == "every-message",
-        stopped=numbers[0],
-        byzantine=numbers[1],
-        stubborn=numbers[2],
-        stop_step=faults.stop_step,
-        byzantine_says=("opposite", "feasible", "infeasible", "random").index(faults.byzantine_says),
-        quorum=_quorum(scenario, robots.count - numbers[1]),
-        quorum_stopped=_quorum(scenario, robots.count - numbers[1] - numbers[0]),
-        steps=scenario.run.steps,
-        stop_at_decision=scenario.run.stop_at_decision,
-        robot_grid=_grid(robots.count, widest, width, height, walls),
-        task_grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, width, height, walls),
-    )
+    return {
+        "walls": walls,
+        "wraps": walls or width == height,
+        "width": width,
+        "height": height,
+        "sight_limit": _limit(sight + 1),
+        "radio_limit": _limit(radio + 1),
+        "reach": float(exact(robots.speed) / unit),
+        "radius": radius,
+        "avoid_collisions": robots.avoid_collisions,
+        "apart_limit": _limit((2 * radius) ** 2),
+        "meet_limit": _limit(meeting**2),
+        "robot_placing": _placing(robots, unit, radius if walls else 0),
+        "task_placing": _placing(scenario.tasks, unit, 0),
+        "mean_run": scenario.walk.mean_run,
+        "robot_grid": _grid(robots.count, widest, width, height, walls),
+        "task_grid": _grid(scenario.tasks.count, math.isqrt(sight) + 1, width, height, walls),
+    }
+
+
+def _senses(scenario: Scenario) -> dict[str, Any]:
+    """Return the numbers of what robots see and hear."""
+    sensing, radio = scenario.sensing, scenario.radio
+    id_bits = radio.id_bits or max(1, (scenario.robots.count - 1).bit_length())
+    return {
+        "count_self": int(sensing.count_self),
+        "unique": sensing.observation == "unique",
+        "for_life": sensing.memory == "life",
+        "miss": _probability(sensing.miss),
+        "loss": _probability(radio.loss),
+        "false_robots": sensing.false_robots,
+        "false_tasks": sensing.false_tasks,
+        "message_bits": _message_bits(scenario, id_bits),
+        "id_bits": id_bits,
+        "random_ids": radio.id_bits is not None,
+    }
+
+
+def _controller(scenario: Scenario) -> dict[str, Any]:
+    """Return the numbers of the robots' minds."""
+    decision, strategy, rule = scenario.decision, scenario.strategy, scenario.decision.commit
+    return {
+        "exploration": decision.exploration,
+        "gain": decision.gain,
+        "dissemination_floor": decision.dissemination_floor,
+        "quality_floor": decision.quality_floor,
+        "forgets": strategy.forgets,
+        "starts_neutral": strategy.starts_neutral,
+        "says": strategy.say is not contract.say,
+        "value_scale": float(2**strategy.value_bits - 1),
+        "inbox_size": decision.inbox_size or 0,
+        "commit": rule is not None,
+        "commit_share": exact(rule.quorum).numerator if rule else 0,
+        "commit_whole": exact(rule.quorum).denominator if rule else 1,
+        "commit_rounds": rule.rounds if rule else 0,
+        "commit_heard": rule.heard if rule else 0,
+        "knowledge": KNOWLEDGE[strategy.name] if strategy.knowledge else NOTHING,
+        "estimates": strategy.name == "estimate",
+        "own_vote": int(decision.own_vote),
+        "listens_for": _listens_for(decision.listen),
+        "every_message": decision.inbox == "every-message",
+    }
+
+
+def _faults(scenario: Scenario) -> dict[str, Any]:
+    """Return the numbers of what goes wrong, and of how many robots make a decision."""
+    stopped, byzantine, stubborn = _faulty(scenario)
+    says = ("opposite", "feasible", "infeasible", "random").index(scenario.faults.byzantine_says)
+    honest = scenario.robots.count - byzantine
+    return {
+        "stopped": stopped,
+        "byzantine": byzantine,
+        "stubborn": stubborn,
+        "stop_step": scenario.faults.stop_step,
+        "byzantine_says": says,
+        "quorum": _quorum(scenario, honest),
+        "quorum_stopped": _quorum(scenario, honest - stopped),
+    }
 
 
 def unit_of(scenario: Scenario) -> Fraction:

@@ -69,6 +69,6 @@ def decide(mind, inbox):
         tail += term
         heads += 1.0
         term *= (coins - heads + 1.0) / heads
-    if tail < 1.0 - mind.parameters[0]:
+    if alpha != beta and tail < 1.0 - mind.parameters[0]:
         return 1 if alpha > beta else 0
     return -1

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
+import hashlib
 import importlib.util
 import inspect
 import math
+import sys
 import traceback
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,6 +26,7 @@ ARGUMENTS = {
     "say": ("mind",),
     "value": ("mind",),
 }
+ALLOWED = ("math", "typing", "__future__", "feasibee.strategies.contract")
 REQUIRED = ("quality", "dissemination", "decide")
 CONSTANTS = {
     "PARAMETERS": "parameters",
@@ -41,7 +45,6 @@ def of_module(name: str, module: ModuleType, source: str = "") -> Strategy:
     return Strategy(name, **functions, **constants, source=source)
 
 
-@cache
 def load(name: str) -> Strategy:
     """Load a strategy by the path of its file, or by the name under which a package registers it.
 
@@ -51,15 +54,47 @@ def load(name: str) -> Strategy:
         If there is none, or it isn't one: what is missing or wrong, and where.
     """
     if name.endswith(".py"):
-        module = _read(Path(name))
-    else:
-        found = [point for point in entry_points(group=GROUP) if point.name == name]
-        if not found:
-            raise FeasibeeError("names no strategy")
-        module = found[0].load()
+        path = Path(name)
+        if not path.is_file():
+            raise FeasibeeError("is no file; name a file of Python")
+        return _of_file(name, path.resolve(), path.stat().st_mtime_ns)
+    return of_package(name)
+
+
+@cache
+def _of_file(name: str, path: Path, changed: int) -> Strategy:
+    """Load a strategy from a file as it was when last changed."""
+    return _checked(name, _read(path))
+
+
+@cache
+def of_package(name: str) -> Strategy:
+    """Load a strategy that another package registers."""
+    found = [point for point in entry_points(group=GROUP) if point.name == name]
+    if not found:
+        raise FeasibeeError("names no strategy")
+    return _checked(name, _imported(found[0]))
+
+
+def _checked(name: str, module: ModuleType) -> Strategy:
     path = Path(module.__file__ or "")
+    source = path.read_text(encoding="utf-8")
+    _check_imports(source, path)
     _check(module, path)
-    return of_module(name, module, path.read_text(encoding="utf-8"))
+    return of_module(name, module, source)
+
+
+def _check_imports(source: str, path: Path) -> None:
+    """Refuse what would make runs differ, or not compile: a strategy needs no library."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            modules = (
+                [node.module] if isinstance(node, ast.ImportFrom) else [each.name for each in node.names]
+            )
+            for module in modules:
+                if module not in ALLOWED:
+                    rule = f"imports {module}; a strategy may import math only, and has inbox.chance"
+                    raise FeasibeeError(f"{path.name}, line {node.lineno}: {rule}")
 
 
 def registered() -> list[str]:
@@ -67,11 +102,23 @@ def registered() -> list[str]:
     return sorted(point.name for point in entry_points(group=GROUP))
 
 
+def _imported(point: EntryPoint) -> ModuleType:
+    try:
+        module = point.load()
+    except Exception as error:
+        raise FeasibeeError(f"{point.value} can't be imported: {_said(error)}") from None
+    if not isinstance(module, ModuleType):
+        raise FeasibeeError(f"{point.value} isn't a module, which it must be")
+    return module
+
+
 def _read(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"feasibee_strategy_{path.stem}", path)
-    if spec is None or spec.loader is None or not path.is_file():
+    digest = hashlib.sha256(str(path).encode()).hexdigest()[:8]
+    spec = importlib.util.spec_from_file_location(f"feasibee_strategy_{path.stem}_{digest}", path)
+    if spec is None or spec.loader is None:
         raise FeasibeeError("is no file; name a file of Python")
     module = importlib.util.module_from_spec(spec)
+    sys.modules[module.__name__] = module  # compiled code on disk names its module
     try:
         spec.loader.exec_module(module)
     except Exception as error:

@@ -93,6 +93,8 @@ def estimate(registers):
     counts = [registers.count(rank) for rank in range(TOP + 1)]
     if counts[0] == REGISTERS:
         return 0.0
+    if counts[TOP] == REGISTERS:  # it can't tell more things from this
+        return float(REGISTERS * 2**TOP)
     z = REGISTERS * _tau(1.0 - counts[TOP] / REGISTERS)
     for rank in range(TOP - 1, 0, -1):
         z = 0.5 * (z + counts[rank])

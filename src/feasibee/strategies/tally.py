@@ -73,6 +73,8 @@ class Knowledge:
     def merge(self, message):
         """Take in what was heard."""
         for robot, heard in message.items():
+            if robot == self.me:  # nobody knows it better
+                continue
             known = self.totals.get(robot, heard)
             self.totals[robot] = tuple(max(pair) for pair in zip(known, heard, strict=True))
 

@@ -1,0 +1,162 @@
+"""Comparisons: the same worlds for all, counts that add up, figures and tables."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from feasibee import FeasibeeError, Scenario
+from feasibee.cli import main
+from feasibee.compare import by_contender, compare, contenders_of, mean_bits, overall, write_comparison
+from feasibee.simulation import simulate_record
+from feasibee.stats import paired_difference, pareto
+
+SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    return compare(contenders_of(SHORT, ["dmmd", "census", "bayes"]), (10, 30), runs=20, seed=3)
+
+
+def test_contenders_are_the_scenario_under_each_strategy():
+    found = contenders_of(Scenario(decision={"strategy": "bayes", "parameters": {"credence": 0.8}}))
+    assert list(found) == [*contenders_of(Scenario())]
+    assert found["bayes"].decision.parameters["credence"] == 0.8  # its own parameters stay
+    assert found["dmmd"].decision.parameters == {}
+
+
+def test_presets_are_laid_under_the_scenario():
+    found = contenders_of(Scenario(decision={"gain": 7.0}), presets=["default", "subcdm-2025"])
+    assert [each.decision.gain for each in found.values()] == [7.0, 7.0]
+    assert found["subcdm-2025"].radio.id_bits == 8
+
+
+@pytest.mark.parametrize(
+    ("strategies", "presets", "told"),
+    [
+        (["dmmd", "dmmd"], [], "dmmd: is named twice"),
+        ([], ["nobody-1999"], "nobody-1999: is no preset; choose from default, valentini-2016"),
+        (["dmmd"], ["default"], "can't be compared at once"),
+        (["dmnd"], [], "decision.strategy = 'dmnd'"),
+    ],
+)
+def test_contenders_that_there_are_not_are_told(strategies, presets, told):
+    with pytest.raises(FeasibeeError, match=told):
+        contenders_of(Scenario(), strategies, presets)
+
+
+def test_two_files_of_one_name_are_both_compared(tmp_path):
+    text = (
+        "def quality(n, m):\n    return 0.5\ndef dissemination(q, g):\n    return g\n"
+        "def decide(mind, inbox):\n    return 1\n"
+    )
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.py").write_text(text)
+    assert len(contenders_of(Scenario(), [str(tmp_path / each / "mine.py") for each in "ab"])) == 2
+
+
+def test_outcomes_are_those_of_the_runs(outcomes):
+    """Right at step t: strictly more than 90 % of the robots hold the truth; recomputed from the curves."""
+    for number, tasks in enumerate((10, 30)):
+        scenario = SHORT.replace({"tasks.count": tasks, "decision.strategy": "bayes"})
+        record = simulate_record(scenario, 20, 3, first_run=number * 1_000_000, curves=True)
+        held = record.feasible_count if tasks == 10 else record.infeasible_count
+        (found,) = [each for each in outcomes if each.contender == "bayes" and each.tasks == tasks]
+        np.testing.assert_array_equal(found.right_at, (held >= 19).sum(axis=0))
+        np.testing.assert_array_equal(found.right, held[:, -1] >= 19)
+        np.testing.assert_array_equal(found.decision, record.decision)
+        np.testing.assert_allclose(found.bits, record.bits_sent / (20 * 200))
+
+
+def test_stopped_and_lying_robots_do_not_count():
+    scenario = SHORT.replace({"faults.stopped": 0.3, "faults.stop_step": 50, "faults.byzantine": 0.12})
+    assert [scenario.counted(step) for step in (0, 49, 50)] == [18, 18, 12]  # 0.12 of 20 rounds to 2
+    (found,) = compare({"it": scenario.replace({"tasks.count": 2})}, runs=30)
+    record = simulate_record(scenario.replace({"tasks.count": 2}), 30, 0, curves=True)
+    assert found.right.sum() == (record.feasible_count[:, -1] >= 11).sum()
+
+
+def test_sums_are_over_all_runs(outcomes):
+    groups = by_contender(outcomes)
+    assert list(groups) == ["dmmd", "census", "bayes"]
+    assert overall(groups["census"]).estimate == np.mean([each.right.mean() for each in groups["census"]])
+    assert mean_bits(groups["census"]) > 20 * mean_bits(groups["dmmd"])
+
+
+def test_figures_and_table_are_written(outcomes, tmp_path):
+    write_comparison(tmp_path, outcomes)
+    names = {f"compare_{name}.{suffix}" for name in ("ratio", "time", "bits") for suffix in ("png", "pdf")}
+    assert {path.name for path in tmp_path.iterdir()} == {*names, "compare.csv"}
+    with (tmp_path / "compare.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["contender"], row["tasks"]) for row in rows[:3]] == [
+        ("dmmd", "10"),
+        ("dmmd", "30"),
+        ("census", "10"),
+    ]
+    assert float(rows[0]["difference_from_dmmd"]) == 0
+    assert (
+        float(rows[2]["accuracy"])
+        == next(each for each in outcomes if each.contender == "census").accuracy.estimate
+    )
+
+
+def test_the_command_prints_writes_and_checks(tmp_path):
+    arguments = [
+        "compare",
+        "--strategies",
+        "dmmd,dc",
+        "--tasks",
+        "10,20",
+        "--runs",
+        "5",
+        "--set",
+        "run.steps=50",
+    ]
+    done = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    assert "dc" in done.output
+    assert (tmp_path / "out" / "compare_bits.png").exists()
+    wrong = CliRunner().invoke(main, ["compare", "--tasks", "ten"])
+    assert wrong.exit_code == 2
+
+
+def test_a_commitment_is_reported(tmp_path):
+    rule = {"decision.commit": {"quorum": 0.6, "rounds": 1, "heard": 1}, "tasks.count": 2}
+    (found,) = compare({"it": SHORT.replace(rule)}, runs=10)
+    assert 0 < found.committed.mean() <= 1
+    assert (found.committed_wrong <= found.committed).all()
+
+
+def test_a_paired_difference_is_bonetts_and_prices():
+    """By hand: 30 runs, 9 gained, 2 lost: p12 = 10/32, p21 = 3/32, difference 7/32 +- 1.96 sqrt(...)."""
+    one = [True] * 9 + [False] * 2 + [True] * 10 + [False] * 9
+    other = [False] * 9 + [True] * 2 + [True] * 10 + [False] * 9
+    estimate, low, high = paired_difference(one, other)
+    half = 1.959964 * np.sqrt((10 / 32 + 3 / 32 - (7 / 32) ** 2) / 32)
+    np.testing.assert_allclose((estimate, low, high), (7 / 30, 7 / 32 - half, 7 / 32 + half), rtol=1e-6)
+    with pytest.raises(ValueError, match="as many of both"):
+        paired_difference([True], [True, False])
+
+
+def test_a_paired_difference_covers_the_truth():
+    """Two coins that agree often: at 95 %, 2,000 intervals miss less than 5 % plus 5.3 standard errors."""
+    random = np.random.default_rng(1)
+    common = random.random((2000, 80))
+    first, second = (
+        common < 0.6,
+        np.where(random.random((2000, 80)) < 0.7, common, random.random((2000, 80))) < 0.5,
+    )
+    found = [paired_difference(*pair) for pair in zip(first, second, strict=True)]
+    missed = np.mean([not low <= 0.1 <= high for _, low, high in found])
+    assert missed < 0.05 + 5.3 * np.sqrt(0.05 * 0.95 / 2000)
+
+
+def test_the_frontier_has_what_nothing_beats():
+    assert pareto([2, 1, 3, 3], [5, 5, 6, 7]) == [1, 3]
+    assert pareto([1.0], [0.0]) == [0]

@@ -1,0 +1,415 @@
+"""Strategies of the user's own: found, checked, run at speed; what is wrong with them, told by its line."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import inspect
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
+from feasibee.simulation import simulate_record
+from feasibee.strategies import STRATEGIES, bayes, dmmd, loading
+
+ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
+
+MINE = '''\
+"""A strategy of mine."""
+
+import math
+
+PARAMETERS = {"weight": 2.0}
+
+
+def quality(robots_seen, tasks_seen):
+    return 1.0 / (1.0 + math.exp(0.1 * (tasks_seen - robots_seen)))
+
+
+def dissemination(quality, gain):
+    return gain * quality
+
+
+def decide(mind, inbox):
+    lead = inbox.feasible_votes - inbox.infeasible_votes
+    if abs(lead) < mind.parameters[0]:
+        return mind.opinion
+    return 1 if lead > 0 else 0
+'''
+
+SMALL = {"arena.side": 8.0, "run.steps": 40}
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Write a strategy's file; return its path."""
+
+    def to(text, name="mine.py"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return to
+
+
+def scenario_of(path, **changes):
+    return Scenario().replace({**SMALL, "decision.strategy": str(path), **changes})
+
+
+def told(path, **tables):
+    """Return the one problem of a scenario with a strategy."""
+    with pytest.raises(ScenarioError) as caught:
+        Scenario(decision={"strategy": str(path), **tables})
+    (problem,) = caught.value.problems
+    assert (problem.path, problem.value) == ("decision.strategy", str(path))
+    assert len(str(caught.value).splitlines()) == 1
+    return problem.rule
+
+
+def assert_same(first, second, runs=3, seed=2):
+    one = simulate_record(first, runs, seed, curves=True)
+    for other in (
+        simulate_record(second, runs, seed, curves=True),
+        simulate_record(second, 1, seed, curves=True, backend="reference"),
+    ):
+        for name in ARRAYS:
+            np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
+
+
+# --- A file of one's own ---
+
+
+def test_a_file_runs_and_is_equal_in_engine_and_reference(write):
+    scenario = scenario_of(write(MINE))
+    assert scenario.decision.parameters == {"weight": 2.0}
+    assert_same(scenario, scenario)
+    assert Swarm(scenario).opinions.size == 20
+
+
+def test_a_path_in_a_file_is_from_the_scenarios_folder(write, tmp_path, monkeypatch):
+    write(MINE, "deep/mine.py")
+    (tmp_path / "deep" / "swarm.toml").write_text('[decision]\nstrategy = "mine.py"\n')
+    monkeypatch.chdir(tmp_path)
+    scenario = Scenario.read("deep/swarm.toml")
+    assert "def decide" in scenario.strategy.source
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    absolute = tmp_path / "absolute.toml"
+    absolute.write_text(f'[decision]\nstrategy = "{tmp_path}/deep/mine.py"\n')
+    assert Scenario.read(absolute).hash == scenario.hash
+
+
+def test_the_hash_depends_on_the_text_of_the_file_and_not_on_its_path(write):
+    first = scenario_of(write(MINE, "a.py"))
+    assert scenario_of(write(MINE, "b.py")).hash == first.hash
+    assert scenario_of(write(MINE + "\n# another\n", "c.py")).hash != first.hash
+    assert first.hash != Scenario().replace(SMALL).hash
+
+
+def test_a_copy_of_dmmd_is_dmmd_to_the_bit(write):
+    path = write(inspect.getsource(dmmd))
+    for changes in ({}, {"robots.count": 40}, {"faults.byzantine": 0.2, "radio.loss": 0.1}):
+        assert_same(Scenario().replace({**SMALL, **changes}), scenario_of(path, **changes))
+
+
+def test_a_copy_of_bayes_with_its_memory_and_parameters_is_bayes_to_the_bit(write):
+    path = write(inspect.getsource(bayes))
+    parameters = {"decision.parameters": {"credence": 0.8}}
+    for changes in ({}, parameters, {"faults.byzantine": 0.2, **parameters}):
+        built_in = Scenario().replace({**SMALL, "decision.strategy": "bayes", **changes})
+        assert_same(built_in, scenario_of(path, **changes))
+        assert (simulate_record(built_in, 3, 2, curves=True).feasible_count < 20).all()
+
+
+@pytest.mark.parametrize("name", ["dc", "average", "accumulate", "cross-inhibition", "k-unanimity"])
+def test_a_copy_of_any_opinion_strategy_is_that_strategy(write, name):
+    """Values, evidence kept, and robots without an opinion, all by the constants of the file."""
+    path = write(inspect.getsource(inspect.getmodule(STRATEGIES[name].decide)))
+    assert_same(Scenario().replace({**SMALL, "decision.strategy": name}), scenario_of(path))
+
+
+def test_parameters_are_the_files_own(write):
+    path = write(MINE)
+    strict = scenario_of(path, **{"decision.parameters": {"weight": 1000}})
+    assert strict.decision.parameters == {"weight": 1000.0}
+    curves = simulate_record(strict, 3, 2, curves=True).feasible_count
+    assert (curves == curves[:, :1]).all()  # no lead is large enough: nobody ever changes
+    assert strict.hash != scenario_of(path).hash
+    with pytest.raises(ScenarioError) as caught:
+        scenario_of(path, **{"decision.parameters": {"wait": 1.0}})
+    assert "decision.parameters.wait = 1.0: " in str(caught.value)
+    assert "it has weight" in str(caught.value)
+
+
+def test_the_functions_have_what_the_contract_says(write):
+    """The fields of mind and inbox, in the engine as in the reference."""
+    text = MINE.replace(
+        "    lead = ",
+        "    if mind.quality + mind.feasible_quality + mind.own_vote + inbox.heard_value < 0.0:\n"
+        "        return -1\n"
+        "    if inbox.chance < 0.1 and inbox.heard_opinion >= 0 and inbox.mean_value < 0.9:\n"
+        "        return inbox.heard_opinion\n"
+        "    mind.memory[1] += 1.0\n"
+        "    if mind.memory[1] > 3.0:\n"
+        "        return -1\n"
+        "    lead = ",
+    )
+    text += "\n\ndef say(mind):\n    return 1 if mind.memory[1] > 1.0 else mind.opinion\n"
+    text += "\n\ndef value(mind):\n    return mind.memory[1] / 4.0\n"
+    text += "\n\nMEMORY = 2\nVALUE_BITS = 3\nFORGETS = False\nSTARTS_NEUTRAL = False\n"
+    path = write(text)
+    assert_same(scenario_of(path), scenario_of(path), seed=3)
+    record = simulate_record(scenario_of(path, **{"run.steps": 150}), 1, 3, curves=True)
+    assert (record.feasible_count + record.infeasible_count < 20).any()
+
+
+# --- What is wrong with a file ---
+
+
+def without(name):
+    """Return the text without a function."""
+    head, _, rest = MINE.partition(f"def {name}(")
+    _, _, tail = rest.partition("\n\n\n")
+    return head + tail
+
+
+def test_a_missing_file_is_told(tmp_path):
+    assert "is no file" in told(tmp_path / "none.py")
+    (tmp_path / "folder.py").mkdir()
+    assert "is no file" in told(tmp_path / "folder.py")
+
+
+@pytest.mark.parametrize("name", ["quality", "dissemination", "decide"])
+def test_a_missing_function_is_told_with_what_to_write(write, name):
+    rule = told(write(without(name)))
+    assert rule == f"mine.py: has no function {name}; write def {name}({', '.join(loading.ARGUMENTS[name])})"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        (
+            "def decide(mind, inbox)",
+            "def decide(mind)",
+            16,
+            "decide must take 2; write def decide(mind, inbox)",
+        ),
+        ("def quality(robots_seen, tasks_seen)", "def quality(*seen)", 8, "quality must take 2"),
+        ("(quality, gain)", "(quality, gain, more=1)", 12, "dissemination must take 2"),
+        ("import math", "import maths", 3, "ModuleNotFoundError: No module named 'maths'"),
+        ("PARAMETERS = {", "1 / 0; PARAMETERS = {", 5, "ZeroDivisionError: division by zero"),
+        ("    return gain * quality", "    return gain *", 13, "SyntaxError: invalid syntax"),
+        ("    return gain * quality", "  return gain\n   + 3", 14, "IndentationError"),
+        ("0.1 * (tasks_seen", "0.1 * (task_seen", 9, "quality fails: NameError: name 'task_seen'"),
+        ("inbox.feasible_votes -", "inbox.votes -", 17, "decide fails: AttributeError: "),
+        ("mind.parameters[0]", "mind.parameters[1]", 18, "decide fails: IndexError"),
+        ("mind.parameters[0]", "mind.memory[0]", 18, "decide fails: IndexError"),
+        ("math.exp(0.1", "math.log(-5 + 0 * 0.1", 9, "quality fails: ValueError"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_line(write, old, new, line, words):
+    assert MINE.count(old) == 1
+    rule = told(write(MINE.replace(old, new)))
+    assert rule.startswith(f"mine.py, line {line}: "), rule
+    assert words in rule
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("    lead = ", "    return 2\n    lead = ", "decide returns 2; must be 1, 0, or -1 for none"),
+        ("    lead = ", "    return None\n    lead = ", "decide returns None; must be 1, 0, or -1 for none"),
+        ("    lead = ", "    return 'yes'\n    lead = ", "decide returns 'yes'"),
+        ("return gain * quality", "return None", "dissemination returns None; must be a number"),
+        ("return gain * quality", "return math.inf", "dissemination returns inf; must be a number"),
+        ("return gain * quality", "return gain * math.nan", "dissemination returns nan; must be a number"),
+        ("return 1.0 / ", "return [1.0] or ", "quality returns [1.0]; must be a number"),
+    ],
+)
+def test_nonsense_that_is_returned_is_told(write, old, new, words):
+    assert words in told(write(MINE.replace(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("Knowledge = dict", "defines Knowledge; only built-in strategies pass on knowledge"),
+        ("decide = 3", "decide isn't a function; write def decide(mind, inbox)"),
+        ("say = max", "say isn't a function; write def say(mind)"),
+        ("def value(): return 1", "value must take 1; write def value(mind)"),
+        ("def value(mind): return 'x'", "value returns 'x'; must be a number"),
+        ("def say(mind): return 5", "say returns 5; must be 1, 0, or -1 for none"),
+        ("MEMORY = -1", "MEMORY = -1 must be a whole number from 0 to 64"),
+        ("MEMORY = 65", "MEMORY = 65 must be a whole number from 0 to 64"),
+        ("MEMORY = True", "MEMORY = True must be a whole number"),
+        ("MEMORY = 2.0", "MEMORY = 2.0 must be a whole number"),
+        ("VALUE_BITS = 17", "VALUE_BITS = 17 must be a whole number from 0 to 16"),
+        ("FORGETS = 1", "FORGETS = 1 must be True or False"),
+        ("STARTS_NEUTRAL = 'no'", "STARTS_NEUTRAL = 'no' must be True or False"),
+        ("PARAMETERS = ['weight']", "PARAMETERS = ['weight'] must be a dict of names and numbers"),
+        ("PARAMETERS = {'weight': 'x'}", "must be a dict of names and numbers"),
+        ("PARAMETERS = {'weight': float('nan')}", "must be a dict of names and numbers"),
+        ("PARAMETERS = {3: 1.0}", "must be a dict of names and numbers"),
+    ],
+)
+def test_constants_and_names_that_must_not_be_are_told(write, line, words):
+    rule = told(write(f"{MINE}\n{line}\n"))
+    assert rule.startswith("mine.py")
+    assert words in rule
+
+
+def test_text_that_is_no_python_at_all_is_told(write, tmp_path):
+    assert "mine.py" in told(write("\x00\x01"))
+    (tmp_path / "bytes.py").write_bytes(b"\xff\xfe\x00 = 3")
+    assert "bytes.py" in told(tmp_path / "bytes.py")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        (
+            "    lead = inbox.feasible_votes - inbox.infeasible_votes",
+            "    lead = {1: inbox.feasible_votes}.get(2, 0)",
+            17,
+            "",
+        ),
+        (
+            "    if abs(lead)",
+            "    if lead > 100:\n        return inbox.voices\n    if abs(lead)",
+            19,
+            "voices",
+        ),
+        ("        return mind.opinion", "        return [mind.opinion, 1][0]", 19, ""),
+    ],
+)
+def test_what_does_not_compile_is_told_with_its_line(write, old, new, line, words):
+    assert MINE.count(old) == 1
+    path = write(MINE.replace(old, new))
+    scenario = scenario_of(path)
+    assert simulate_record(scenario, 1, 0, backend="reference").runs == 1  # Python has no trouble with it
+    with pytest.raises(FeasibeeError) as caught:
+        simulate_record(scenario, 1, 0)
+    text = str(caught.value)
+    assert len(text.splitlines()) == 1
+    assert "mine.py" in text
+    assert f"line {line}: decide doesn't compile" in text
+    assert words in text
+    assert "numbers and math" in text
+
+
+# --- Strategies of other packages ---
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """Install a package that registers strategies, as its metadata says."""
+
+    def install(lines, **files):
+        for name, text in files.items():
+            (tmp_path / f"{name}.py").write_text(text)
+        metadata = tmp_path / "fable-1.0.dist-info"
+        metadata.mkdir()
+        (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: fable\nVersion: 1.0\n")
+        (metadata / "entry_points.txt").write_text("[feasibee.strategies]\n" + "\n".join(lines) + "\n")
+        monkeypatch.syspath_prepend(str(tmp_path))
+        loading.of_package.cache_clear()
+
+    yield install
+    loading.of_package.cache_clear()
+    for name in ("fable_one", "fable_two"):
+        sys.modules.pop(name, None)
+
+
+def test_a_package_registers_strategies_by_name(package, write):
+    package(["fable = fable_one"], fable_one=MINE)
+    assert [each.name for each in importlib.metadata.entry_points(group="feasibee.strategies")] == ["fable"]
+    assert loading.registered() == ["fable"]
+    scenario = scenario_of("fable")
+    assert scenario.strategy.name == "fable"
+    assert_same(scenario_of(write(MINE)), scenario)
+    assert scenario.hash == scenario_of(write(MINE)).hash
+
+
+def test_the_registered_names_are_told_with_the_others(package):
+    package(["fable = fable_one"], fable_one=MINE)
+    with pytest.raises(ScenarioError, match=r"or one of dmmd, .*, sketch, fable"):
+        Scenario(decision={"strategy": "fables"})
+
+
+def test_a_built_in_name_is_not_taken_over(package):
+    package(["dmmd = fable_one"], fable_one="1 / 0")
+    assert Scenario().strategy is STRATEGIES["dmmd"]
+
+
+@pytest.mark.parametrize(
+    ("target", "text", "words"),
+    [
+        ("fable_two", without("decide"), "fable_two.py: has no function decide"),
+        ("fable_two", "1 / 0", "fable_two can't be imported: ZeroDivisionError"),
+        ("fable_none", MINE, "fable_none can't be imported: ModuleNotFoundError"),
+        ("fable_two:decide", MINE, "fable_two:decide isn't a module"),
+        ("fable_two:nothing", MINE, "fable_two:nothing can't be imported: AttributeError"),
+    ],
+)
+def test_what_is_wrong_with_a_registered_strategy_is_told(package, target, text, words):
+    package([f"fable = {target}"], fable_two=text)
+    assert words in told("fable")
+
+
+@pytest.mark.parametrize("module", ["random", "numpy", "feasibee.engine"])
+def test_a_library_is_refused_with_its_line(write, module):
+    """A generator with a state of its own would make runs differ."""
+    rule = told(write(MINE.replace("import math", f"import math\nimport {module}")))
+    assert rule.startswith(f"mine.py, line 4: imports {module}; a strategy may import math only")
+
+
+def test_a_file_that_changes_is_another_strategy(write):
+    path = write(MINE)
+    before = scenario_of(path)
+    old_hash = before.hash
+    stays = simulate_record(before, 3, 1, curves=True)
+    path.write_text(MINE.replace("if lead > 0", "if lead < 0"))
+    after = scenario_of(path)
+    assert after.hash != old_hash
+    assert not np.array_equal(simulate_record(after, 3, 1, curves=True).feasible_count, stays.feasible_count)
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("    lead = mind.memory[5]\n", "index is out of bounds"),
+        ("    lead = 1 / (inbox.feasible_votes - inbox.feasible_votes)\n", "division by zero"),
+        ("    return None if inbox.chance < 0.9 else 1\n", "expected int64, got None"),
+    ],
+)
+def test_what_fails_only_in_a_run_is_told(write, line, why):
+    """The first call sees chance 0.25 and passes, if the line is behind a condition."""
+    guarded = "    if inbox.chance != 0.25:\n    " + line
+    text = MINE.replace("    lead = inbox", guarded + "    lead = inbox")
+    scenario = scenario_of(write(text))
+    with pytest.raises(FeasibeeError, match=rf"mine.py: fails in a run: .*{why}"):
+        simulate_record(scenario, 5, 1)
+
+
+def test_two_files_of_one_name_are_two_strategies(write):
+    one = write(MINE, "a/mine.py")
+    other = write(MINE.replace("if lead > 0", "if lead < 0"), "b/mine.py")
+    first, second = (simulate_record(scenario_of(path), 3, 1, curves=True) for path in (one, other))
+    assert not np.array_equal(first.feasible_count, second.feasible_count)
+
+
+def test_a_users_file_runs_in_a_second_process_too(write, tmp_path):
+    """Compiled code on disk names its module, which the second process must know before it loads it."""
+    path = write(MINE)
+    code = (
+        "from feasibee import Scenario, simulate\n"
+        f"s = Scenario().replace({{'decision.strategy': {str(path)!r}, 'run.steps': 20}})\n"
+        "print(int(simulate(s, runs=3, seed=1).bits_sent.sum()))"
+    )
+    done = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    ]
+    assert done[0] == done[1]

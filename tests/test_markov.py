@@ -1,0 +1,196 @@
+"""Voter and majority on few robots that all hear each other, against exact Markov chains.
+
+With durations of mean nearly 0, every phase lasts one step: all robots explore together, and then all
+disseminate and decide together. So what one round does to the number of robots with opinion 1 is a Markov
+chain, whose transition matrix and probabilities of absorption are computed here, from the rules alone.
+Seeds are fixed; the bounds have a two-sided alpha of about 1e-7.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import product
+from math import comb
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario
+from feasibee.simulation import simulate_record
+
+RUNS = 8000
+Z = 5.3  # two-sided alpha of 1.2e-7
+ROUNDS = 20
+
+
+def scenario_of(count, strategy, loss=0.0, **decision):
+    """Robots that all hear each other, in an arena of which each sees and hears all."""
+    return Scenario(
+        arena={"side": 2.0, "boundary": "walls"},
+        robots={"count": count, "diameter": 0.1, "speed": 0.1},
+        tasks={"count": 1},
+        sensing={"range": 3.0},
+        radio={"loss": loss},
+        decision={
+            "strategy": strategy,
+            "exploration": 1e-9,
+            "gain": 1e-9,
+            "threshold": 1 - 1e-9,  # all
+            **decision,
+        },
+        run={"steps": 2 * ROUNDS},
+    )
+
+
+@cache
+def rounds_of(count, strategy, loss=0.0, own_vote=True):
+    """Return how many hold opinion 1 at the start and after each round: shape (runs, ROUNDS + 1)."""
+    record = simulate_record(
+        scenario_of(count, strategy, loss, own_vote=own_vote), RUNS, seed=count, curves=True
+    )
+    curves = record.feasible_count
+    np.testing.assert_array_equal(curves[:, 1::2], curves[:, :-1:2])  # nobody decides after exploring
+    return curves[:, ::2]
+
+
+def voters(count, loss):
+    """Return the probability that a robot with an opinion holds 1 next, by its opinion and how many do."""
+    chances = np.empty((2, count + 1))
+    deaf = loss ** (count - 1)
+    for own, holders in product((0, 1), range(count + 1)):
+        others = holders - own
+        chances[own, holders] = deaf * own + (1 - deaf) * others / (count - 1)
+    return chances
+
+
+def majorities(count, loss, own_vote=True):
+    """Return the same for the majority of a random part of the others, each heard but for the loss."""
+    chances = np.zeros((2, count + 1))
+    hears = 1 - loss
+    for own, holders in product((0, 1), range(count + 1)):
+        for_it, against = holders - own, count - 1 - (holders - own)
+        if for_it < 0 or against < 0:
+            continue
+        for a, b in product(range(for_it + 1), range(against + 1)):
+            chance = comb(for_it, a) * comb(against, b) * hears ** (a + b) * loss ** (count - 1 - a - b)
+            lead = a - b + (2 * own - 1 if own_vote else 0)
+            chances[own, holders] += chance * (own if lead == 0 else lead > 0)
+    return np.clip(chances, 0, 1)
+
+
+def transitions(chances):
+    """Return the chain of how many hold opinion 1, when each robot decides by itself at the same time."""
+    count = chances.shape[1] - 1
+    matrix = np.zeros((count + 1, count + 1))
+    for holders in range(count + 1):
+        stay, join = chances[1, holders], chances[0, holders]
+        for a, b in product(range(holders + 1), range(count - holders + 1)):
+            stayed = comb(holders, a) * stay**a * (1 - stay) ** (holders - a)
+            joined = comb(count - holders, b) * join**b * (1 - join) ** (count - holders - b)
+            matrix[holders, a + b] += stayed * joined
+    return matrix
+
+
+def absorption(matrix):
+    """Return the probability to end with all of opinion 1, by the number at the start."""
+    inner = matrix[1:-1, 1:-1]
+    ends = np.linalg.solve(np.eye(len(inner)) - inner, matrix[1:-1, -1])
+    return np.clip([0.0, *ends, 1.0], 0, 1)
+
+
+def assert_rate(hits, trials, chance, what):
+    assert trials > 300, what
+    assert abs(hits / trials - chance) <= Z * np.sqrt(chance * (1 - chance) / trials) + 1e-12, what
+
+
+def assert_follows(rounds, matrix):
+    """Compare starts, the next round from each number of holders, and the ends from each start."""
+    count = len(matrix) - 1
+    np.testing.assert_allclose(matrix.sum(axis=1), 1)
+    before, after = rounds[:, :-1].ravel(), rounds[:, 1:].ravel()
+    for holders in range(count + 1):
+        assert_rate((rounds[:, 0] == holders).sum(), RUNS, comb(count, holders) / 2**count, holders)
+        here = after[before == holders]
+        for next_holders in range(count + 1):
+            what = holders, next_holders
+            assert_rate((here == next_holders).sum(), here.size, matrix[holders, next_holders], what)
+
+
+def assert_ends(rounds, chances, horizon):
+    """Compare how many of the runs from each start end with all of opinion 1."""
+    for holders, chance in enumerate(chances):
+        ends = rounds[rounds[:, 0] == holders, -1]
+        if ends.size > 60:
+            bound = Z * np.sqrt(chance * (1 - chance) / ends.size) + horizon[holders] + 1e-12
+            assert abs((ends == len(chances) - 1).mean() - chance) <= bound, holders
+
+
+def unfinished(matrix):
+    """Return the probability not to have been absorbed after all rounds, by the number at the start."""
+    after = np.linalg.matrix_power(matrix, ROUNDS)
+    return after[:, 1:-1].sum(axis=1)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+@pytest.mark.parametrize("loss", [0.0, 0.4])
+def test_voters_follow_their_chain(count, loss):
+    """Catches a transition's probability off by 0.04, an end's by 0.07: the own opinion among those drawn.
+
+    The middle states are left more than 5,000 times, and are the start of some 2,000 runs.
+    """
+    matrix = transitions(voters(count, loss))
+    rounds = rounds_of(count, "voter", loss)
+    chances = absorption(matrix)
+    if loss == 0:  # each is copied as often as the others: the share of opinion 1 is a martingale
+        np.testing.assert_allclose(chances, np.arange(count + 1) / count)
+    assert_follows(rounds, matrix)
+    assert_ends(rounds, chances, unfinished(matrix))
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+@pytest.mark.parametrize("own_vote", [True, False])
+@pytest.mark.parametrize("loss", [0.3, 0.6])
+def test_majorities_follow_their_chain(count, own_vote, loss):
+    """Catches a transition's probability off by 0.04, an end's by 0.07: another rule for ties or the own."""
+    matrix = transitions(majorities(count, loss, own_vote))
+    rounds = rounds_of(count, "majority", loss, own_vote)
+    chances = absorption(matrix)
+    np.testing.assert_allclose(chances + chances[::-1], 1)  # neither opinion is favoured
+    assert_follows(rounds, matrix)
+    assert_ends(rounds, chances, unfinished(matrix))
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+def test_majorities_that_hear_all_are_decided_by_the_start(count):
+    """With nothing lost the first round ends it; of an even split each keeps its opinion for good."""
+    rounds = rounds_of(count, "majority")
+    start = rounds[:, 0]
+    # Of three or five, two or three that agree win; of four, two against two stay as they are.
+    expected = np.where(2 * start > count, count, np.where(2 * start < count, 0, start))
+    np.testing.assert_array_equal(rounds[:, 1], expected)
+    np.testing.assert_array_equal(rounds[:, -1], expected)
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_the_step_of_absorption_has_its_distribution(count):
+    """Catches a share of runs absorbed by some step that is off by 0.03."""
+    matrix = transitions(voters(count, 0.0))
+    record = simulate_record(scenario_of(count, "voter"), RUNS, seed=77)
+    start = np.array([comb(count, k) for k in range(count + 1)]) / 2**count
+    for rounds in range(12):
+        absorbed = (start @ np.linalg.matrix_power(matrix, rounds))[[0, -1]].sum()
+        by_then = (record.decision_step >= 0) & (record.decision_step <= 2 * rounds)
+        assert_rate(by_then.sum(), RUNS, absorbed, rounds)
+
+
+@pytest.mark.parametrize("strategy", ["voter", "dmvd"])
+def test_a_random_voter_is_any_of_those_heard(strategy):
+    """Of six, one with opinion 1 gives it up, and each other takes it with probability 1/5, by itself.
+
+    Catches a probability off by 0.1: this start comes some 750 times.
+    """
+    rounds = rounds_of(6, strategy)
+    after = rounds[rounds[:, 0] == 1, 1]
+    for holders in range(6):
+        chance = comb(5, holders) * 0.2**holders * 0.8 ** (5 - holders)
+        assert_rate((after == holders).sum(), after.size, chance, holders)
