@@ -5,6 +5,7 @@ A short text resolves to one complete form, which is hashed, stored and run. The
 
 from __future__ import annotations
 
+import copy
 import difflib
 import hashlib
 import json
@@ -21,12 +22,14 @@ from pydantic import (
     ConfigDict,
     Field,
     ModelWrapValidatorHandler,
+    PrivateAttr,
     ValidationError,
     model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from feasibee.changes import with_changes
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.points import read_points
 from feasibee.presets import PRESETS, with_preset
@@ -85,6 +88,7 @@ class Scenario(BaseModel):
     decision: Decision = Decision()
     faults: Faults = Faults()
     run: Run = Run()
+    _strategy: Strategy = PrivateAttr()
 
     if TYPE_CHECKING:  # pydantic takes a table for a section, which its derived signature doesn't say
 
@@ -129,6 +133,7 @@ class Scenario(BaseModel):
         self.__dict__["preset"] = None  # its values are in their places: it is no other scenario without
         if self.radio.range is None:
             self._put("radio", range=self.sensing.range)
+        self._strategy = strategy_of(self.decision.strategy)
         parameters = {**self.strategy.parameters, **self.decision.parameters}
         self._put("decision", parameters={name: float(value) for name, value in parameters.items()})
         for name in ("robots", "tasks"):
@@ -148,8 +153,8 @@ class Scenario(BaseModel):
 
     @property
     def strategy(self) -> Strategy:
-        """How opinions are rated, told and chosen."""
-        return strategy_of(self.decision.strategy)
+        """How opinions are rated, told and chosen; a file as it was when the scenario was made."""
+        return self._strategy
 
     def counted(self, step: int) -> int:
         """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
@@ -208,7 +213,7 @@ class Scenario(BaseModel):
             By dotted path, such as ``{"tasks.count": 50}``. What was left to its default stays so: a new
             ``sensing.range`` takes an unset ``radio.range`` along.
         """
-        tables, problems = _changed(self.model_dump(exclude_unset=True), changes)
+        tables, problems = with_changes(self.model_dump(exclude_unset=True), changes)
         try:
             changed = type(self).model_validate(tables)
         except ScenarioError as error:
@@ -245,49 +250,6 @@ class Scenario(BaseModel):
             tables["decision"]["strategy"] = self.strategy.source
         text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _changed(tables: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Return nested tables with the values at some dotted paths replaced, and the paths that lead nowhere.
-
-    A number in a path is a place in a list: ``robots.classes.0.count``.
-    """
-    changed = _open(tables)
-    problems = []
-    for path, value in changes.items():
-        *way, last = path.split(".")
-        if not (way or path == "preset") or "" in (*way, last):
-            rule = "isn't the path of a field"
-            problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
-            continue
-        try:
-            table: Any = changed
-            for part in way:
-                table = _step_into(table, part)
-            if isinstance(table, list):
-                table[int(last)] = value
-            else:
-                table[last] = value
-        except (LookupError, TypeError, ValueError):
-            rule = "leads through something that isn't there"
-            problems.append(Problem(path, value, rule, f"give {'.'.join(way)} first"))
-    return changed, problems
-
-
-def _open(value: Any) -> Any:
-    """Return a copy of nested tables in which a place of any list can be changed."""
-    if isinstance(value, Mapping):
-        return {key: _open(each) for key, each in value.items()}
-    return [_open(each) for each in value] if isinstance(value, tuple | list) else value
-
-
-def _step_into(table: Any, part: str) -> Any:
-    """Return what is in a table or list, which has it from now on."""
-    if isinstance(table, list):
-        return table[int(part)]
-    if table.get(part) is None:
-        table[part] = {}
-    return table[part]
 
 
 def _with_points(

@@ -244,7 +244,7 @@ def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDE
     >>> from feasibee.stats import confidence_sequence
     >>> _, low, high = confidence_sequence(80, 100)
     >>> round(low, 3), round(high, 3)
-    (0.671, 0.893)
+    (0.648, 0.909)
     """
     if not 0 <= successes <= trials:
         raise ValueError(f"{successes} of {trials}: must be 0 <= successes <= trials")

@@ -104,6 +104,12 @@ class Strategy:
     knowledge: Any = None
     source: str = ""
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Strategy) and (self.name, self.source) == (other.name, other.source)
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.source))
+
 
 def sent(value: float, bits: int) -> int:
     """Return a value from 0 to 1 as the whole number of ``bits`` bits that a message holds."""
