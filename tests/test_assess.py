@@ -1,0 +1,135 @@
+"""What engineers ask: assessments, tuning and sensitivity."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from feasibee import FeasibeeError, Scenario
+from feasibee.assess import assess, wait_for, words, write_report
+from feasibee.cli import main
+from feasibee.compare import compare
+from feasibee.study.sensitivity import latin_hypercube, sensitivities, spearman
+from feasibee.study.space import Dimension, dimensions
+from feasibee.study.tune import tune
+
+HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
+SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
+
+
+@pytest.fixture(scope="module")
+def assessment():
+    return assess(SHORT, runs=30, seed=2)
+
+
+def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
+    (outcome,) = compare({"as it is": SHORT}, (), 30, 2)
+    np.testing.assert_array_equal(assessment.outcome.right, outcome.right)
+    shares = [getattr(assessment, name).estimate for name in ("right", "wrong", "split")]
+    assert abs(sum(shares) - 1) < 1e-12
+    assert assessment.right.estimate == outcome.right.mean()
+
+
+def test_other_strategies_are_tried_best_first(assessment):
+    names = [trial.name for trial in assessment.strategies]
+    assert len(names) == 13
+    assert "dmmd" not in names
+    gains = [trial.difference.estimate for trial in assessment.strategies]
+    assert gains == sorted(gains, reverse=True)
+
+
+def test_what_has_no_meaning_in_a_world_is_not_tried():
+    scenario = SHORT.replace({"sensing.false_tasks": 0.1, "radio.loss": 0.2, "faults.byzantine": 0.1})
+    found = assess(scenario, runs=3)
+    assert not {"census", "sketch"} & {trial.name for trial in found.strategies}
+    assert {"a perfect sensor", "no message lost", "no faulty robot"} <= {
+        trial.name for trial in found.limits
+    }
+
+
+def test_how_long_to_wait_is_until_the_last_lapse(assessment):
+    outcome = assessment.outcome
+    right_at = np.array([0, 29, 30, 20, 29, 30, 30])
+    assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at})) == 4  # 29 of 30 is 0.967
+    assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at[:4]})) is None
+
+
+def test_words_json_and_page(assessment, tmp_path):
+    text = " ".join(words(assessment))
+    assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
+    assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
+    write_report(assessment, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert page.count("data:image/png;base64,") == 2
+    assert "http" not in page  # one page by itself
+
+
+def test_the_command_takes_short_options():
+    done = CliRunner().invoke(
+        main, ["assess", "--robots", "5", "--tasks", "6", "--arena", "8", "--steps", "20", "--runs", "3"]
+    )
+    assert done.exit_code == 0, done.output
+    assert done.output.startswith("The tasks are infeasible: they need 6 robots, and there are 5.")
+
+
+def test_ranges_are_read_and_checked():
+    space = dimensions(
+        Scenario(),
+        ["decision.gain", "robots.count", "radio.loss=0:0.5", "decision.own_vote", "arena.boundary"],
+    )
+    assert space[0] == Dimension("decision.gain", 2.0, 50.0)
+    assert (space[1].at(0.0), space[1].at(1.0)) == (4, 100)
+    assert (space[2].at(0.5), space[2].by_ratio) == (0.25, False)
+    assert space[3].choices == (False, True)
+    assert space[4].choices == ("torus", "walls")
+    for text in (
+        "decision.gian",
+        "gain",
+        "radio.loss",
+        "decision.gain=5:2",
+        "sensing.range=1:50",
+        "decision.strategy",
+    ):
+        with pytest.raises(FeasibeeError):
+            dimensions(Scenario(), [text])
+
+
+def test_a_latin_hypercube_has_one_point_in_each_slice():
+    places = latin_hypercube(50, 3, 1)
+    for column in places.T:
+        np.testing.assert_array_equal(np.sort((column * 50).astype(int)), np.arange(50))
+
+
+def test_rank_correlation_is_spearmans():
+    stats = pytest.importorskip("scipy.stats")
+    random = np.random.default_rng(3)
+    one, other = random.integers(0, 9, 60).astype(float), random.random(60)
+    found = spearman(one, other + one / 9, 0)
+    np.testing.assert_allclose(found.estimate, stats.spearmanr(one, other + one / 9).statistic)
+    assert found.low < found.estimate < found.high
+    assert spearman(np.ones(20), random.random(20), 0).estimate == 0
+
+
+def test_what_matters_is_found():
+    """In few steps a census is complete only if robots hear far; a little longer runs hardly help."""
+    space = dimensions(HARD, ["radio.range=0.5:5", "walk.mean_run=9:11"])
+    found, _, shares = sensitivities(HARD, space, 40, 10)
+    assert found[0].path == "radio.range"
+    assert found[0].correlation.low > 0.3
+    assert 0 <= shares.min() < shares.max() <= 1
+
+
+def test_a_search_goes_on_and_is_judged_on_fresh_runs(tmp_path):
+    pytest.importorskip("optuna")
+    space = dimensions(HARD, ["decision.gain", "radio.range=0.5:5"])
+    scenario = HARD.replace({"radio.range": 0.6})
+    first = tune(scenario, space, tmp_path, trials=6, runs=20)
+    again = tune(scenario, space, tmp_path, trials=10, runs=20)
+    assert again.trials[:6] == first.trials
+    assert len(again.trials) == 10
+    assert again.trials[0][0] == {"decision.gain": 10.0, "radio.range": 0.6}  # the start is the first trial
+    assert again.gain.low > 0
+    assert again.best.estimate > again.start.estimate
