@@ -175,12 +175,15 @@ def status(folder: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps([_as_json(point) for point in points], indent=2))
         return
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
     total = sum(point.runs for point in points)
     table = Table(
         *fields,
+        box=SIMPLE_HEAD,
+        pad_edge=False,
         title=f"{folder}: {total} runs of {len(points)} points",
         caption="right (with 95 % interval) and undecided: % of the runs; half by: the step by which half of "
         "the runs had decided",
