@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from feasibee.feasibility import truth
-from feasibee.files import make_folder, whole_file
-from feasibee.plots import Panel, draw_panels, save_figure
+from feasibee.files import make_folder, write_csv
+from feasibee.plots import Panel, draw_panels, save_both
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, first_run_of, simulate_record
 from feasibee.stats import DecisionTimes, Interval, accuracy, decision_rates, decision_times
@@ -115,8 +114,7 @@ def reproduce_beyond(
             if progress is not None:
                 progress(len(rows) / (len(WORLDS) * len(PLACES)))
     drawn = draw_panels([_panel(panel, [row for row in rows if row.panel == panel]) for panel in WORLDS])
-    for suffix in ("png", "pdf"):
-        save_figure(drawn, folder / f"beyond.{suffix}")
+    save_both(drawn, folder / "beyond")
     _write_rows(folder / "beyond.csv", rows)
     return rows
 
@@ -183,16 +181,14 @@ def _write_rows(path: Path, rows: Sequence[Row]) -> None:
     rates = [f"{name}{part}" for name in rows[0].rates for part in ("", "_low", "_high")]
     header = ["panel", "robots", "places", "ratio", "first_run", "runs", "truth", *rates]
     header += ["accuracy", "accuracy_low", "accuracy_high", "step_q25", "step_median", "step_q75"]
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        for row in rows:
-            writer.writerow(
-                [
-                    *(row.panel, row.robots, row.places, row.ratio, row.first_run, row.runs),
-                    "feasible" if row.truth else "infeasible",
-                    *(value for interval in row.rates.values() for value in interval),
-                    *row.accuracy,
-                    *("" if step is None else step for step in row.times),
-                ]
-            )
+    lines = (
+        [
+            *(row.panel, row.robots, row.places, row.ratio, row.first_run, row.runs),
+            "feasible" if row.truth else "infeasible",
+            *(value for interval in row.rates.values() for value in interval),
+            *row.accuracy,
+            *("" if step is None else step for step in row.times),
+        ]
+        for row in rows
+    )
+    write_csv(path, header, lines)

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from typing import Any
 
 from feasibee.errors import Problem
+
+
+def read_value(text: str) -> Any:
+    """Read a value that somebody typed: TOML or else plain text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return text.strip()
 
 
 def with_changes(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +12,9 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
-from feasibee.files import whole_file
+from feasibee.files import write_csv
 from feasibee.frontier import draw_against_bits, draw_against_ratio, draw_against_time
-from feasibee.plots import save_figure
+from feasibee.plots import save_both
 from feasibee.presets import PRESETS
 from feasibee.record import Record
 from feasibee.scenario import Scenario
@@ -182,6 +181,14 @@ def compare(
     return outcomes
 
 
+def right_at_end(
+    scenario: Scenario, runs: int, seed: int, first_run: int = 0, threads: int | None = None
+) -> NDArray[np.bool_]:
+    """Simulate, and return whether each swarm was right at the last step: bool, shape (runs,)."""
+    record = simulate_record(scenario, runs, seed, first_run=first_run, curves=True, threads=threads)
+    return outcome_of("", scenario, record).right
+
+
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Sum up the runs of one contender."""
     feasible = truth(scenario)
@@ -223,8 +230,7 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
         "compare_bits": draw_against_bits(totals),
     }
     for name, drawn in figures.items():
-        for suffix in ("png", "pdf"):
-            save_figure(drawn, folder / f"{name}.{suffix}")
+        save_both(drawn, folder / name)
     _write_rows(folder / "compare.csv", outcomes)
 
 
@@ -260,20 +266,18 @@ def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
         header += [name, f"{name}_low", f"{name}_high"]
     header += ["step_q25", "step_median", "step_q75", "bits_per_robot_and_step"]
     header += ["committed", "committed_wrong", "commit_step_median"]
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        for each in outcomes:
-            times = (*each.times, each.bits.mean(), each.committed.mean(), each.committed_wrong.mean())
-            writer.writerow(
-                [
-                    *(each.contender, each.robots, each.tasks),
-                    "feasible" if each.feasible else "infeasible",
-                    each.runs,
-                    *each.accuracy,
-                    *each.first,
-                    *paired_difference(each.right, baseline[each.tasks].right),
-                    *("" if value is None else f"{value:.6g}" for value in times),
-                    *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
-                ]
-            )
+    write_csv(path, header, (_row(each, baseline[each.tasks]) for each in outcomes))
+
+
+def _row(each: Outcome, baseline: Outcome) -> list[object]:
+    numbers = (*each.times, each.bits.mean(), each.committed.mean(), each.committed_wrong.mean())
+    return [
+        *(each.contender, each.robots, each.tasks),
+        "feasible" if each.feasible else "infeasible",
+        each.runs,
+        *each.accuracy,
+        *each.first,
+        *paired_difference(each.right, baseline.right),
+        *("" if value is None else f"{value:.6g}" for value in numbers),
+        *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
+    ]

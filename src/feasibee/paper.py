@@ -7,18 +7,17 @@ Fuady, Tarapore, Ehsan, Soorati, "Collective Decision-Making on Task Allocation 
 
 from __future__ import annotations
 
-import csv
 import json
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from matplotlib import colormaps
 
 from feasibee.claims import Claim, Point, check_claims
-from feasibee.files import make_folder, whole_file
-from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_figure
+from feasibee.files import make_folder, whole_file, write_csv
+from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_both
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, first_run_of, simulate_record
 from feasibee.stats import decision_times, opinion_quartiles
@@ -113,10 +112,10 @@ def _part_of(progress: Callable[[float], None], done: int, parts: int) -> Callab
 def _write_arena(folder: Path, swarm: Swarm) -> None:
     with figure(3.6, 3.7) as (drawn, ax):
         plot_arena(swarm, ax)
-    _save(folder, "fig1_arena", drawn)
+    save_both(drawn, folder / "fig1_arena")
     places = [("robot", swarm.positions), ("task", swarm.tasks)]
     rows = [(kind, i, *place) for kind, group in places for i, place in enumerate(group.tolist(), start=1)]
-    _write_csv(folder / "fig1_arena.csv", ("kind", "number", "x", "y"), rows)
+    write_csv(folder / "fig1_arena.csv", ("kind", "number", "x", "y"), rows)
 
 
 def _write_opinions(folder: Path, points: Sequence[Point]) -> None:
@@ -126,13 +125,13 @@ def _write_opinions(folder: Path, points: Sequence[Point]) -> None:
         with figure(4.2, 2.7) as (drawn, ax):
             draw_opinion_bands(bands, ax, SHOWN_STEPS, [_shade(by_tasks[tasks].ratio) for tasks in chosen])
             ax.legend(title="ratio n/m", loc="center left", bbox_to_anchor=(1.0, 0.5))
-        _save(folder, name, drawn)
+        save_both(drawn, folder / name)
         rows = (
             (tasks, by_tasks[tasks].ratio, step, *values)
             for tasks in chosen
             for step, values in enumerate(by_tasks[tasks].quartiles.T.tolist())
         )
-        _write_csv(folder / f"{name}.csv", ("tasks", "ratio", "step", "q25", "median", "q75"), rows)
+        write_csv(folder / f"{name}.csv", ("tasks", "ratio", "step", "q25", "median", "q75"), rows)
 
 
 def _shade(ratio: float) -> tuple[float, float, float]:
@@ -148,7 +147,7 @@ def _write_decisions(folder: Path, points: Sequence[Point]) -> None:
     rates = {name: [point.rate(code) for point in points] for code, name in DECISIONS.items()}
     with figure(4.6, 2.8) as (drawn, ax):
         plot_decisions([point.ratio for point in points], rates, ax)
-    _save(folder, "fig3_decisions", drawn)
+    save_both(drawn, folder / "fig3_decisions")
     columns = [f"{name}{part}" for name in rates for part in ("", "_low", "_high")]
     rows = (
         (
@@ -162,16 +161,4 @@ def _write_decisions(folder: Path, points: Sequence[Point]) -> None:
         for row, point in enumerate(points)
     )
     header = ("tasks", "ratio", "first_run", "runs", *columns, "step_q25", "step_median", "step_q75")
-    _write_csv(folder / "fig3_decisions.csv", header, rows)
-
-
-def _save(folder: Path, name: str, drawn: object) -> None:
-    for suffix in ("png", "pdf"):
-        save_figure(drawn, folder / f"{name}.{suffix}")  # type: ignore[arg-type]
-
-
-def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    with whole_file(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
+    write_csv(folder / "fig3_decisions.csv", header, rows)

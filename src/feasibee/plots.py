@@ -57,6 +57,12 @@ def save_figure(drawn: Figure, path: str | Path) -> None:
         drawn.savefig(temporary, metadata=metadata)
 
 
+def save_both(drawn: Figure, stem: Path) -> None:
+    """Save a figure as PNG and as PDF; ``stem`` is the path of both without the suffix."""
+    for suffix in ("png", "pdf"):
+        save_figure(drawn, stem.with_name(f"{stem.name}.{suffix}"))
+
+
 def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     """Draw robots (numbered discs, shaded ranges) and tasks (triangles), as the paper's Fig. 1.
 

@@ -154,6 +154,25 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
     return wilson(int(right.sum()), values.size, confidence)
 
 
+def bits_per_robot_and_step(
+    bits_sent: ArrayLike, decision_step: ArrayLike, robots: int, steps: int, stop_at_decision: bool
+) -> float:
+    """Return the mean bits sent a robot and step, over the steps that the runs lasted.
+
+    Parameters
+    ----------
+    bits_sent, decision_step : array of int, shape (runs,)
+        Of each run; -1 for a decision step that there isn't.
+    robots, steps : int
+        Number of robots, and of steps of a run that goes on to its end.
+    stop_at_decision : bool
+        Whether runs ended at their decision.
+    """
+    decided = np.asarray(decision_step, np.int64)
+    lasted = np.where(stop_at_decision & (decided >= 0), decided, steps)
+    return float(np.asarray(bits_sent).sum() / max(1, robots * int(lasted.sum())))
+
+
 def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     """Return how much more often one thing holds than another in the same runs, with its interval.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from feasibee.changes import read_value
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -58,10 +58,7 @@ def _parse_change(change: str) -> tuple[str, Any]:
     path, equals, text = change.partition("=")
     if not equals:
         raise FeasibeeError(f"--set {change}: must be FIELD=VALUE; such as --set tasks.count=50")
-    try:
-        return path.strip(), tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
-        return path.strip(), text.strip()
+    return path.strip(), read_value(text)
 
 
 def keep_matplotlib_in_cache() -> None:

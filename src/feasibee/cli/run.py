@@ -119,7 +119,13 @@ def _write_results(
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.feasibility import truth
-    from feasibee.stats import accuracy, decision_counts, decision_rates, decision_times
+    from feasibee.stats import (
+        accuracy,
+        bits_per_robot_and_step,
+        decision_counts,
+        decision_rates,
+        decision_times,
+    )
     from feasibee.vocabulary import MODEL_VERSION
 
     times = decision_times(record.decision_step)
@@ -130,7 +136,13 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "decision_step": {"median": times.median, "q25": times.q25, "q75": times.q75},
         "truth": "feasible" if feasible else "infeasible",
         "accuracy": accuracy(record.decision, feasible)._asdict(),
-        "bits_per_robot_and_step": _bits(record, scenario),
+        "bits_per_robot_and_step": bits_per_robot_and_step(
+            record.bits_sent,
+            record.decision_step,
+            scenario.robots.count,
+            scenario.run.steps,
+            scenario.run.stop_at_decision,
+        ),
         **_commitments(record, scenario),
         "seed": seed,
         "first_run": record.first_run,
@@ -140,15 +152,6 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "model_version": MODEL_VERSION,
         "rates": {name: rate._asdict() for name, rate in decision_rates(record.decision).items()},
     }
-
-
-def _bits(record: Record, scenario: Scenario) -> float:
-    """Return the mean bits sent a robot and step."""
-    steps = record.runs * scenario.run.steps
-    if scenario.run.stop_at_decision:
-        lasted = (step if step >= 0 else scenario.run.steps for step in record.decision_step.tolist())
-        steps = max(1, sum(lasted))
-    return float(record.bits_sent.sum() / (scenario.robots.count * steps))
 
 
 def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:

@@ -9,10 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.compare import outcome_of
+from feasibee.compare import right_at_end
 from feasibee.plots import figure
 from feasibee.scenario import Scenario
-from feasibee.simulation import simulate_record
 from feasibee.stats import Interval
 from feasibee.study.space import Dimension
 
@@ -82,8 +81,7 @@ def sensitivities(
     for number, place in enumerate(places):
         values = {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
         changed = scenario.replace({**values, "run.stop_at_decision": False})
-        record = simulate_record(changed, runs, seed, first_run=number * runs, curves=True, threads=threads)
-        shares[number] = outcome_of("", changed, record).right.mean()
+        shares[number] = right_at_end(changed, runs, seed, number * runs, threads).mean()
         if progress is not None:
             progress((number + 1) / points)
     found = [

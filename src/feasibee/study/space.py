@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
+from feasibee.changes import read_value
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.scenario import Scenario
 
@@ -93,15 +94,7 @@ def _read(path: str, given: str, now: Any) -> Dimension:
         if not first < last:
             raise FeasibeeError(f"{path}={given}: must be LOW:HIGH; such as {path}=2:50")
         return Dimension(path, first, last, isinstance(now, int) and not isinstance(now, bool))
-    import tomllib
-
-    choices = []
-    for text in given.split("|"):
-        try:
-            choices.append(tomllib.loads(f"value = {text}")["value"])
-        except ValueError:
-            choices.append(text.strip())
-    return Dimension(path, choices=tuple(choices))
+    return Dimension(path, choices=tuple(read_value(text) for text in given.split("|")))
 
 
 def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:

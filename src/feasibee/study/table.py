@@ -11,7 +11,14 @@ import numpy as np
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import whole_file
-from feasibee.stats import DecisionTimes, Interval, decision_counts, decision_times, wilson
+from feasibee.stats import (
+    DecisionTimes,
+    Interval,
+    bits_per_robot_and_step,
+    decision_counts,
+    decision_times,
+    wilson,
+)
 from feasibee.study.journal import COLUMNS, Journal, Row
 from feasibee.study.plan import value_at
 from feasibee.vocabulary import MODEL_VERSION
@@ -48,16 +55,15 @@ def _summary(row: Row, journal: Journal) -> Summary:
     columns = journal.columns(row.id)
     decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
     scenario = row.scenario
-    lasted = np.full(step.shape, scenario.run.steps)
-    if scenario.run.stop_at_decision:
-        lasted = np.where(step >= 0, step, lasted)
     return Summary(
         row,
         decision.size,
         int((decision == row.truth).sum()),
         decision_counts(decision),
         decision_times(step),
-        float(bits.sum() / max(1, scenario.robots.count * lasted.sum())),
+        bits_per_robot_and_step(
+            bits, step, scenario.robots.count, scenario.run.steps, scenario.run.stop_at_decision
+        ),
     )
 
 

@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from feasibee.compare import outcome_of
+from feasibee.compare import right_at_end
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.plots import figure, spaced_by_ratio
 from feasibee.scenario import Scenario
-from feasibee.simulation import simulate_record
 from feasibee.stats import Interval, paired_difference, wilson
+from feasibee.study.plan import value_at
 from feasibee.study.space import Dimension
 
 FINALISTS = 5
@@ -90,13 +89,13 @@ def tune(
     while len(search.trials) < trials:
         trial = search.ask()
         values = {each.path: _suggested(trial, each) for each in space}
-        search.tell(trial, float(_right(scenario.replace(values), runs, seed, threads).mean()))
+        search.tell(trial, float(right_at_end(scenario.replace(values), runs, seed, threads=threads).mean()))
         if progress is not None:
             progress(len(search.trials) / trials * 0.8)
     best = _winner(search, scenario, runs, (seed + FRESH // 2) % 2**64, threads)
     fresh = (seed + FRESH) % 2**64
-    start_right = _right(scenario, 10 * runs, fresh, threads)
-    best_right = _right(scenario.replace(best), 10 * runs, fresh, threads)
+    start_right = right_at_end(scenario, 10 * runs, fresh, threads=threads)
+    best_right = right_at_end(scenario.replace(best), 10 * runs, fresh, threads=threads)
     if progress is not None:
         progress(1.0)
     return Tuned(
@@ -123,7 +122,7 @@ def _search(scenario: Scenario, space: Sequence[Dimension], folder: Path, runs: 
         direction="maximize",
         load_if_exists=True,
     )
-    now = {each.path: _now(scenario, each) for each in space}
+    now = {each.path: value_at(scenario, each.path) for each in space}
     if not search.trials and all(each.holds(now[each.path]) for each in space):
         search.enqueue_trial(now)
     return search
@@ -137,11 +136,6 @@ def _suggested(trial: Any, each: Dimension) -> Any:
     return trial.suggest_float(each.path, each.low, each.high, log=each.by_ratio)
 
 
-def _now(scenario: Scenario, each: Dimension) -> Any:
-    section, _, key = each.path.partition(".")
-    return getattr(getattr(scenario, section), key)
-
-
 def _winner(search: Any, scenario: Scenario, runs: int, seed: int, threads: int | None) -> dict[str, Any]:
     """Return the best of the best trials by more runs: the first among many was also lucky."""
     ranked = sorted(search.trials, key=lambda trial: -(trial.value or 0.0))
@@ -149,13 +143,11 @@ def _winner(search: Any, scenario: Scenario, runs: int, seed: int, threads: int 
     start = next((dict(trial.params) for trial in search.trials[:1]), {})
     if start not in finalists:
         finalists.append(start)
-    shares = [float(_right(scenario.replace(values), 5 * runs, seed, threads).mean()) for values in finalists]
+    shares = [
+        float(right_at_end(scenario.replace(values), 5 * runs, seed, threads=threads).mean())
+        for values in finalists
+    ]
     return finalists[shares.index(max(shares))]
-
-
-def _right(scenario: Scenario, runs: int, seed: int, threads: int | None) -> NDArray[np.bool_]:
-    record = simulate_record(scenario, runs, seed, curves=True, threads=threads)
-    return outcome_of("", scenario, record).right
 
 
 def draw_search(tuned: Tuned) -> Figure:
