@@ -17,25 +17,15 @@ algorithms for HyperLogLog sketches", 2017, algorithm 6.
 
 import math
 
+from feasibee.strategies import census
+
 REGISTERS = 128
 TOP = 15
 
 
-def quality(robots_known, tasks_known):
-    """Return the share of robots among all things known; 1/2 if there are none."""
-    if robots_known + tasks_known == 0:
-        return 0.5
-    return robots_known / (robots_known + tasks_known)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
-def decide(mind, inbox):
-    """Return feasible if there seem to be as many robots as tasks, or more."""
-    return 1 if mind.feasible_quality >= 0.5 else 0
+quality = census.quality
+dissemination = census.dissemination
+decide = census.decide
 
 
 class Knowledge:
