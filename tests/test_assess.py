@@ -122,6 +122,16 @@ def test_what_matters_is_found():
     assert 0 <= shares.min() < shares.max() <= 1
 
 
+@pytest.mark.parametrize(
+    "arguments", [("sensitivity", "--plot", "which.gif"), ("sensitivity", "--plot", "nope/which.png")]
+)
+def test_a_figure_that_cant_be_written_is_told_before_the_work(monkeypatch, arguments):
+    monkeypatch.setattr("feasibee.engine.runner.simulate", lambda *_, **__: pytest.fail("the work began"))
+    told = CliRunner().invoke(main, [*arguments, "--over", "decision.gain"])
+    assert told.exit_code == 2
+    assert "which." in told.stderr
+
+
 def test_a_search_goes_on_and_is_judged_on_fresh_runs(tmp_path):
     pytest.importorskip("optuna")
     space = dimensions(HARD, ["decision.gain", "radio.range=0.5:5"])

@@ -88,6 +88,29 @@ def test_every_help_has_an_example(command, option):
     assert f"feasibee {command or 'run'}" in result.stdout.split("Example")[1]
 
 
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        ("feasibee run --set tasks.c", "tasks.count="),
+        ("feasibee tune --over decision.gain,radio.lo", "decision.gain,radio.loss"),
+        ("feasibee plot results --x arena.s", "arena.side"),
+        ("feasibee compare --strategies dmmd,cen", "dmmd,census"),
+        ("feasibee sens", "sensitivity"),
+    ],
+)
+def test_the_shell_is_offered_what_may_come(words, offered):
+    told = CliRunner().invoke(
+        main,
+        prog_name="feasibee",
+        env={
+            "_FEASIBEE_COMPLETE": "bash_complete",
+            "COMP_WORDS": words,
+            "COMP_CWORD": str(len(words.split()) - 1),
+        },
+    )
+    assert f"plain,{offered}" in told.stdout.splitlines()
+
+
 def test_the_commands_are_those_of_the_issue():
     assert {"paper", "run", "scenario", "schema"} <= set(main.commands)
 

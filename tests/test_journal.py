@@ -15,7 +15,7 @@ import pytest
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.simulation import simulate_record
 from feasibee.study.journal import FORMAT, LOCK, NAME, Journal
-from feasibee.study.plan import Point
+from feasibee.study.plan import Point, Until
 from feasibee.study.table import summaries
 from feasibee.vocabulary import MODEL_VERSION
 
@@ -190,6 +190,35 @@ with Journal(folder) as journal, Journal(folder / sys.argv[2], write=True) as ot
             [sys.executable, "-c", code, tmp_path, name], capture_output=True, text=True, check=True
         ).stdout
         assert told.splitlines() == [f"{before.scenario.hash} {own} 3"] * 2
+
+
+def test_a_strategys_text_is_kept_once_and_merged(tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text(STRATEGY)
+    points = [point({"tasks.count": count, "decision.strategy": str(own)}) for count in (2, 3)]
+    (tmp_path / "other").mkdir()
+    with Journal(tmp_path, write=True) as journal, Journal(tmp_path / "other", write=True) as other:
+        journal.add([*points, point()], 0)
+        other.take(journal)
+    for folder in (tmp_path, tmp_path / "other"):
+        with database(folder) as opened:
+            assert opened.execute("SELECT text FROM sources").fetchall() == [(STRATEGY,)]
+            joined = "SELECT text FROM points LEFT JOIN sources ON sources.id = source ORDER BY points.id"
+            assert opened.execute(joined).fetchall() == [(STRATEGY,), (STRATEGY,), (None,)]
+
+
+def test_a_rule_that_chose_the_number_of_runs_stays(tmp_path):
+    """What was looked at again and again stays so, when runs of a fixed number are added, or merged."""
+    (tmp_path / "other").mkdir()
+    with Journal(tmp_path, write=True) as journal, Journal(tmp_path / "other", write=True) as other:
+        journal.add([point()], 0)
+        assert journal.points[0].until is None
+        journal.add([point()], 0, Until(0.1, None, 500))
+        journal.add([point(), point({"tasks.count": 9})], 0)
+        other.take(journal)
+        for each in (journal, other):
+            rule = {"width": 0.1, "decided": None, "most": 500}
+            assert [row.until for row in each.points] == [rule, None]
 
 
 def test_taking_over_another_journal(filled, tmp_path):

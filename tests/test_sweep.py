@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
 import signal
 import sqlite3
 import subprocess
@@ -29,6 +30,7 @@ from feasibee.study import sweep as sweeping
 from feasibee.study.journal import NAME, Journal
 from feasibee.study.plan import Until, study_of
 from feasibee.study.sweep import Crew, Progress, is_sure, play, sweep
+from feasibee.study.table import share, summaries
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -331,6 +333,14 @@ def test_a_cluster_that_isnt_there_is_told():
         crews.dask(Empty())
 
 
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://here"])
+def test_a_cluster_that_doesnt_answer_is_told(monkeypatch, address):
+    monkeypatch.setattr(crews, "PATIENCE", 1.0)
+    with pytest.raises(FeasibeeError, match=f"--dask {address}: doesn't answer: .*; give a scheduler's"):
+        crews.dask(address)
+
+
 def test_dask_that_isnt_installed_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(FeasibeeError, match=r"install feasibee\[dask\]"):
@@ -610,7 +620,7 @@ def begin(tmp_path, *arguments, runs=20_000):
         start_new_session=True,
     )
     until = time.monotonic() + 60
-    while not log.exists() or log.read_text().count("\n") < 4:
+    while not log.exists() or len(set(re.findall(r'"runs_new": (\d+)', log.read_text()))) < 4:
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < until
         time.sleep(0.02)
@@ -693,6 +703,28 @@ def lives(pid):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+@unix
+@pytest.mark.parametrize("crew", [(), ("--processes",)])
+def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
+    """A worker may have two gigabytes here; a census of 100,000 robots takes more than that."""
+    code = f"import resource\nresource.setrlimit(resource.RLIMIT_AS, (2 * 10**9, 2 * 10**9))\n{CHUNKED}"
+    sizes = "[scenario]\nrun.steps = 20\narena.side = 3000\ndecision.strategy = 'census'\n"
+    (tmp_path / "study.toml").write_text(f"runs = 9\n{sizes}[sweep]\n'robots.count' = [20, 100000]\n")
+    told = subprocess.run(
+        [sys.executable, "-c", code, "sweep", "study.toml", "--out", "out", "--workers", "1", *crew],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert told.returncode == 2, told.stderr
+    assert "robots.count = 100000: a worker has no room for such a swarm" in told.stderr.splitlines()[-1]
+    assert "Traceback" not in told.stderr
+    with Journal(tmp_path / "out") as journal:
+        assert [len(journal.columns(row.id)) > 0 for row in journal.points] == [True, False]
 
 
 @unix
@@ -783,6 +815,28 @@ def test_an_unbegun_point_has_a_status(tmp_path):
     assert {each["runs"] for each in json.loads(output_of("status", tmp_path, "--json"))} == {0}
     assert "0 runs of 6 points" in " ".join(output_of("status", tmp_path).split())
     assert "has no runs yet; run feasibee sweep first" in refused("plot", tmp_path, "--x", "tasks.count")
+
+
+def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_one_looked(tmp_path):
+    """Wilson's would be narrower than the truth allows."""
+    sweep(replace(study(), until=Until(0.4, None, 200)), tmp_path, crews.threads(1))
+    told = json.loads(output_of("status", tmp_path, "--json"))
+    for each in told:
+        right = each[each["truth"]]
+        assert each["accuracy"] == confidence_sequence(right, each["runs"])._asdict()
+        assert each["until"] == {"width": 0.4, "decided": None, "most": 200}
+    assert "holds however often one looks" in " ".join(output_of("status", tmp_path).split())
+    with Journal(tmp_path) as journal:
+        points = summaries(journal)
+    runs = sum(point.runs for point in points)
+    assert share(points, 10) == confidence_sequence(10, runs)
+
+
+def test_status_fits_80_columns(results, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    told = output_of("status", results)
+    assert "…" not in told
+    assert all(len(line) <= 80 for line in told.splitlines())
 
 
 def exported(kind, path):

@@ -5,7 +5,8 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from feasibee.feasibility import Verdict, explain
 from feasibee.files import whole_file
 from feasibee.frontier import draw_against_bits, draw_against_time
 from feasibee.scenario import Scenario
-from feasibee.stats import Interval, paired_difference, wilson
+from feasibee.stats import Interval, paired_difference, pareto, wilson
 from feasibee.strategies import STRATEGIES
 
 SURE = 0.95
@@ -241,22 +242,35 @@ def _expectation_in_words(assessment: Assessment) -> str:
 def _limits_in_words(assessment: Assessment) -> str:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
     if not helps:
-        return "None of the changes that were tried makes it right clearly more often."
+        told = "None of the changes that were tried makes it right clearly more often"
+        return f"{told}: what limits it is the strategy." if _better(assessment) else f"{told}."
     told = "; ".join(f"{trial.name}: {points(trial.difference)}" for trial in helps)
     return f"What limits it (change in the share of right swarms, 95 % interval): {told}."
 
 
 def _strategies_in_words(assessment: Assessment) -> str:
-    better = [trial for trial in assessment.strategies if trial.difference.low > 0][:3]
+    better = _better(assessment)
     if not better:
         return "No other strategy is right clearly more often here."
     own = assessment.outcome.bits.mean()
     told = "; ".join(
         f"{trial.name}: {points(trial.difference)}, {trial.outcome.bits.mean():.3g} bits a robot and step"
         + (f", 95 % right from step {step}" if (step := wait_for(trial.outcome)) is not None else "")
-        for trial in better
+        for trial in _chosen(better)
     )
-    return f"Strategies that do better here (now {own:.3g} bits): {told}."
+    return f"Strategies that do better here (now {own:.3g} bits), from few bits to many: {told}."
+
+
+def _better(assessment: Assessment) -> list[Trial]:
+    return [trial for trial in assessment.strategies if trial.difference.low > 0]
+
+
+def _chosen(better: Sequence[Trial]) -> list[Trial]:
+    """Return those that no other beats in both bits and right swarms, and the one that is right soonest."""
+    bits = [float(trial.outcome.bits.mean()) for trial in better]
+    best = pareto(bits, [trial.outcome.accuracy.estimate for trial in better])[-3:]
+    soonest = min(range(len(better)), key=lambda place: wait_for(better[place].outcome) or math.inf)
+    return [better[place] for place in sorted({*best, soonest}, key=bits.__getitem__)]
 
 
 def percent(share: Interval) -> str:

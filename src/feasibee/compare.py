@@ -227,7 +227,7 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
     figures = {
         "compare_ratio": draw_against_ratio(labels, numbers, accuracies),
         "compare_time": draw_against_time(shares),
-        "compare_bits": draw_against_bits(totals),
+        "compare_bits": draw_against_bits(totals, "swarms that are right at the end,\nover all ratios (%)"),
     }
     for name, drawn in figures.items():
         save_both(drawn, folder / name)

@@ -60,8 +60,10 @@ def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
     return drawn
 
 
-def draw_against_bits(totals: Mapping[str, tuple[float, Interval]]) -> Figure:
-    """Draw accuracy over all ratios against bits sent a robot and step, and the Pareto frontier."""
+def draw_against_bits(
+    totals: Mapping[str, tuple[float, Interval]], label: str = "swarms that are right at the end (%)"
+) -> Figure:
+    """Draw accuracy against bits sent a robot and step, and the Pareto frontier."""
     bits = [cost for cost, _ in totals.values()]
     shares = [100 * accuracy.estimate for _, accuracy in totals.values()]
     best = pareto(bits, shares)
@@ -89,7 +91,7 @@ def draw_against_bits(totals: Mapping[str, tuple[float, Interval]]) -> Figure:
             )
         ax.set(xlabel="bits sent a robot and step", ylim=(None, 102))
         spaced_by_ratio(ax)
-        ax.set(ylabel="swarms that are right at the end,\nover all ratios (%)")
+        ax.set(ylabel=label)
         _legend(ax)
     return drawn
 

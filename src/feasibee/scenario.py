@@ -337,13 +337,18 @@ def _sections() -> dict[str, FieldInfo]:
     return {name: field for name, field in Scenario.model_fields.items() if name != "preset"}
 
 
-def _suggestion(path: str) -> str:
-    """Name the field that was most likely meant."""
-    known = [
+def fields() -> list[str]:
+    """Return the dotted paths of all fields of a scenario."""
+    return [
         f"{name}.{key}"
         for name, field in _sections().items()
         for key in cast(type[Section], field.annotation).model_fields
     ]
+
+
+def _suggestion(path: str) -> str:
+    """Name the field that was most likely meant."""
+    known = fields()
     names = known if "." in path else list(Scenario.model_fields)
     close = difflib.get_close_matches(path, names, 1, 0.6)
     section = path.split(".", maxsplit=1)[0]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.changes import read_value
+from feasibee.cli.completion import complete_change
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ def scenario_options(command: Callable[..., None]) -> Callable[..., None]:
         "changes",
         multiple=True,
         metavar="FIELD=VALUE",
+        shell_complete=complete_change,
         help="Change a field, such as tasks.count=50.",
     )
     return file(changes(command))
@@ -66,6 +68,17 @@ def keep_matplotlib_in_cache() -> None:
     from feasibee.files import cache_root
 
     os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
+
+
+def check_figure(option: str, path: Path | None) -> None:
+    """Find out before a long computation that its figure couldn't be written."""
+    from feasibee.files import check_writable
+
+    if path is None:
+        return
+    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise FeasibeeError(f"{option} {path}: unknown kind of figure; end it with .png, .pdf or .svg")
+    check_writable(path)
 
 
 @contextmanager

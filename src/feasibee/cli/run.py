@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.options import (
+    check_figure,
     json_option,
     keep_matplotlib_in_cache,
     progress,
@@ -89,13 +90,11 @@ def _check_outputs(save: Path | None, plot: Path | None) -> None:
     """Find out before a long computation that its outcome couldn't be written."""
     from feasibee.files import check_writable
 
-    if plot is not None and plot.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise FeasibeeError(f"--plot {plot}: unknown kind of figure; end it with .png, .pdf or .svg")
+    check_figure("--plot", plot)
     if save is not None and plot is not None and save.resolve() == plot.resolve():
         raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; name two")
-    for path in (save, plot):
-        if path is not None:
-            check_writable(path)
+    if save is not None:
+        check_writable(save)
 
 
 def _write_results(

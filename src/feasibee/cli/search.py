@@ -8,7 +8,9 @@ from typing import Any
 
 import click
 
+from feasibee.cli.completion import complete_field
 from feasibee.cli.options import (
+    check_figure,
     json_option,
     keep_matplotlib_in_cache,
     listed,
@@ -22,6 +24,7 @@ from feasibee.cli.options import (
 _over = click.option(
     "--over",
     callback=listed,
+    shell_complete=complete_field,
     required=True,
     metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
     help="What to vary; by default from a fifth of its value to five times it.",
@@ -68,6 +71,7 @@ def tune(
       feasibee tune --over "decision.gain=1:100,decision.strategy=dmmd|dmvd" --trials 100
     """
     keep_matplotlib_in_cache()
+    from feasibee.files import make_folder
     from feasibee.plots import save_figure
     from feasibee.study.space import dimensions
     from feasibee.study.tune import draw_search
@@ -75,9 +79,11 @@ def tune(
 
     more = () if within is None else (f"run.steps={within}",)
     scenario = read_scenario(file, (*changes, *more))
+    picture = make_folder(out) / "tune.png"
+    check_figure("--out", picture)
     with progress("Tuning") as advance:
         tuned = search(scenario, dimensions(scenario, over), out, trials, runs, seed, threads, advance)
-    save_figure(draw_search(tuned), out / "tune.png")
+    save_figure(draw_search(tuned), picture)
     if as_json:
         intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
         click.echo(json.dumps({"values": tuned.values, **intervals}, indent=2))
@@ -88,7 +94,7 @@ def tune(
     click.echo(
         f"Right within {scenario.run.steps} steps: {100 * tuned.best.estimate:.1f} %, at the start "
         f"{100 * tuned.start.estimate:.1f} %: {middle:+.1f} points ({low:+.1f} to {high:+.1f}) on "
-        f"{10 * runs} fresh runs. The search: {out / 'tune.png'}"
+        f"{10 * runs} fresh runs. The search: {picture}"
     )
 
 
@@ -128,6 +134,7 @@ def sensitivity(
 
     more = () if within is None else (f"run.steps={within}",)
     scenario = read_scenario(file, (*changes, *more))
+    check_figure("--plot", plot)
     with progress("Varying") as advance:
         found, _, _ = sensitivities(
             scenario, dimensions(scenario, over), points, runs, seed, threads, advance

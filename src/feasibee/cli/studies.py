@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from feasibee.cli.completion import complete_strategy
 from feasibee.cli.options import (
     keep_matplotlib_in_cache,
     listed,
@@ -31,7 +32,13 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
 
 @click.command()
 @scenario_options
-@click.option("--strategies", callback=listed, metavar="A,B,...", help="By default all built-in ones.")
+@click.option(
+    "--strategies",
+    callback=listed,
+    metavar="A,B,...",
+    shell_complete=complete_strategy,
+    help="By default all built-in ones.",
+)
 @click.option("--presets", callback=listed, metavar="A,B,...", help="Instead; 'default' is the paper.")
 @click.option(
     "--tasks", callback=_numbers, metavar="M,N,...", help="By default nine numbers, most near ratio one."

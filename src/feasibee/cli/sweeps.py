@@ -5,20 +5,24 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.options import keep_matplotlib_in_cache
+from feasibee.cli.completion import complete_field
+from feasibee.cli.options import check_figure, keep_matplotlib_in_cache
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.study.sweep import Crew, Progress
+    from feasibee.study.table import Summary
 
 _folder = click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+_field = partial(click.option, metavar="FIELD", shell_complete=complete_field)
 PATIENCE = 10.0
 """Seconds between two lines of progress where there is no terminal."""
 
@@ -177,19 +181,20 @@ def status(folder: Path, as_json: bool) -> None:
         return
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
     total = sum(point.runs for point in points)
     table = Table(
-        *fields,
+        *(Column(field.replace(".", ".\n"), overflow="fold") for field in fields),  # the numbers need room
         box=SIMPLE_HEAD,
         pad_edge=False,
+        collapse_padding=True,
         title=f"{folder}: {total} runs of {len(points)} points",
         caption="right (with 95 % interval) and undecided: % of the runs; half by: the step by which half of "
-        "the runs had decided",
+        "the runs had decided" + _sequential(points),
     )
     for column in ("truth", "runs", "right", "interval", "undecided", "half by"):
-        table.add_column(column, justify="right")
+        table.add_column(column, justify="right", no_wrap=True)
     for point in points:
         values = [str(point.row.values.get(path, "")) for path in fields]
         accuracy = point.accuracy
@@ -206,13 +211,19 @@ def status(folder: Path, as_json: bool) -> None:
     Console(highlight=False).print(table)
 
 
-def _as_json(point: Any) -> dict[str, Any]:
+def _sequential(points: Sequence[Summary]) -> str:
+    told = "; the interval of a point that runs until sure holds however often one looks"
+    return told if any(point.row.until for point in points) else ""
+
+
+def _as_json(point: Summary) -> dict[str, Any]:
     return {
         "values": point.row.values,
         "hash": point.row.hash,
         "seed": point.row.seed,
         "truth": "feasible" if point.row.truth else "infeasible",
         "runs": point.runs,
+        "until": point.row.until,
         **point.counts,
         "accuracy": point.accuracy._asdict() if point.accuracy else None,
         "decision_step": point.times._asdict(),
@@ -248,9 +259,9 @@ def export(folder: Path, kind: str, out: Path | None) -> None:
 
 @click.command()
 @_folder
-@click.option("--x", required=True, metavar="FIELD", help="Field along the horizontal axis.")
-@click.option("--hue", metavar="FIELD", help="A line for each value of this field.")
-@click.option("--y", metavar="FIELD", help="Instead, a heat map over --x and this field.")
+@_field("--x", required=True, help="Field along the horizontal axis.")
+@_field("--hue", help="A line for each value of this field.")
+@_field("--y", help="Instead, a heat map over --x and this field.")
 @click.option(
     "--show",
     type=click.Choice(["accuracy", "feasible", "infeasible", "undecided"]),
@@ -274,14 +285,13 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     from feasibee.study.table import summaries
 
     target = out or folder / "plot.png"
-    if target.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise FeasibeeError(f"--out {target}: unknown kind of figure; end it with .png, .pdf or .svg")
     if hue and y:
         raise FeasibeeError("--hue and --y: can't stand together; leave one of them out")
     with Journal(folder) as journal:
         points = [each for each in summaries(journal) if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
+    check_figure("--out", target)
     drawn = draw_map(points, x, y, show) if y else draw_lines(points, x, hue, show)
     save_figure(drawn, target)
     click.echo(f"The figure is {target}")

@@ -13,6 +13,9 @@ from feasibee.errors import FeasibeeError
 from feasibee.simulation import processors
 from feasibee.study.sweep import Crew
 
+PATIENCE = 20.0
+"""Seconds for a cluster to answer."""
+
 
 def threads(workers: int | None = None) -> Crew:
     """Return threads of this process, by default one a processor: the engine runs free of Python's lock."""
@@ -72,7 +75,7 @@ def _connected(address: str) -> Any:
     except ImportError:
         raise FeasibeeError("Dask isn't installed; install feasibee[dask]") from None
     try:
-        return Client(address, timeout=20)  # type: ignore[no-untyped-call,unused-ignore]
+        return Client(address, timeout=PATIENCE)  # type: ignore[no-untyped-call,unused-ignore]
     except (OSError, ValueError) as error:
         raise FeasibeeError(
             f"--dask {address}: doesn't answer: {error}; give a scheduler's address"

@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 
 from feasibee.errors import FeasibeeError
 from feasibee.plots import figure, spaced_by_ratio
-from feasibee.stats import wilson
 from feasibee.study.plan import value_at
-from feasibee.study.table import Summary
+from feasibee.study.table import Summary, share
 
 SHOWN = ("accuracy", "feasible", "infeasible", "undecided")
 MARKERS = "os^vDP<>Xhpd"
@@ -83,11 +82,10 @@ def _value(point: Summary, path: str) -> Any:
 
 
 def _share(group: Sequence[Summary], show: str) -> tuple[float, float, float]:
-    runs = sum(each.runs for each in group)
-    if runs == 0:
+    if not any(each.runs for each in group):
         return (np.nan, np.nan, np.nan)
     hits = sum(each.right if show == "accuracy" else each.counts[show] for each in group)
-    return wilson(hits, runs)
+    return share(group, hits)
 
 
 def _label(show: str) -> str:

@@ -23,14 +23,18 @@ from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.study.plan import Point
+from feasibee.study.plan import Point, Until
 from feasibee.vocabulary import MODEL_VERSION
 
 NAME = "journal.sqlite"
 LOCK = "journal.lock"
-FORMAT = 1
+FORMAT = 2
 SCHEMA = """
 CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE sources (
+    id INTEGER PRIMARY KEY,
+    text TEXT NOT NULL UNIQUE       -- a strategy's file, as it was
+);
 CREATE TABLE points (
     id INTEGER PRIMARY KEY,
     hash TEXT NOT NULL,
@@ -38,6 +42,8 @@ CREATE TABLE points (
     truth INTEGER NOT NULL,         -- 1 feasible, 0 infeasible
     vary TEXT NOT NULL,             -- JSON: what the study varies, by dotted path
     scenario TEXT NOT NULL,         -- JSON: the complete form
+    source INTEGER REFERENCES sources (id), -- NULL: the strategy is built in
+    until TEXT,                     -- JSON: the rule that chose the number of runs. NULL: it was given
     UNIQUE (hash, seed)
 );
 CREATE TABLE runs (
@@ -71,6 +77,8 @@ class Row(NamedTuple):
     truth: bool
     values: dict[str, Any]
     scenario: Scenario
+    until: dict[str, float] | None
+    """The rule by which the number of runs was chosen, if they say it."""
 
 
 class Journal:
@@ -123,15 +131,24 @@ class Journal:
         """All points, in the order in which they were added."""
         with self._told():
             rows = self._database.execute(
-                "SELECT id, hash, seed, truth, vary, scenario FROM points ORDER BY id"
+                "SELECT id, hash, seed, truth, vary, scenario, until FROM points ORDER BY id"
             ).fetchall()
         return [
-            Row(id_, hash_, int(seed), bool(true), json.loads(vary), _scenario(text))
-            for id_, hash_, seed, true, vary, text in rows
+            Row(
+                id_,
+                hash_,
+                int(seed),
+                bool(true),
+                json.loads(vary),
+                _scenario(text),
+                json.loads(until or "null"),
+            )
+            for id_, hash_, seed, true, vary, text, until in rows
         ]
 
-    def add(self, points: Sequence[Point], seed: int) -> list[int]:
+    def add(self, points: Sequence[Point], seed: int, until: Until | None = None) -> list[int]:
         """Enter points, unless they are there; return their numbers in the journal."""
+        rule = None if until is None else json.dumps(vars(until))
         rows = [
             (
                 point.scenario.hash,
@@ -139,18 +156,25 @@ class Journal:
                 int(truth(point.scenario)),
                 json.dumps(dict(point.values)),
                 json.dumps(point.scenario.to_dict()),
+                rule,
+                point.scenario.strategy.source or None,
             )
             for point in points
         ]
         found = self._enter(rows)
         return [found[row[0], row[1]] for row in rows]
 
-    def _enter(self, rows: Sequence[tuple[str, str, int, str, str]]) -> dict[tuple[str, str], int]:
+    def _enter(self, rows: Sequence[tuple[Any, ...]]) -> dict[tuple[str, str], int]:
         """Enter points; return the numbers of all by hash and seed."""
         with self._transaction() as database:
             database.executemany(
-                "INSERT INTO points (hash, seed, truth, vary, scenario) VALUES (?, ?, ?, ?, ?)"
-                " ON CONFLICT (hash, seed) DO UPDATE SET vary = excluded.vary",
+                "INSERT OR IGNORE INTO sources (text) VALUES (?)", {row[-1:] for row in rows if row[-1]}
+            )
+            database.executemany(
+                "INSERT INTO points (hash, seed, truth, vary, scenario, until, source)"
+                " VALUES (?, ?, ?, ?, ?, ?, (SELECT id FROM sources WHERE text = ?))"
+                " ON CONFLICT (hash, seed) DO UPDATE SET"
+                " vary = excluded.vary, until = COALESCE(excluded.until, until)",
                 rows,
             )
             found = database.execute("SELECT hash, seed, id FROM points")
@@ -224,7 +248,8 @@ class Journal:
         """Take over all runs of another journal; return how many were new."""
         with other._told():
             rows = other._database.execute(
-                "SELECT hash, seed, truth, vary, scenario, id FROM points ORDER BY id"
+                "SELECT hash, seed, truth, vary, scenario, until, text, points.id"
+                " FROM points LEFT JOIN sources ON sources.id = source ORDER BY points.id"
             ).fetchall()
         numbers = self._enter([row[:-1] for row in rows])  # as they are: a strategy's file may be another now
         before = self._database.total_changes
@@ -285,7 +310,7 @@ class Journal:
         if not tables and write:
             new = {"format": FORMAT, "model_version": MODEL_VERSION, "version": version("feasibee")}
             with self._transaction() as database:
-                for statement in SCHEMA.split(";")[:-1]:
+                for statement in SCHEMA.split(";\n")[:-1]:
                     database.execute(statement)
                 database.executemany("INSERT INTO about VALUES (?, ?)", new.items())
         try:

@@ -143,5 +143,5 @@ def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
             elinewidth=1,
         )
         ax.set_yticks(rows, [each.path for each in found])
-        ax.set(xlim=(-1, 1), xlabel="rank correlation with right decisions")
+        ax.set(xlim=(-1, 1), ylim=(-0.6, len(found) - 0.4), xlabel="rank correlation with right decisions")
     return drawn

@@ -26,6 +26,8 @@ ROUNDS = 8
 """A point's runs are done in at least so many rounds over all points: a half-done sweep is balanced."""
 GROWTH = 1.5
 """When a study runs until it is sure, each look at a point comes after so many times the runs of the last."""
+PULSE = 1.0
+"""Progress is told at least so often, in seconds, however long a chunk takes."""
 TRIES = 3
 """How often a chunk is tried whose worker dies; the last time alone, since others died with it."""
 
@@ -90,7 +92,7 @@ def sweep(
     shard : pair of int
         Part number, from 0, and number of parts: do that part of each point's runs only.
     progress : callable, optional
-        Called after each chunk.
+        Called after each chunk, and each second.
 
     Raises
     ------
@@ -100,7 +102,7 @@ def sweep(
     if study.until is not None and shard[1] > 1:
         raise FeasibeeError("until: needs all runs of a point at one place; leave it out, or don't shard")
     with Journal(make_folder(folder), write=True) as journal:
-        agenda = _Agenda(study, journal, journal.add(study.points, study.seed), shard)
+        agenda = _Agenda(study, journal, journal.add(study.points, study.seed, study.until), shard)
         agenda.begin()
         if progress is not None:
             progress(agenda.progress())
@@ -210,16 +212,21 @@ def play(
 ) -> list[Record]:
     """Play a chunk, wherever this runs: ``scenarios`` has that of each piece, as plain tables."""
     return [
-        simulate_record(
-            Scenario.model_validate(tables),
-            piece.runs,
-            seed,
-            first_run=piece.first_run,
-            curves=curves,
-            threads=1,
-        )
+        _play(Scenario.model_validate(tables), piece, seed, curves)
         for tables, piece in zip(scenarios, pieces, strict=True)
     ]
+
+
+def _play(scenario: Scenario, piece: Piece, seed: int, curves: bool) -> Record:
+    try:
+        return simulate_record(
+            scenario, piece.runs, seed, first_run=piece.first_run, curves=curves, threads=1
+        )
+    except MemoryError:
+        raise FeasibeeError(
+            f"robots.count = {scenario.robots.count}: a worker has no room for such a swarm; take fewer "
+            "workers or smaller swarms, and run the same command again: nothing that was kept is lost"
+        ) from None
 
 
 def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] | None) -> None:
@@ -233,7 +240,10 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
             while _may_go(agenda, again, list(waiting.values()), deaths, crew):
                 pieces = again.popleft() if again else agenda.chunk()
                 waiting[_submit(executor, agenda.study, pieces)] = pieces
-            for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+            done = wait(waiting, PULSE, return_when=FIRST_COMPLETED).done
+            if progress is not None and not done:
+                progress(agenda.progress())
+            for future in done:
                 if isinstance(_failure(future, agenda.study, waiting[future]), BrokenExecutor):
                     executor.shutdown(wait=False)
                     executor = crew.make()

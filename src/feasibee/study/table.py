@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,6 +16,7 @@ from feasibee.stats import (
     DecisionTimes,
     Interval,
     bits_per_robot_and_step,
+    confidence_sequence,
     decision_counts,
     decision_times,
     wilson,
@@ -43,7 +45,16 @@ class Summary(NamedTuple):
     @property
     def accuracy(self) -> Interval | None:
         """Share of the runs whose first decision is as the truth."""
-        return wilson(self.right, self.runs) if self.runs else None
+        return share([self], self.right) if self.runs else None
+
+
+def share(points: Sequence[Summary], runs: int) -> Interval:
+    """Return so many runs as a share of all runs of some points.
+
+    Wilson's interval; a confidence sequence if one of the points was run until it was sure.
+    """
+    interval = confidence_sequence if any(point.row.until for point in points) else wilson
+    return interval(runs, sum(point.runs for point in points))
 
 
 def summaries(journal: Journal) -> list[Summary]:

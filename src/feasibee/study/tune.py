@@ -161,8 +161,9 @@ def draw_search(tuned: Tuned) -> Figure:
         for ax, name in zip(axes[1:], names, strict=True):
             values = [parameters[name] for parameters, _ in tuned.trials]
             told = [str(value) for value in values] if isinstance(values[0], str | bool) else values
-            ax.scatter(told, shares, c=np.arange(shares.size), cmap="viridis", s=12)
+            order = ax.scatter(told, shares, c=np.arange(shares.size), cmap="viridis", s=12)
             ax.set(xlabel=name)
             if not isinstance(values[0], str | bool) and min(values) > 0:
                 spaced_by_ratio(ax)
+        drawn.colorbar(order, ax=axes[-1], label="trial")
     return drawn

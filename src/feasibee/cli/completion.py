@@ -1,0 +1,41 @@
+"""What the shell's Tab key offers: fields of a scenario, strategies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import click
+from click.shell_completion import CompletionItem
+
+
+def complete_field(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Offer the fields of a scenario for the last of A,B,..."""
+    from feasibee.scenario import fields
+
+    return _offered(incomplete, fields())
+
+
+def complete_change(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Offer the fields of a scenario for FIELD=VALUE; commas belong to the value."""
+    from feasibee.scenario import fields
+
+    return [CompletionItem(f"{field}=") for field in fields() if field.startswith(incomplete)]
+
+
+def complete_strategy(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Offer strategies for the last of A,B,..."""
+    from feasibee.strategies import STRATEGIES
+    from feasibee.strategies.loading import registered
+
+    return _offered(incomplete, [*STRATEGIES, *registered()])
+
+
+def _offered(incomplete: str, names: Sequence[str]) -> list[CompletionItem]:
+    before, comma, last = incomplete.rpartition(",")
+    return [CompletionItem(before + comma + name) for name in names if name.startswith(last)]
