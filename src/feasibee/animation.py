@@ -1,13 +1,13 @@
 """Animations: one run, step by step, as GIF, WebP or MP4, or its last frame as PNG.
 
-Each frame is written as soon as it is drawn: memory doesn't grow with the length of an animation, beyond that of the file.
+Each frame is written as soon as it is drawn: a long animation needs no more memory.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator
-from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,14 @@ from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import check_writable, whole_file
-from feasibee.frames import DARK, LIGHT, History, Painter
+from feasibee.frames import DARK, LIGHT, History, Painter, frame
 from feasibee.palette import COLOURS, ROBOT_BAR, TASK
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, simulate_record
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import UNDECIDED
+
+__all__ = ["animate", "frame"]
 
 SUFFIXES = (".gif", ".mp4", ".png", ".webp")
 GIF_RATES = (1, 2, 4, 5, 10, 20, 25, 50)
@@ -87,8 +89,8 @@ def animate(
     shown = [end] if path.suffix.lower() == ".png" else list(range(start, end + 1, every))
     if len(shown) > FRAMES_LIMIT:
         raise FeasibeeError(
-            f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; show fewer steps, or "
-            f"every {-(-(end - start) // FRAMES_LIMIT)}th"
+            f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; "
+            f"show fewer steps, or every {-(-len(shown) * every // FRAMES_LIMIT)}th"
         )
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
     frames = _frames(scenario, seed, run, (start, end), shown, size, dark, progress)
@@ -101,13 +103,17 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise FeasibeeError(f"{path}: unknown kind of animation; end it with {', '.join(SUFFIXES)}")
-    if suffix == ".mp4" and find_spec("imageio_ffmpeg") is None:
-        raise FeasibeeError(f"{path}: MP4 needs imageio-ffmpeg; install feasibee[video], or write a .gif")
+    if suffix == ".mp4":
+        _check_ffmpeg(path)
     if suffix == ".gif" and fps not in GIF_RATES:
         known = ", ".join(map(str, GIF_RATES))
         rule = f"a GIF counts in hundredths of a second: must be one of {known}"
         raise FeasibeeError(f"fps = {fps}: {rule}; choose one, or write .mp4 or .webp")
-    for name, value, low, high in (("fps", fps, 1, 120), ("size", size, 160, 4096), ("every", every, 1, 10**9)):
+    for name, value, low, high in (
+        ("fps", fps, 1, 120),
+        ("size", size, 160, 4096),
+        ("every", every, 1, 10**9),
+    ):
         if not low <= value <= high:
             raise FeasibeeError(f"{name} = {value}: must be from {low} to {high}; choose one")
     check_writable(path)
@@ -120,12 +126,14 @@ def _span(scenario: Scenario, seed: int, run: int, steps: tuple[int, int] | None
         start, end = steps
         if not 0 <= start <= end <= last:
             raise FeasibeeError(
-                f"steps = {start}:{end}: must be two steps from 0 to run.steps = {last}, in order; choose others"
+                f"steps = {start}:{end}: must lie between 0 and run.steps = {last}, in order; choose others"
             )
         return start, end
     record = simulate_record(scenario, 1, seed, first_run=run)
     decided = int(record.decision_step[0])
-    return 0, last if record.decision[0] == UNDECIDED else min(last, decided + max(AFTER_DECISION, decided // 4))
+    return 0, last if record.decision[0] == UNDECIDED else min(
+        last, decided + max(AFTER_DECISION, decided // 4)
+    )
 
 
 def _frames(
@@ -157,24 +165,22 @@ def _write_png(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
 
 def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     """Write frame after frame, of each what changed; Pillow's own writer would keep all in memory first."""
-    palette, clear, before = Image.new("P", (1, 1)), 0, None
+    clear, before = 0, None
     with path.open("wb") as file:
-        for number, frame in enumerate(frames):
+        for number, picture in enumerate(_in_few_colours(frames)):
+            now, box = np.asarray(picture), (0, 0, *picture.size)
+            shown = picture
             if before is None:
-                colours = _gif_colours(frame)
+                colours = picture.getpalette() or []
                 clear = len(colours) // 3
-                palette.putpalette(colours)
-                file.write(_gif_header(frame.size, colours))
-            indexed = frame.quantize(palette=palette, dither=Image.Dither.NONE)
-            now = np.asarray(indexed)
-            box = (0, 0, *frame.size)
-            if before is not None:
+                file.write(_gif_header(picture.size, colours))
+            else:
                 changed = now != before
                 box = _box_of(changed)
-                indexed = Image.fromarray(np.where(changed, now, np.uint8(clear)))
+                shown = Image.fromarray(np.where(changed, now, np.uint8(clear)))
             before = now
             for part in GifImagePlugin.getdata(
-                indexed.crop(box),
+                shown.crop(box),
                 box[:2],
                 duration=1000 // fps if number + 1 < count else 1000 * LAST,
                 transparency=clear,
@@ -184,9 +190,18 @@ def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
         file.write(b";")
 
 
-def _gif_colours(frame: Image.Image) -> list[int]:
-    """Return one palette for all frames: what is drawn, and between it and the paper what soft edges need."""
-    theme = LIGHT if frame.getpixel((0, 0)) == ImageColor.getrgb(LIGHT.paper) else DARK
+def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
+    """Give all frames one palette: that makes files small."""
+    palette = Image.new("P", (1, 1))
+    for number, picture in enumerate(frames):
+        if number == 0:
+            palette.putpalette(_colours_of(picture))
+        yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
+def _colours_of(picture: Image.Image) -> list[int]:
+    """Return what is drawn in on a paper like that of a picture, and what soft edges need in between."""
+    theme = LIGHT if picture.getpixel((0, 0)) == ImageColor.getrgb(LIGHT.paper) else DARK
     pairs = [(theme.paper, each) for each in (theme.ink, theme.faint, TASK, *COLOURS.values())]
     pairs += [(ROBOT_BAR, COLOURS["infeasible"]), (theme.ink, TASK)]
     mixed = {
@@ -211,7 +226,7 @@ def _gif_header(size: tuple[int, int], colours: list[int]) -> bytes:
 
 def _box_of(changed: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[int, int, int, int]:
     """Return the smallest box around what changed: left, top, right, bottom; a pixel if nothing did."""
-    rows, columns = changed.any(axis=1).nonzero()[0], changed.any(axis=0).nonzero()[0]
+    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
     if not rows.size:
         return 0, 0, 1, 1
     return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
@@ -239,31 +254,53 @@ class _Reel(Image.Image):
 
 def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     durations = [1000 / fps] * (count - 1) + [1000.0 * LAST]
-    _Reel(frames, count).save(path, save_all=True, duration=durations, loop=0, lossless=True, quality=50)
+    reel = _Reel((picture.convert("RGB") for picture in _in_few_colours(frames)), count)
+    reel.save(
+        path,
+        save_all=True,
+        duration=durations,
+        loop=0,
+        lossless=True,
+        quality=50,
+        method=3,
+        kmin=0,  # no frame but the first is whole: a tenth of the size
+        kmax=0,
+    )
 
 
 def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     """Write H.264 that plays everywhere; all sides of frames are even, as it wants."""
     import imageio_ffmpeg
 
-    writer = None
+    first = next(frames)
+    writer = imageio_ffmpeg.write_frames(
+        str(path.absolute()),  # a colon in a relative path would be a protocol's
+        first.size,
+        fps=fps,
+        codec="libx264",
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=["-crf", "18", "-movflags", "+faststart", "-fflags", "+bitexact"],
+    )
+    writer.send(None)
     try:
-        for frame in frames:
-            if writer is None:
-                writer = imageio_ffmpeg.write_frames(
-                    str(path),
-                    frame.size,
-                    fps=fps,
-                    codec="libx264",
-                    macro_block_size=2,
-                    ffmpeg_log_level="error",
-                    output_params=["-crf", "18", "-movflags", "+faststart", "-fflags", "+bitexact"],
-                )
-                writer.send(None)
-            pixels = frame.tobytes()
+        pixels = b""
+        for picture in chain([first], frames):
+            pixels = picture.tobytes()
             writer.send(pixels)
-        for _ in range(LAST * fps):
+        for _ in range(LAST * fps - 1):
             writer.send(pixels)
     finally:
-        if writer is not None:
-            writer.close()
+        writer.close()
+
+
+def _check_ffmpeg(path: Path) -> None:
+    """Refuse MP4 where there is nothing that can write it."""
+    try:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError) as error:
+        raise FeasibeeError(
+            f"{path}: MP4 can't be written here: {error}; install feasibee[video], or write a .gif"
+        ) from None

@@ -75,7 +75,9 @@ class History:
         self.places = places
 
 
-def frame(swarm: Swarm, *, size: int = 480, dark: bool = False, history: History | None = None) -> Image.Image:
+def frame(
+    swarm: Swarm, *, size: int = 480, dark: bool = False, history: History | None = None
+) -> Image.Image:
     """Draw a swarm at its present step.
 
     Parameters
@@ -240,9 +242,7 @@ class Painter:
         box = (left - thick, top - thick, left + self.arena[0] + thick - 1, top + self.arena[1] + thick - 1)
         pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
 
-    def _words(
-        self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, history: History
-    ) -> None:
+    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, history: History) -> None:
         """Write the step, the decision and the truth; the robots beside the counts are the legend."""
         left, right = self.margin, self.size[0] - self.margin
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
@@ -279,7 +279,9 @@ class Painter:
         start, end = self.span
 
         def place(step: int, share: float) -> tuple[float, float]:
-            return left + (right - left) * (step - start) / max(1, end - start), bottom - (bottom - top) * share
+            return left + (right - left) * (step - start) / max(1, end - start), bottom - (
+                bottom - top
+            ) * share
 
         small = self.font.font_variant(size=0.8 * self.font.size)
         threshold = self.scenario.decision.threshold
@@ -318,7 +320,7 @@ class Stamp(NamedTuple):
     colour: Image.Image
     mask: Image.Image
     grain: int
-    """It stands at multiples of so many: a large one on whole pixels, where all copies are alike and GIFs small."""
+    """It stands at multiples of this: a large one on whole pixels, where copies are alike, and GIFs small."""
 
 
 def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:

@@ -1,4 +1,4 @@
-"""The colours of robots, tasks and opinions everywhere: Okabe and Ito's, which suit colour-blind people too."""
+"""The colours of robots, tasks and opinions everywhere: Okabe and Ito's, for colour-blind people too."""
 
 from __future__ import annotations
 
