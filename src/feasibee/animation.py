@@ -6,6 +6,7 @@ Each frame is written as soon as it is drawn: a long animation needs no more mem
 from __future__ import annotations
 
 import struct
+import subprocess
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -104,7 +105,7 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
     if suffix not in SUFFIXES:
         raise FeasibeeError(f"{path}: unknown kind of animation; end it with {', '.join(SUFFIXES)}")
     if suffix == ".mp4":
-        _check_ffmpeg(path)
+        _ffmpeg(path)
     if suffix == ".gif" and fps not in GIF_RATES:
         known = ", ".join(map(str, GIF_RATES))
         rule = f"a GIF counts in hundredths of a second: must be one of {known}"
@@ -255,51 +256,62 @@ class _Reel(Image.Image):
 def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     durations = [1000 / fps] * (count - 1) + [1000.0 * LAST]
     reel = _Reel((picture.convert("RGB") for picture in _in_few_colours(frames)), count)
-    reel.save(
-        path,
-        save_all=True,
-        duration=durations,
-        loop=0,
-        lossless=True,
-        quality=50,
-        method=3,
-        kmin=0,  # no frame but the first is whole: a tenth of the size
-        kmax=0,
-    )
+    with path.open("wb") as file:  # Pillow's own would stay open when it is interrupted
+        reel.save(
+            file,
+            "WEBP",
+            save_all=True,
+            duration=durations,
+            loop=0,
+            lossless=True,
+            quality=50,
+            method=3,
+            kmin=0,  # no frame but the first is whole: a tenth of the size
+            kmax=0,
+        )
 
 
 def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     """Write H.264 that plays everywhere; all sides of frames are even, as it wants."""
-    import imageio_ffmpeg
-
     first = next(frames)
-    writer = imageio_ffmpeg.write_frames(
-        str(path.absolute()),  # a colon in a relative path would be a protocol's
-        first.size,
-        fps=fps,
-        codec="libx264",
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-        output_params=["-crf", "18", "-movflags", "+faststart", "-fflags", "+bitexact"],
-    )
-    writer.send(None)
-    try:
-        pixels = b""
-        for picture in chain([first], frames):
-            pixels = picture.tobytes()
-            writer.send(pixels)
-        for _ in range(LAST * fps - 1):
-            writer.send(pixels)
-    finally:
-        writer.close()
+    given = [
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        "{}x{}".format(*first.size),
+        "-r",
+        str(fps),
+        "-i",
+        "-",
+    ]
+    wanted = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
+    command = [_ffmpeg(path), "-y", "-v", "error", *given, *wanted, "-fflags", "+bitexact", f"file:{path}"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        try:
+            for picture in chain([first], frames):
+                pixels = picture.tobytes()
+                process.stdin.write(pixels)
+            for _ in range(LAST * fps - 1):
+                process.stdin.write(pixels)
+        except BrokenPipeError:
+            pass  # it says below why it stopped
+        except BaseException:
+            process.kill()
+            raise
+        said = process.communicate()[1].decode(errors="replace")
+    if process.returncode:
+        raise OSError(said.strip().rpartition("\n")[2] or f"ffmpeg ended with {process.returncode}")
 
 
-def _check_ffmpeg(path: Path) -> None:
-    """Refuse MP4 where there is nothing that can write it."""
+def _ffmpeg(path: Path) -> str:
+    """Return the program that writes MP4."""
     try:
         import imageio_ffmpeg
 
-        imageio_ffmpeg.get_ffmpeg_exe()
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:
         raise FeasibeeError(
             f"{path}: MP4 can't be written here: {error}; install feasibee[video], or write a .gif"
