@@ -94,7 +94,7 @@ def animate(
             f"show fewer steps, or every {-(-len(shown) * every // FRAMES_LIMIT)}th"
         )
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
-    frames = _frames(scenario, seed, run, (start, end), shown, size, dark, progress)
+    frames = _frames(scenario, seed, run, (start, shown[-1]), shown, size, dark, progress)
     with whole_file(path) as temporary:
         write[path.suffix.lower()](temporary, frames, len(shown), fps)
 
@@ -286,7 +286,7 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
         "-i",
         "-",
     ]
-    wanted = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]
+    wanted = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
     command = [_ffmpeg(path), "-y", "-v", "error", *given, *wanted, "-fflags", "+bitexact", f"file:{path}"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None

@@ -237,7 +237,7 @@ class Painter:
     def _edge(self, pen: ImageDraw.ImageDraw) -> None:
         """Draw walls as a thick line, and the edges of a torus, which aren't there, as a faint one."""
         walls = self.scenario.arena.boundary == "walls"
-        thick = max(3 if walls else 1, 1) * DRAWN
+        thick = max(DRAWN, self.size[0] // (160 if walls else 480))
         left, top = self.corner
         box = (left - thick, top - thick, left + self.arena[0] + thick - 1, top + self.arena[1] + thick - 1)
         pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
@@ -303,7 +303,7 @@ class Painter:
             colour = COLOURS[DECISIONS[opinion]]
             points = [place(history.steps[number], history.shares[number][side]) for number in known]
             if len(points) > 1:
-                pen.line(points, colour, 2 * DRAWN, joint="curve")
+                pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
             if points:
                 _press(drawn, _robot(opinion, False, True, radius, self.theme), *points[-1])
 
