@@ -100,8 +100,8 @@ def frame(
     --------
     >>> import feasibee
     >>> from feasibee.frames import frame
-    >>> frame(feasibee.Swarm(), size=300).size
-    (300, 342)
+    >>> frame(feasibee.Swarm(), size=300).width
+    300
     """
     span = (history.steps[0], history.steps[-1]) if history and history.steps else None
     return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm, history)
