@@ -177,12 +177,12 @@ def frames_of(path):
 
 def test_a_gif_holds_every_frame_for_its_time(tmp_path):
     path = tmp_path / "run.gif"
-    animate(WORLDS["torus"], path, seed=1, steps=(4, 16), every=4, fps=25, size=200)
+    animate(WORLDS["torus"], path, seed=1, steps=(4, 16), every=4, fps=25, size=240)
     shown, durations, loop = frames_of(path)
     assert durations == [40, 40, 40, 2000]
     assert loop == 0
     swarm, history = Swarm(WORLDS["torus"], seed=1), History()
-    painter = Painter(swarm.scenario, swarm.tasks, 200, span=(4, 16))
+    painter = Painter(swarm.scenario, swarm.tasks, 240, span=(4, 16))
     history.note(swarm)
     for step in range(1, 17):
         swarm.advance()
@@ -204,13 +204,13 @@ def test_the_same_arguments_give_the_same_gif(tmp_path):
 def test_a_still_swarm_is_a_gif_too(tmp_path):
     path = tmp_path / "still.gif"
     scenario = Scenario(robots={"speed": 0.0}, tasks={"count": 0})
-    animate(scenario, path, steps=(0, 1), size=160)
+    animate(scenario, path, steps=(0, 1), size=240)
     assert len(frames_of(path)[0]) == 2
 
 
 def test_a_webp_holds_what_a_gif_does(tmp_path):
     for name in ("run.gif", "run.webp"):
-        animate(WORLDS["torus"], tmp_path / name, seed=1, steps=(0, 6), size=200)
+        animate(WORLDS["torus"], tmp_path / name, seed=1, steps=(0, 6), size=240)
     ours, theirs = frames_of(tmp_path / "run.gif")[0], frames_of(tmp_path / "run.webp")[0]
     np.testing.assert_array_equal(ours, theirs)
     with Image.open(tmp_path / "run.webp") as film:
@@ -243,11 +243,11 @@ def test_by_default_a_run_is_shown_until_a_while_after_its_decision(tmp_path):
     path = tmp_path / "run.gif"
     scenario = WORLDS["torus"].replace({"run.stop_at_decision": True})
     decided = int(simulate(scenario, 1, seed=1).decision_step[0])
-    animate(scenario, path, seed=1, every=10, size=160)
+    animate(scenario, path, seed=1, every=10, size=240)
     assert len(frames_of(path)[0]) == (decided + max(AFTER_DECISION, decided // 4)) // 10 + 1
     undecided = scenario.replace({"run.steps": 20})
     assert simulate(undecided, 1, seed=1).decision[0] == -1
-    animate(undecided, path, seed=1, size=160)
+    animate(undecided, path, seed=1, size=240)
     assert len(frames_of(path)[0]) == 21
 
 
@@ -262,7 +262,7 @@ def test_frames_are_not_kept(tmp_path, monkeypatch, suffix):
         return drawn
 
     monkeypatch.setattr(Painter, "draw", watched)
-    animate(WORLDS["torus"], tmp_path / f"run.{suffix}", steps=(0, 15), size=160)
+    animate(WORLDS["torus"], tmp_path / f"run.{suffix}", steps=(0, 15), size=240)
     assert len(alive) == 16
 
 
@@ -322,7 +322,7 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
         return draw(self, swarm, history)
 
     monkeypatch.setattr(Painter, "draw", interrupted)
-    arguments = ["animate", "--steps", "5", "--size", "160", "--out", str(out)]
+    arguments = ["animate", "--steps", "5", "--size", "240", "--out", str(out)]
     assert CliRunner().invoke(main, arguments).exit_code == 130
     assert [each.name for each in tmp_path.iterdir()] == [out.name]
     assert out.read_text() == "before"
@@ -330,9 +330,9 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
 
 def test_the_command_writes_what_the_function_does(tmp_path):
     one, two = tmp_path / "one.gif", tmp_path / "two.gif"
-    options = "--set tasks.count=50 --seed 1 --run 3 --steps 2:9 --every 2 --fps 10 --size 200 --dark"
+    options = "--set tasks.count=50 --seed 1 --run 3 --steps 2:9 --every 2 --fps 10 --size 240 --dark"
     result = CliRunner().invoke(main, ["animate", *options.split(), "--out", str(one)])
     assert result.exit_code == 0, result.output
     assert result.stdout == f"Wrote {one}\n"
-    animate(WORLDS["torus"], two, 1, 3, steps=(2, 9), every=2, fps=10, size=200, dark=True)
+    animate(WORLDS["torus"], two, 1, 3, steps=(2, 9), every=2, fps=10, size=240, dark=True)
     assert one.read_bytes() == two.read_bytes()

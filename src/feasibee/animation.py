@@ -66,7 +66,7 @@ def animate(
     fps : int
         Frames a second. GIF knows 1, 2, 4, 5, 10, 20, 25 and 50.
     size : int
-        Width in pixels, 160 to 4096; an odd one is rounded up.
+        Width in pixels, 240 to 4096; an odd one is rounded up.
     dark : bool
         Whether the background is dark.
     progress : callable, optional
@@ -112,7 +112,7 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
         raise FeasibeeError(f"fps = {fps}: {rule}; choose one, or write .mp4 or .webp")
     for name, value, low, high in (
         ("fps", fps, 1, 120),
-        ("size", size, 160, 4096),
+        ("size", size, 240, 4096),
         ("every", every, 1, 10**9),
     ):
         if not low <= value <= high:

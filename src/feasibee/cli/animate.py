@@ -28,7 +28,7 @@ from feasibee.errors import FeasibeeError
     help="Frames a second; a GIF knows 1, 2, 4, 5, 10, 20, 25, 50.",
 )
 @click.option(
-    "--size", type=click.IntRange(160, 4096), default=480, show_default=True, help="Width in pixels."
+    "--size", type=click.IntRange(240, 4096), default=480, show_default=True, help="Width in pixels."
 )
 @click.option("--dark", is_flag=True, help="On a dark background.")
 @click.option(
