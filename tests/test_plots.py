@@ -24,7 +24,8 @@ from feasibee import (
     simulate,
     wilson,
 )
-from feasibee.plots import COLOURS, draw_opinion_bands, figure, save_figure
+from feasibee.palette import COLOURS
+from feasibee.plots import draw_opinion_bands, figure, save_figure
 from feasibee.record import Record
 from feasibee.results import label
 from feasibee.stats import opinion_quartiles

@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feasibee.compare import Outcome, compare
+from feasibee.display import folded, framed
 from feasibee.errors import ScenarioError
 from feasibee.feasibility import Verdict, explain
 from feasibee.files import whole_file
@@ -94,6 +95,14 @@ class Assessment:
             "limits": [_as_dict(trial) for trial in self.limits],
             "strategies": [_as_dict(trial) for trial in self.strategies],
         }
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        said = "".join(f"<p>{html.escape(each)}</p>" for each in words(self))
+        tables = folded("strategies", _html_table(self.strategies)) + folded(
+            "changes", _html_table(self.limits)
+        )
+        return framed(said + tables + folded("scenario", self.scenario._repr_html_()))
 
 
 def assess(

@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections import Counter, defaultdict, deque
 from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
-from feasibee.scenario import Scenario
-from feasibee.sections import RobotClass, TaskClass
+from feasibee.sections import RobotClass, Robots, TaskClass, Tasks
 
 ANY = "any"
 """What tasks without classes ask for, and every robot has. A user's own skill of that name is never in
@@ -19,6 +18,18 @@ the same world: tasks have classes, and skills, or they have neither."""
 
 Node = tuple[str, str]
 SOURCE, SINK = ("source", ""), ("sink", "")
+
+
+class Team(Protocol):
+    """What the truth depends on: a Scenario is one, which shows its own truth."""
+
+    @property
+    def robots(self) -> Robots:
+        """The swarm."""
+
+    @property
+    def tasks(self) -> Tasks:
+        """What it is asked to do."""
 
 
 class Violator(NamedTuple):
@@ -56,7 +67,7 @@ class Verdict(NamedTuple):
         return {"feasible": True, "assignment": rows}
 
 
-def truth(scenario: Scenario) -> bool:
+def truth(scenario: Team) -> bool:
     """Return whether the swarm can do its tasks, all at once, each robot at one place at most.
 
     Parameters
@@ -78,7 +89,7 @@ def truth(scenario: Scenario) -> bool:
     return explain(scenario).feasible
 
 
-def explain(scenario: Scenario) -> Verdict:
+def explain(scenario: Team) -> Verdict:
     """Return whether the swarm can do its tasks, and the proof.
 
     Parameters
@@ -116,7 +127,7 @@ def explain(scenario: Scenario) -> Verdict:
     return Verdict(_assignment(_serving(robots, demand), tasks), None)
 
 
-def _classes(scenario: Scenario) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
+def _classes(scenario: Team) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
     """Return the classes of robots and tasks, those without being a class too."""
     robots: Sequence[RobotClass] = scenario.robots.classes
     tasks: Sequence[TaskClass] = scenario.tasks.classes

@@ -1,4 +1,4 @@
-"""Figures: results in, matplotlib Axes out. The colours, Okabe and Ito's, suit colour-blind people too."""
+"""Figures: results in, matplotlib Axes out."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import whole_file
+from feasibee.palette import COLOURS, TASK
 from feasibee.results import scenario_of
 from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 
-COLOURS = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
-TASK = "#E69F00"
 ROBOT_DIAMETER = 1.0  # units (model.md 1.2); drawn, and without effect in the paper's setting
 STYLE: dict[Any, Any] = {
     "font.size": 9,

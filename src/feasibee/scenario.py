@@ -30,7 +30,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from feasibee.changes import with_changes
+from feasibee.display import show_scenario
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.feasibility import truth
 from feasibee.points import read_points
 from feasibee.presets import PRESETS, with_preset
 from feasibee.rules import conflicts
@@ -250,6 +252,15 @@ class Scenario(BaseModel):
             tables["decision"]["strategy"] = self.strategy.source
         text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        notes = {
+            f"{name}.{key}": each.description or ""
+            for name, field in _sections().items()
+            for key, each in cast(type[Section], field.annotation).model_fields.items()
+        }
+        return show_scenario(self.to_dict(), type(self)().to_dict(), notes, truth(self), self.hash)
 
 
 def _with_points(

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.display import draw_arena, show_swarm
+from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, load_engine
-from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 
 
 class Swarm:
@@ -142,6 +144,23 @@ class Swarm:
     def counted(self) -> NDArray[np.bool_]:
         """Which robots the decision is taken over: bool, shape (robots,); honest, and still working."""
         return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the arena and the counts."""
+        world = self.scenario
+        drawn = draw_arena(
+            world.arena.size,
+            self.positions,
+            self.opinions,
+            self.disseminating,
+            self.tasks,
+            diameter=world.robots.diameter,
+            walls=world.arena.boundary == "walls",
+        )
+        counts = {DECISIONS[FEASIBLE]: self.feasible_count, DECISIONS[INFEASIBLE]: self.infeasible_count}
+        title = f"Run {self._run}, step {self.step}"
+        outcome = f"{DECISIONS[self.decision]} (truth: {DECISIONS[int(truth(world))]})"
+        return show_swarm(title, drawn, counts, outcome, world._repr_html_())
 
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:
         fixed = np.stack([x, y], axis=1).astype(np.uint32).astype(np.float64)

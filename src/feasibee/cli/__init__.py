@@ -8,6 +8,7 @@ from typing import Any, NoReturn
 
 import click
 
+from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
@@ -60,6 +61,7 @@ def main() -> None:
 
 for command in (
     run,
+    animate,
     assess,
     compare,
     sweep,

@@ -1,0 +1,318 @@
+"""Animations: one run, step by step, as GIF, WebP or MP4, or its last frame as PNG.
+
+Each frame is written as soon as it is drawn: a long animation needs no more memory.
+"""
+
+from __future__ import annotations
+
+import struct
+import subprocess
+from collections.abc import Callable, Iterator
+from itertools import chain
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import GifImagePlugin, Image, ImageColor
+
+from feasibee.errors import FeasibeeError
+from feasibee.files import check_writable, whole_file
+from feasibee.frames import DARK, LIGHT, History, Painter, frame
+from feasibee.palette import COLOURS, ROBOT_BAR, TASK
+from feasibee.scenario import Scenario
+from feasibee.simulation import check_numbers, simulate_record
+from feasibee.swarm import Swarm
+from feasibee.vocabulary import UNDECIDED
+
+__all__ = ["animate", "frame"]
+
+SUFFIXES = (".gif", ".mp4", ".png", ".webp")
+GIF_RATES = (1, 2, 4, 5, 10, 20, 25, 50)
+"""A GIF counts in hundredths of a second, and browsers slow down what is faster than 50 a second."""
+LAST = 2
+"""Seconds for which the last frame stays."""
+FRAMES_LIMIT = 20_000
+AFTER_DECISION = 30
+"""Steps at least that are shown after the decision."""
+
+
+def animate(
+    scenario: Scenario,
+    path: str | Path,
+    seed: int = 0,
+    run: int = 0,
+    *,
+    steps: tuple[int, int] | None = None,
+    every: int = 1,
+    fps: int = 20,
+    size: int = 480,
+    dark: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write one run as an animation; the same arguments give the same GIF, byte for byte.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What to show.
+    path : path
+        Ends with ``.gif``, ``.webp``, ``.mp4`` (needs ``feasibee[video]``), or ``.png`` for the last frame.
+    seed, run : int
+        Which run.
+    steps : tuple of int, optional
+        The first and the last step; by default from 0 until a while after the decision.
+    every : int
+        Steps from a frame to the next.
+    fps : int
+        Frames a second. GIF knows 1, 2, 4, 5, 10, 20, 25 and 50.
+    size : int
+        Width in pixels, 240 to 4096; an odd one is rounded up.
+    dark : bool
+        Whether the background is dark.
+    progress : callable, optional
+        Called with the share of the work done.
+
+    Raises
+    ------
+    FeasibeeError
+        If an argument is out of its range, or the file can't be written.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> from feasibee.animation import animate
+    >>> animate(feasibee.Scenario(), "run.gif", seed=1)  # doctest: +SKIP
+    """
+    path = Path(path)
+    _, seed, run = check_numbers(1, seed, run)
+    _check(path, every, fps, size)
+    start, end = _span(scenario, seed, run, steps)
+    shown = [end] if path.suffix.lower() == ".png" else list(range(start, end + 1, every))
+    if len(shown) > FRAMES_LIMIT:
+        raise FeasibeeError(
+            f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; "
+            f"show fewer steps, or every {-(-len(shown) * every // FRAMES_LIMIT)}th"
+        )
+    write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
+    frames = _frames(scenario, seed, run, (start, shown[-1]), shown, size, dark, progress)
+    with whole_file(path) as temporary:
+        write[path.suffix.lower()](temporary, frames, len(shown), fps)
+
+
+def _check(path: Path, every: int, fps: int, size: int) -> None:
+    """Refuse, before the work, what can't be written."""
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise FeasibeeError(f"{path}: unknown kind of animation; end it with {', '.join(SUFFIXES)}")
+    if suffix == ".mp4":
+        _ffmpeg(path)
+    if suffix == ".gif" and fps not in GIF_RATES:
+        known = ", ".join(map(str, GIF_RATES))
+        rule = f"a GIF counts in hundredths of a second: must be one of {known}"
+        raise FeasibeeError(f"fps = {fps}: {rule}; choose one, or write .mp4 or .webp")
+    for name, value, low, high in (
+        ("fps", fps, 1, 120),
+        ("size", size, 240, 4096),
+        ("every", every, 1, 10**9),
+    ):
+        if not low <= value <= high:
+            raise FeasibeeError(f"{name} = {value}: must be from {low} to {high}; choose one")
+    check_writable(path)
+
+
+def _span(scenario: Scenario, seed: int, run: int, steps: tuple[int, int] | None) -> tuple[int, int]:
+    """Return the first and the last step to show."""
+    last = scenario.run.steps
+    if steps is not None:
+        start, end = steps
+        if not 0 <= start <= end <= last:
+            raise FeasibeeError(
+                f"steps = {start}:{end}: must lie between 0 and run.steps = {last}, in order; choose others"
+            )
+        return start, end
+    record = simulate_record(scenario, 1, seed, first_run=run)
+    decided = int(record.decision_step[0])
+    return 0, last if record.decision[0] == UNDECIDED else min(
+        last, decided + max(AFTER_DECISION, decided // 4)
+    )
+
+
+def _frames(
+    scenario: Scenario,
+    seed: int,
+    run: int,
+    span: tuple[int, int],
+    shown: list[int],
+    size: int,
+    dark: bool,
+    progress: Callable[[float], None] | None,
+) -> Iterator[Image.Image]:
+    """Play the run and draw its frames, one at a time."""
+    swarm, history = Swarm(scenario, seed, run), History()
+    painter = Painter(scenario, swarm.tasks, size, dark, span)
+    history.note(swarm)
+    for step in shown:
+        while swarm.step < step:
+            swarm.advance()
+            history.note(swarm)
+        yield painter.draw(swarm, history)
+        if progress is not None:
+            progress((step + 1) / (shown[-1] + 1))
+
+
+def _write_png(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
+    next(frames).save(path, optimize=True)
+
+
+def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
+    """Write frame after frame, of each what changed; Pillow's own writer would keep all in memory first."""
+    clear, before = 0, None
+    with path.open("wb") as file:
+        for number, picture in enumerate(_in_few_colours(frames)):
+            now, box = np.asarray(picture), (0, 0, *picture.size)
+            shown = picture
+            if before is None:
+                colours = picture.getpalette() or []
+                clear = len(colours) // 3
+                file.write(_gif_header(picture.size, colours))
+            else:
+                changed = now != before
+                box = _box_of(changed)
+                shown = Image.fromarray(np.where(changed, now, np.uint8(clear)))
+            before = now
+            for part in GifImagePlugin.getdata(
+                shown.crop(box),
+                box[:2],
+                duration=1000 // fps if number + 1 < count else 1000 * LAST,
+                transparency=clear,
+                disposal=1,  # what a frame leaves clear stays as it was
+            ):
+                file.write(part)
+        file.write(b";")
+
+
+def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
+    """Give all frames one palette: that makes files small."""
+    palette = Image.new("P", (1, 1))
+    for number, picture in enumerate(frames):
+        if number == 0:
+            palette.putpalette(_colours_of(picture))
+        yield picture.quantize(palette=palette, dither=Image.Dither.NONE)
+
+
+def _colours_of(picture: Image.Image) -> list[int]:
+    """Return what is drawn in on a paper like that of a picture, and what soft edges need in between."""
+    theme = LIGHT if picture.getpixel((0, 0)) == ImageColor.getrgb(LIGHT.paper) else DARK
+    pairs = [(theme.paper, each) for each in (theme.ink, theme.faint, TASK, *COLOURS.values())]
+    pairs += [(ROBOT_BAR, COLOURS["infeasible"]), (theme.ink, TASK)]
+    mixed = {
+        tuple(round(one + (other - one) * part / 3) for one, other in zip(*ends, strict=True)): None
+        for ends in (tuple(ImageColor.getrgb(each) for each in pair) for pair in pairs)
+        for part in range(4)
+    }
+    return [value for colour in mixed for value in colour]
+
+
+def _gif_header(size: tuple[int, int], colours: list[int]) -> bytes:
+    """Return what a GIF begins with: its size, its palette, and that it loops."""
+    bits = max(1, (len(colours) // 3).bit_length())  # room for the clear one too
+    table = bytes(colours).ljust(3 * 2**bits, b"\0")
+    return (
+        b"GIF89a"
+        + struct.pack("<HHBBB", *size, 0xF0 | (bits - 1), 0, 0)
+        + table
+        + b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
+    )
+
+
+def _box_of(changed: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[int, int, int, int]:
+    """Return the smallest box around what changed: left, top, right, bottom; a pixel if nothing did."""
+    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
+    if not rows.size:
+        return 0, 0, 1, 1
+    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
+
+
+class _Reel(Image.Image):
+    """Frames that are drawn when Pillow comes to them."""
+
+    def __init__(self, frames: Iterator[Image.Image], count: int) -> None:
+        super().__init__()
+        self._frames, self.n_frames, self._at = frames, count, -1
+        self.seek(0)
+
+    def seek(self, frame: int) -> None:
+        """Go to the next frame; there is no way back, and none is needed."""
+        while self._at < frame:
+            shown = next(self._frames)
+            self.im, self._mode, self._size = shown.im, shown.mode, shown.size
+            self._at += 1
+
+    def tell(self) -> int:
+        """Return the number of this frame."""
+        return self._at
+
+
+def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
+    durations = [1000 / fps] * (count - 1) + [1000.0 * LAST]
+    reel = _Reel((picture.convert("RGB") for picture in _in_few_colours(frames)), count)
+    with path.open("wb") as file:  # Pillow's own would stay open when it is interrupted
+        reel.save(
+            file,
+            "WEBP",
+            save_all=True,
+            duration=durations,
+            loop=0,
+            lossless=True,
+            quality=50,
+            method=3,
+            kmin=0,  # no frame but the first is whole: a tenth of the size
+            kmax=0,
+        )
+
+
+def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
+    """Write H.264 that plays everywhere; all sides of frames are even, as it wants."""
+    first = next(frames)
+    given = [
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgb24",
+        "-s",
+        "{}x{}".format(*first.size),
+        "-r",
+        str(fps),
+        "-i",
+        "-",
+    ]
+    wanted = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
+    command = [_ffmpeg(path), "-y", "-v", "error", *given, *wanted, "-fflags", "+bitexact", f"file:{path}"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        try:
+            for picture in chain([first], frames):
+                pixels = picture.tobytes()
+                process.stdin.write(pixels)
+            for _ in range(LAST * fps - 1):
+                process.stdin.write(pixels)
+        except BrokenPipeError:
+            pass  # it says below why it stopped
+        except BaseException:
+            process.kill()
+            raise
+        said = process.communicate()[1].decode(errors="replace")
+    if process.returncode:
+        raise OSError(said.strip().rpartition("\n")[2] or f"ffmpeg ended with {process.returncode}")
+
+
+def _ffmpeg(path: Path) -> str:
+    """Return the program that writes MP4."""
+    try:
+        import imageio_ffmpeg
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    except (ImportError, RuntimeError) as error:
+        raise FeasibeeError(
+            f"{path}: MP4 can't be written here: {error}; install feasibee[video], or write a .gif"
+        ) from None

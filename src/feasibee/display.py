@@ -1,0 +1,225 @@
+"""What a notebook shows: tables and arenas as HTML and SVG, for light and dark pages, without scripts."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.palette import COLOURS, ROBOT_BAR, TASK
+from feasibee.vocabulary import DECISIONS, NO_OPINION
+
+LONGEST = 80
+"""Characters of a value that are shown."""
+MOST = 20_000
+"""Robots or tasks that are drawn."""
+GRAIN = 2000
+"""The longer side of an arena in the units of a drawing: whole numbers are short."""
+DETAILED = 12  # such units: the radius from which on robots show more than their colour
+LEAST = 4  # such units
+
+STYLE = """<style>
+.feasibee { font-size: .9em; line-height: 1.45; max-width: 60em; text-align: left; }
+.feasibee.feasibee p { margin: .3em 0; }
+.feasibee.feasibee details table { border-collapse: collapse; margin: .2em 0 .6em 1.1em; font-size: 1em; }
+.feasibee.feasibee table tr td, .feasibee.feasibee table tr th { text-align: left; vertical-align: top;
+  padding: .05em 1.2em .05em 0; border: 0; color: inherit; white-space: normal; }
+.feasibee.feasibee .note { opacity: .75; }
+.feasibee.feasibee summary { cursor: pointer; }
+.feasibee.feasibee code { background: none; color: inherit; padding: 0; font-weight: inherit; }
+.feasibee > svg { display: block; width: 24em; max-width: 100%; height: auto; }
+</style>"""
+"""The class stands twice, which outweighs the rules of notebooks for tables."""
+
+
+def framed(body: str) -> str:
+    """Return HTML in the style of a notebook's output."""
+    return f'<div class="feasibee">{STYLE}{body}</div>'
+
+
+def folded(title: str, body: str, unfold: bool = False) -> str:
+    """Return HTML that shows its title until it is clicked; ``title`` is HTML too."""
+    return f"<details{' open' if unfold else ''}><summary>{title}</summary>{body}</details>"
+
+
+def show_scenario(
+    tables: Mapping[str, Mapping[str, Any]],
+    usual: Mapping[str, Mapping[str, Any]],
+    notes: Mapping[str, str],
+    feasible: bool,
+    digest: str,
+) -> str:
+    """Return a scenario as HTML: by section, folded, what isn't as in the paper emphasised.
+
+    Parameters
+    ----------
+    tables, usual : mapping of str to mapping
+        The complete forms of the scenario and of the paper's.
+    notes : mapping of str to str
+        What each field is, by dotted path.
+    feasible : bool
+        The truth.
+    digest : str
+        The scenario's hash.
+    """
+    robots, tasks = (_number(tables[name]) for name in ("robots", "tasks"))
+    changed = {
+        name: [key for key, value in table.items() if usual[name].get(key) != value]
+        for name, table in tables.items()
+    }
+    count = sum(map(len, changed.values()))
+    said = f"{count} field{'s' if count > 1 else ''} not as in the paper" if count else "as in the paper"
+    truth = DECISIONS[int(feasible)]
+    head = (
+        f"<p><strong>Scenario</strong>: {robots} robots, {tasks} tasks, "
+        f"{html.escape(str(tables['decision']['strategy']))}; truth: <strong>{truth}</strong>; {said}; "
+        f"<code>{html.escape(digest[:12])}</code></p>"
+    )
+    sections = [
+        folded(_title(name, table, changed[name]), _rows(name, table, changed[name], notes))
+        for name, table in tables.items()
+    ]
+    return framed(head + "".join(sections))
+
+
+def _number(table: Mapping[str, Any]) -> int:
+    return int(table["count"]) if "count" in table else sum(each["count"] for each in table["classes"])
+
+
+def _title(name: str, table: Mapping[str, Any], changed: list[str]) -> str:
+    """Return a section's name with what isn't as in the paper."""
+    told = ", ".join(f"<strong>{_code(f'{key} = {_shown(table[key])}')}</strong>" for key in changed)
+    return f"{html.escape(name)}{f': {told}' if told else ''}"
+
+
+def _rows(name: str, table: Mapping[str, Any], changed: list[str], notes: Mapping[str, str]) -> str:
+    rows = []
+    for key, value in table.items():
+        field = _code(f"{key} = {_shown(value)}")
+        field = f"<strong>{field}</strong>" if key in changed else field
+        rows.append(
+            f"<tr><td>{field}</td><td class='note'>{html.escape(notes.get(f'{name}.{key}', ''))}</td></tr>"
+        )
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _code(text: str) -> str:
+    return f"<code>{html.escape(text)}</code>"
+
+
+def _shown(value: Any) -> str:
+    """Return a value, cut short if it is long."""
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
+def show_swarm(title: str, arena: str, counts: Mapping[str, int], outcome: str, scenario: str) -> str:
+    """Return a swarm as HTML: its arena, its counts with the colours' legend, and its scenario, folded."""
+    legend = ", ".join(
+        f'{count} <span style="border-bottom: .2em solid {COLOURS[name]}">{name}</span>'
+        for name, count in counts.items()
+    )
+    head = f"<p><strong>{html.escape(title)}</strong>: {legend}; {html.escape(outcome)}</p>"
+    return framed(head + arena + folded("scenario", scenario))
+
+
+def draw_arena(
+    size: tuple[float, float],
+    positions: NDArray[np.float64],
+    opinions: NDArray[np.int8],
+    disseminating: NDArray[np.bool_],
+    tasks: NDArray[np.float64],
+    *,
+    diameter: float,
+    walls: bool,
+) -> str:
+    """Return an arena as SVG, on white paper; a few paths, so that thousands of robots stay light.
+
+    Parameters
+    ----------
+    size : tuple of float
+        Of the arena, in units.
+    positions, tasks : float64 array, shape (robots or tasks, 2)
+        In units.
+    opinions : int8 array, shape (robots,)
+        1 feasible, 0 infeasible, -1 none.
+    disseminating : bool array, shape (robots,)
+        Which robots get a ring.
+    diameter : float
+        Of a robot, in units.
+    walls : bool
+        Whether the arena is closed, and not a torus.
+    """
+    if max(len(positions), len(tasks)) > MOST:
+        return f"<p>More than {MOST} robots or tasks aren't drawn here; see feasibee animate.</p>"
+    scale = GRAIN / max(size)
+    width, height = (max(1, round(side * scale)) for side in size)
+    radius = max(LEAST, round(diameter / 2 * scale))
+    detailed = radius >= DETAILED
+    parts = [_triangles(_places(tasks, scale, height, 0, None), radius, detailed)]
+    around = None if walls else (width, height)
+    for opinion, name in DECISIONS.items():
+        for tells in (False, True):
+            chosen = positions[(opinions == opinion) & (disseminating == tells)]
+            spots = _places(chosen, scale, height, round(1.5 * radius), around)
+            colour = COLOURS[name]
+            if detailed and tells:
+                parts += [_dots(spots, 2.8 * radius, colour), _dots(spots, 2.4 * radius, "#fff")]
+            parts.append(_dots(spots, 2 * radius, colour))
+            if detailed and name == "infeasible":
+                parts.append(_dots(spots, 0.4 * radius, ROBOT_BAR, 1.24 * radius))
+            if detailed and opinion == NO_OPINION:
+                parts.append(_dots(spots, 1.1 * radius, "#fff"))
+    thick = 16 if walls else 4
+    border = (
+        f'<rect x="{-thick / 2}" y="{-thick / 2}" width="{width + thick}" height="{height + thick}" '
+        f'fill="none" stroke="{"#222" if walls else "#999"}" stroke-width="{thick}"/>'
+    )
+    label = f"An arena with {len(positions)} robots and {len(tasks)} tasks"
+    pad = 2 * thick + 8
+    box = f"{-pad} {-pad} {width + 2 * pad} {height + 2 * pad}"
+    paper = f'<rect x="{-pad}" y="{-pad}" width="{width + 2 * pad}" height="{height + 2 * pad}" fill="#fff"/>'
+    inside = (
+        f'<svg width="{width}" height="{height}">{"".join(parts)}</svg>'  # cuts off what is beyond its edges
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" role="img" aria-label="{label}">'
+        f"{paper}{inside}{border}</svg>"
+    )
+
+
+def _places(
+    units: NDArray[np.float64], scale: float, height: int, reach: int, around: tuple[int, int] | None
+) -> list[list[int]]:
+    """Return where things are in a drawing, y downward, and on a torus all of each that shows."""
+    places = np.rint(units.reshape(-1, 2) * scale).astype(np.int64)
+    places[:, 1] = height - places[:, 1]
+    for axis, side in enumerate(around or ()):
+        shift = np.array([side, 0] if axis == 0 else [0, side])
+        low, high = places[places[:, axis] < reach] + shift, places[places[:, axis] > side - reach] - shift
+        places = np.concatenate([places, low, high])
+    listed: list[list[int]] = places.tolist()
+    return listed
+
+
+def _dots(spots: list[list[int]], width: float, colour: str, length: float = 0) -> str:
+    """Return discs, or bars, as strokes of one path: the short way to say where many things are."""
+    if not spots:
+        return ""
+    path = "".join(f"M{x - length / 2:g} {y}h{length:g}" for x, y in spots)
+    cap = "butt" if length else "round"
+    return f'<path d="{path}" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="{cap}" fill="none"/>'
+
+
+def _triangles(spots: list[list[int]], radius: int, detailed: bool) -> str:
+    if not spots:
+        return ""
+    half = 0.9 * radius
+    shape = f"l{half:g} {1.8 * half:g}h{-2 * half:g}z"
+    path = "".join(f"M{x} {y - round(1.05 * half)}{shape}" for x, y in spots)
+    outline = f' stroke="#222" stroke-width="{0.14 * radius:g}"' if detailed else ""
+    return f'<path d="{path}" fill="{TASK if detailed else "#bbb"}"{outline}/>'

@@ -1,0 +1,381 @@
+"""A frame: a swarm at one step as a picture, drawn twice as large as it will be, then halved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageColor, ImageDraw, ImageFont
+
+from feasibee.feasibility import truth
+from feasibee.palette import COLOURS, ROBOT_BAR, TASK
+from feasibee.scenario import Scenario
+from feasibee.swarm import Swarm
+from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
+
+DRAWN = 2
+"""How many times as large as the frame all is drawn."""
+FINE = 6
+"""How many times larger still a robot is drawn before it is stamped."""
+LEAST_RADIUS = 1 / 530  # of the width of the frame: below this a robot couldn't be seen
+DETAILED_RADIUS = 3.0  # pixels: from here on a robot shows more than its colour
+RING = 1.4  # radii: a robot that disseminates
+NOSE = 1.65  # radii: where a robot's heading ends
+TASK_SIDE = 0.9  # of a robot's diameter
+
+
+class Theme(NamedTuple):
+    """The colours of what isn't a robot."""
+
+    paper: str
+    ink: str
+    faint: str
+
+
+LIGHT = Theme("#FFFFFF", "#1F2328", "#B4BAC2")
+DARK = Theme("#14171C", "#E8EAED", "#565D67")
+
+
+@dataclass
+class History:
+    """What a swarm has thought so far, at the steps at which it was looked at.
+
+    Parameters
+    ----------
+    steps : list of int
+        When it was looked at.
+    shares : list of tuple of float
+        Share of the counted robots that thought *feasible*, and *infeasible*, then.
+    decision, decision_step : int
+        The first decision that was seen, and when; -1 and -1 before.
+    """
+
+    steps: list[int] = field(default_factory=list)
+    shares: list[tuple[float, float]] = field(default_factory=list)
+    decision: int = UNDECIDED
+    decision_step: int = -1
+    places: NDArray[np.float64] | None = None
+    moves: NDArray[np.float64] | None = None
+
+    def note(self, swarm: Swarm) -> None:
+        """Look at a swarm at its present step."""
+        counted = max(1, int(swarm.counted.sum()))
+        self.steps.append(swarm.step)
+        self.shares.append((swarm.feasible_count / counted, swarm.infeasible_count / counted))
+        if self.decision == UNDECIDED and swarm.decision != UNDECIDED:
+            self.decision, self.decision_step = swarm.decision, swarm.step
+        places = swarm.positions
+        if self.places is not None:
+            size = np.array(swarm.scenario.arena.size)
+            self.moves = (places - self.places + size / 2) % size - size / 2  # the shortest way round a torus
+        self.places = places
+
+
+def frame(
+    swarm: Swarm, *, size: int = 480, dark: bool = False, history: History | None = None
+) -> Image.Image:
+    """Draw a swarm at its present step.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        What to draw.
+    size : int
+        Width of the picture in pixels.
+    dark : bool
+        Whether its background is dark.
+    history : History, optional
+        What it thought before, for the curve below the arena.
+
+    Returns
+    -------
+    PIL.Image.Image
+        In RGB; its sides are even.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> from feasibee.frames import frame
+    >>> frame(feasibee.Swarm(), size=300).width
+    300
+    """
+    span = (history.steps[0], history.steps[-1]) if history and history.steps else None
+    return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm, history)
+
+
+class Painter:
+    """Draws the frames of one run: what doesn't move is drawn once.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Of the swarm.
+    tasks : float64 array, shape (tasks, 2)
+        Where they are, in units.
+    size : int
+        Width of a frame, in pixels.
+    dark : bool
+        Whether the background is dark.
+    span : tuple of int, optional
+        First and last step of the curve below the arena; without it there is none.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        tasks: NDArray[np.float64],
+        size: int,
+        dark: bool = False,
+        span: tuple[int, int] | None = None,
+    ) -> None:
+        self.scenario, self.span = scenario, span
+        self.theme = DARK if dark else LIGHT
+        self.truth = FEASIBLE if truth(scenario) else INFEASIBLE
+        width, height = scenario.arena.size
+        whole = DRAWN * (size + size % 2)
+        self.margin = max(4 * DRAWN, whole // 40)
+        inner = whole - 2 * self.margin
+        self.scale = inner / max(width, height)
+        self.arena = (max(1, round(width * self.scale)), max(1, round(height * self.scale)))
+        self.corner = ((whole - self.arena[0]) // 2, self.margin)
+        self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
+        self.font = self._font(inner)
+        self.line = round(1.55 * self.font.size)
+        self.words = self.corner[1] + self.arena[1] + self.margin // 2
+        below = self.words + 2 * self.line + self.margin // 2
+        label = int(self.font.getlength("100 % "))
+        bottom = below + (whole // 7 + self.line if span else 0)
+        self.strip = (self.margin + label, below + self.margin // 2, whole - self.margin, bottom - self.line)
+        self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
+        self.ground = self._ground(tasks)
+
+    def draw(self, swarm: Swarm, history: History | None = None) -> Image.Image:
+        """Draw the present step of a swarm of this scenario."""
+        drawn = Image.new("RGB", self.size, self.theme.paper)
+        arena = self.ground.copy()
+        self._robots(arena, swarm, history)
+        drawn.paste(arena, self.corner)
+        pen = ImageDraw.Draw(drawn)
+        self._edge(pen)
+        self._words(drawn, pen, swarm, history or History())
+        if history is not None and self.span is not None:
+            self._curves(drawn, pen, history)
+        return drawn.reduce(DRAWN)
+
+    def _font(self, inner: int) -> ImageFont.FreeTypeFont:
+        """Return the largest font in which the longest lines fit."""
+        robots = self.scenario.robots.count
+        last = max(self.scenario.run.steps, 100)
+        longest = (
+            f"step {last}    decided infeasible at step {last}: wrong",
+            f"MM {robots} feasible  MM {robots} infeasible   truth: infeasible",
+        )
+        fitting = ImageFont.load_default(100)
+        widest = max(fitting.getlength(each) for each in longest)
+        font = ImageFont.load_default(min(inner / 28, 100 * inner / widest))
+        assert isinstance(font, ImageFont.FreeTypeFont)  # Pillow's wheels have FreeType
+        return font
+
+    def _ground(self, tasks: NDArray[np.float64]) -> Image.Image:
+        """Draw the arena with its tasks, which stay where they are."""
+        ground = Image.new("RGB", self.arena, self.theme.paper)
+        half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
+        stamp = _task(round(8 * half) / 8, self.theme)
+        for x, y, _ in self._images(tasks, half * 1.3, np.zeros(len(tasks), np.int64)):
+            _press(ground, stamp, x, y)
+        return ground
+
+    def _robots(self, arena: Image.Image, swarm: Swarm, history: History | None) -> None:
+        """Stamp the robots, with their copies beyond the edges of a torus."""
+        opinions = swarm.opinions.astype(np.int64) + 1
+        looks = opinions + 3 * swarm.disseminating + 6 * swarm.counted
+        reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
+        spots = self._images(swarm.positions, reach, np.arange(len(looks)))
+        if history is not None and history.moves is not None and self.radius >= DETAILED_RADIUS * DRAWN:
+            self._noses(arena, spots, history.moves)
+        stamps = [
+            _robot(look % 3 - 1, look // 3 % 2 == 1, look >= 6, round(8 * self.radius) / 8, self.theme)
+            for look in range(12)
+        ]
+        chosen = looks.tolist()
+        for x, y, robot in spots:
+            _press(arena, stamps[chosen[robot]], x, y)
+
+    def _noses(
+        self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], moves: NDArray[np.float64]
+    ) -> None:
+        """Draw a tick where each robot that moved went in the last step, to a 64th of a turn."""
+        turns = np.round(np.arctan2(moves[:, 1], moves[:, 0]) / np.pi * 32) * np.pi / 32
+        reach = NOSE * self.radius * moves.any(axis=1)
+        ahead = np.stack([reach * np.cos(turns), -reach * np.sin(turns)], axis=1).round().tolist()
+        pen = ImageDraw.Draw(arena)
+        thick = max(2, round(0.28 * self.radius))
+        for far_x, far_y, robot in spots:
+            x, y = (DRAWN * round(each / DRAWN) for each in (far_x, far_y))
+            pen.line((x, y, x + ahead[robot][0], y + ahead[robot][1]), self.theme.ink, thick)
+
+    def _images(
+        self, places: NDArray[np.float64], reach: float, names: NDArray[np.int64]
+    ) -> list[tuple[float, float, int]]:
+        """Return where in the arena's picture things are, y upward, and on a torus all that shows of them."""
+        width, height = self.arena
+        x = places[:, 0] * self.scale
+        y = height - places[:, 1] * self.scale
+        if self.scenario.arena.boundary == "torus":
+            for axis, side in ((0, width), (1, height)):
+                low, high = ((x, y)[axis] < reach).nonzero()[0], ((x, y)[axis] > side - reach).nonzero()[0]
+                every = np.concatenate([np.arange(x.size), low, high])
+                shift = np.concatenate([np.zeros(x.size), np.full(low.size, side), np.full(high.size, -side)])
+                x, y, names = x[every], y[every], names[every]
+                x, y = (x + shift, y) if axis == 0 else (x, y + shift)
+        return list(zip(x.tolist(), y.tolist(), names.tolist(), strict=True))
+
+    def _edge(self, pen: ImageDraw.ImageDraw) -> None:
+        """Draw walls as a thick line, and the edges of a torus, which aren't there, as a faint one."""
+        walls = self.scenario.arena.boundary == "walls"
+        thick = max(DRAWN, self.size[0] // (160 if walls else 480))
+        left, top = self.corner
+        box = (left - thick, top - thick, left + self.arena[0] + thick - 1, top + self.arena[1] + thick - 1)
+        pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
+
+    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, history: History) -> None:
+        """Write the step, the decision and the truth; the robots beside the counts are the legend."""
+        left, right = self.margin, self.size[0] - self.margin
+        first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
+        pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
+        pen.text((right, first), self._outcome(swarm, history), self.theme.ink, self.font, "rm")
+        pen.text((right, second), f"truth: {DECISIONS[self.truth]}", self.theme.ink, self.font, "rm")
+        counted = int(swarm.counted.sum())
+        counts = {FEASIBLE: swarm.feasible_count, INFEASIBLE: swarm.infeasible_count}
+        none = counted - sum(counts.values())
+        at, radius = float(left), round(0.42 * self.font.size)
+        for opinion, count in counts.items():
+            _press(drawn, _robot(opinion, False, True, radius, self.theme), at + radius, second)
+            text = f"{count} {DECISIONS[opinion]}"
+            pen.text((at + 2.8 * radius, second), text, self.theme.ink, self.font, "lm")
+            at += 2.8 * radius + self.font.getlength(text + "   ")
+        if none:
+            _press(drawn, _robot(NO_OPINION, False, True, radius, self.theme), at + radius, second)
+            pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
+
+    def _outcome(self, swarm: Swarm, history: History) -> str:
+        """Say whether the swarm has decided, when, and whether rightly."""
+        decision, step = history.decision, history.decision_step
+        if decision == UNDECIDED:
+            decision, step = swarm.decision, -1
+        if decision == UNDECIDED:
+            return "not decided"
+        verdict = "right" if decision == self.truth else "wrong"
+        return f"decided {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
+
+    def _curves(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, history: History) -> None:
+        """Draw the share of each opinion over the steps, with the threshold, as far as it is known."""
+        left, top, right, bottom = self.strip
+        assert self.span is not None
+        start, end = self.span
+
+        def place(step: int, share: float) -> tuple[float, float]:
+            return left + (right - left) * (step - start) / max(1, end - start), bottom - (
+                bottom - top
+            ) * share
+
+        small = self.font.font_variant(size=0.8 * self.font.size)
+        threshold = self.scenario.decision.threshold
+        for share, colour in ((0.0, self.theme.faint), (1.0, self.theme.faint), (threshold, self.theme.ink)):
+            y = place(start, share)[1]
+            dash = 4 * DRAWN if share == threshold else right - left
+            for x in range(left, right, 2 * dash):
+                pen.line((x, y, min(x + dash, right), y), colour, DRAWN)
+            if share < 1:
+                pen.text((left - DRAWN * 3, y), f"{100 * share:g} %", self.theme.ink, small, "rm")
+        below = bottom + 0.35 * self.line
+        pen.text((left, below), str(start), self.theme.ink, small, "lm")
+        pen.text((right, below), f"{end} steps", self.theme.ink, small, "rm")
+        stride = max(1, len(history.steps) // (2 * self.size[0]))
+        known = [number for number, step in enumerate(history.steps) if step >= start]
+        known = known[::stride] + known[-1:]
+        radius = round(0.32 * self.font.size)
+        for side, opinion in ((1, INFEASIBLE), (0, FEASIBLE)):
+            colour = COLOURS[DECISIONS[opinion]]
+            points = [place(history.steps[number], history.shares[number][side]) for number in known]
+            if len(points) > 1:
+                pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
+            if points:
+                _press(drawn, _robot(opinion, False, True, radius, self.theme), *points[-1])
+
+
+def _between(one: str, other: str, part: float) -> str:
+    """Return the colour at a part of the way from one to another."""
+    ends = zip(ImageColor.getrgb(one), ImageColor.getrgb(other), strict=True)
+    return "#" + "".join(f"{round(start + part * (end - start)):02x}" for start, end in ends)
+
+
+class Stamp(NamedTuple):
+    """A small picture with soft edges, its middle at its centre."""
+
+    colour: Image.Image
+    mask: Image.Image
+    grain: int
+    """It stands at multiples of this: a large one on whole pixels, where copies are alike, and GIFs small."""
+
+
+def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
+    """Put a stamp with its centre at a place."""
+    half, grain = stamp.mask.width // 2, stamp.grain
+    at = grain * round(x / grain) - half, grain * round(y / grain) - half
+    onto.paste(stamp.colour, at, stamp.mask)
+
+
+@cache
+def _robot(opinion: int, disseminating: bool, counted: bool, radius: float, theme: Theme) -> Stamp:
+    """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count in the decision.
+
+    Beside the colour: feasible is plain, infeasible has a bar, none is hollow; a ring disseminates.
+    """
+    detailed = radius >= DETAILED_RADIUS * DRAWN
+    side = 2 * DRAWN * int(np.ceil((RING * radius + 1) / DRAWN))
+    large = Image.new("RGBA", (side * FINE, side * FINE))
+    pen = ImageDraw.Draw(large)
+    colour = COLOURS[DECISIONS[opinion]]
+    if not counted:
+        colour = _between(theme.paper, colour, 0.4)
+    centre, unit = side * FINE / 2, radius * FINE
+
+    def disc(radii: float, fill: str) -> None:
+        reach = radii * unit
+        pen.ellipse((centre - reach, centre - reach, centre + reach, centre + reach), fill)
+
+    if detailed and disseminating:
+        disc(RING, colour)
+        disc(RING - 0.18, theme.paper)
+    disc(1.0, colour)
+    if detailed and opinion == NO_OPINION:
+        disc(0.55, theme.paper)
+    if opinion == INFEASIBLE:  # of a dot it is too small to see, and makes it lighter
+        long, wide = 0.62 * unit, 0.2 * unit
+        pen.rectangle((centre - long, centre - wide, centre + long, centre + wide), ROBOT_BAR)
+    return _stamp(large, radius)
+
+
+@cache
+def _task(half: float, theme: Theme) -> Stamp:
+    """Draw a task, a triangle with an outline."""
+    side = 2 * DRAWN * int(np.ceil((1.3 * half + 1) / DRAWN))
+    large = Image.new("RGBA", (side * FINE, side * FINE))
+    centre, unit = side * FINE / 2, half * FINE
+    pen = ImageDraw.Draw(large)
+    detailed = half >= DETAILED_RADIUS * DRAWN
+    for size, colour in ((1.0, theme.ink), (0.78, TASK)) if detailed else ((1.0, theme.faint),):
+        corners = [(0.0, -1.05), (1.0, 0.75), (-1.0, 0.75)]
+        pen.polygon([(centre + x * size * unit, centre + y * size * unit) for x, y in corners], colour)
+    return _stamp(large, half)
+
+
+def _stamp(large: Image.Image, radius: float) -> Stamp:
+    small = large.reduce(FINE)
+    grain = DRAWN if radius >= DETAILED_RADIUS * DRAWN else 1
+    return Stamp(small.convert("RGB"), small.getchannel("A"), grain)

@@ -1,0 +1,338 @@
+"""Animations: what frames show, what files hold, what is refused."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import weakref
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image, ImageColor
+
+from feasibee import FeasibeeError, Scenario, Swarm, simulate
+from feasibee.animation import AFTER_DECISION, animate, frame
+from feasibee.cli import main
+from feasibee.frames import DRAWN, History, Painter
+from feasibee.palette import COLOURS, ROBOT_BAR
+
+NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
+WORLDS = {
+    "torus": Scenario(tasks={"count": 50}),
+    "walls": Scenario(
+        arena={"side": (30.0, 20.0), "boundary": "walls"},
+        robots={"count": 30, "avoid_collisions": True},
+        tasks={"count": 8},
+    ),
+    "tall": Scenario(arena={"side": (10.0, 25.0)}, faults={"byzantine": 0.2}),
+}
+
+
+def rgb(colour):
+    return ImageColor.getrgb(colour)
+
+
+def close(one, other):
+    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= 12
+
+
+def in_frame(swarm, size, place):
+    """Return the pixel of a place in units, from the arena's corner and scale."""
+    painter = Painter(swarm.scenario, swarm.tasks, size)
+    left, top = (each / DRAWN for each in painter.corner)
+    height = painter.arena[1] / DRAWN
+    scale = painter.scale / DRAWN
+    return left + place[0] * scale, top + height - place[1] * scale
+
+
+def standing_at(*places, boundary="torus", **robots):
+    """Make robots that stay where they are."""
+    return Swarm(
+        Scenario(
+            arena={"boundary": boundary},
+            robots={"placement": "points", "points": places, "speed": 0.0, **robots},
+            tasks={"count": 0},
+        )
+    )
+
+
+def agreement(picture, swarm):
+    """Return the share of the robots, alone in their place, whose pixels have the colour of their opinion."""
+    places, counted = swarm.positions, swarm.counted
+    gaps = np.hypot(*np.moveaxis(places[:, None] - places[None], -1, 0)) + 9 * np.eye(len(places))
+    side = np.array(swarm.scenario.arena.size)
+    shown = [
+        close(
+            # above the middle, where infeasible has its bar
+            picture.getpixel(
+                tuple(map(int, in_frame(swarm, picture.width, places[robot] + np.array([0, 0.3]))))
+            ),
+            rgb(COLOURS[NAMES[int(swarm.opinions[robot])]]),
+        )
+        for robot in range(len(places))
+        if counted[robot] and gaps[robot].min() > 1.3 and (side - places[robot] > 1).all()
+    ]
+    assert len(shown) >= 3
+    return np.mean(shown)
+
+
+# --- What a frame shows ---
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("step", [0, 7, 60])
+def test_the_frame_of_a_step_shows_the_engines_step(tmp_path, world, step):
+    scenario = WORLDS[world]
+    path = tmp_path / "frame.png"
+    animate(scenario, path, seed=3, run=5, steps=(0, step), size=600)
+    swarm = Swarm(scenario, seed=3, run=5)
+    swarm.advance(step)
+    with Image.open(path) as picture:
+        assert agreement(picture, swarm) == 1
+        swarm.advance(3)
+        assert agreement(picture, swarm) < 0.7
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_frame_of_a_swarm_of_ones_own(dark):
+    swarm = Swarm(WORLDS["torus"], seed=1)
+    swarm.advance(12)
+    picture = frame(swarm, size=501, dark=dark)
+    assert picture.mode == "RGB"
+    assert picture.width == 502
+    assert picture.height % 2 == 0
+    assert agreement(picture, swarm) == 1
+    assert (sum(picture.getpixel((0, 0))) < 200) == dark
+    with_curve = frame(swarm, size=501, dark=dark, history=noted(swarm))
+    assert with_curve.height > picture.height
+
+
+def noted(swarm):
+    history = History()
+    history.note(swarm)
+    return history
+
+
+@pytest.mark.parametrize(("boundary", "copies"), [("torus", True), ("walls", False)])
+def test_a_robot_near_an_edge_of_a_torus_shows_on_both_sides(boundary, copies):
+    swarm = standing_at((0.5, 19.5), boundary=boundary, diameter=2.0 if copies else 1.0)
+    picture = frame(swarm)
+    paper = picture.getpixel((0, 0))
+    for place in ((19.8, 19.8), (0.4, 0.2), (19.8, 0.2)):
+        x, y = in_frame(swarm, 480, place)
+        assert (not close(picture.getpixel((int(x), int(y))), paper)) == copies
+
+
+def test_an_opinion_has_a_shape_beside_its_colour():
+    swarm = Swarm(Scenario(robots={"count": 40}, tasks={"count": 0}), seed=1)
+    picture, seen = frame(swarm, size=1000), set()
+    for robot, place in enumerate(swarm.positions):
+        others = np.hypot(*(np.delete(swarm.positions, robot, 0) - place).T)
+        if others.min() > 1.5:
+            x, y = in_frame(swarm, 1000, place)
+            opinion = int(swarm.opinions[robot])
+            seen.add(opinion)
+            middle = ROBOT_BAR if opinion == 0 else COLOURS[NAMES[opinion]]
+            assert close(picture.getpixel((int(x), int(y))), rgb(middle))
+    assert seen == {0, 1}
+
+
+def test_robots_that_are_not_counted_are_pale():
+    swarm = Swarm(Scenario(tasks={"count": 0}, faults={"byzantine": 0.5}), seed=1)
+    picture = frame(swarm, size=600)
+    for place, counted in zip(swarm.positions, swarm.counted, strict=True):
+        x, y = in_frame(swarm, 600, place + np.array([0, 0.3]))
+        full = any(close(picture.getpixel((int(x), int(y))), rgb(each)) for each in COLOURS.values())
+        assert full == counted
+
+
+def test_a_history_knows_when_the_swarm_decided():
+    scenario = WORLDS["torus"]
+    found = simulate(scenario, 1, seed=1)
+    swarm, history = Swarm(scenario, seed=1), History()
+    for _ in range(200):
+        swarm.advance()
+        history.note(swarm)
+        if history.moves is not None:
+            moved = np.hypot(*history.moves.T)
+            np.testing.assert_allclose(moved, 1, atol=1e-6)  # units a step, round the torus too
+    assert history.decision_step == found.decision_step[0]
+    assert history.decision == found.decision[0]
+
+
+# --- What files hold ---
+
+
+def frames_of(path):
+    with Image.open(path) as film:
+        shown, durations = [], []
+        for number in range(film.n_frames):
+            film.seek(number)
+            shown.append(np.asarray(film.convert("RGB")))
+            durations.append(film.info.get("duration"))
+        return shown, durations, film.info.get("loop")
+
+
+def test_a_gif_holds_every_frame_for_its_time(tmp_path):
+    path = tmp_path / "run.gif"
+    animate(WORLDS["torus"], path, seed=1, steps=(4, 16), every=4, fps=25, size=240)
+    shown, durations, loop = frames_of(path)
+    assert durations == [40, 40, 40, 2000]
+    assert loop == 0
+    swarm, history = Swarm(WORLDS["torus"], seed=1), History()
+    painter = Painter(swarm.scenario, swarm.tasks, 240, span=(4, 16))
+    history.note(swarm)
+    for step in range(1, 17):
+        swarm.advance()
+        history.note(swarm)
+        if step % 4 == 0:
+            drawn = np.asarray(painter.draw(swarm, history)).astype(int)
+            assert np.abs(drawn - shown[step // 4 - 1]).max(axis=2).mean() < 3  # but for soft edges
+            assert np.abs(drawn - shown[step // 4 - 1]).max() < 100
+
+
+def test_the_same_arguments_give_the_same_gif(tmp_path):
+    for name in ("one.gif", "two.gif"):
+        animate(WORLDS["walls"], tmp_path / name, seed=2, run=7, steps=(0, 20), size=240, dark=True)
+    assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()
+    animate(WORLDS["walls"], tmp_path / "two.gif", seed=2, run=8, steps=(0, 20), size=240, dark=True)
+    assert (tmp_path / "one.gif").read_bytes() != (tmp_path / "two.gif").read_bytes()
+
+
+def test_a_still_swarm_is_a_gif_too(tmp_path):
+    path = tmp_path / "still.gif"
+    scenario = Scenario(robots={"speed": 0.0}, tasks={"count": 0})
+    animate(scenario, path, steps=(0, 1), size=240)
+    assert len(frames_of(path)[0]) == 2
+
+
+def test_a_webp_holds_what_a_gif_does(tmp_path):
+    for name in ("run.gif", "run.webp"):
+        animate(WORLDS["torus"], tmp_path / name, seed=1, steps=(0, 6), size=240)
+    ours, theirs = frames_of(tmp_path / "run.gif")[0], frames_of(tmp_path / "run.webp")[0]
+    np.testing.assert_array_equal(ours, theirs)
+    with Image.open(tmp_path / "run.webp") as film:
+        assert film.info["loop"] == 0
+
+
+@pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # imageio's reader leaves pipes
+@pytest.mark.parametrize("robots", [20, 10_000])
+def test_an_mp4_plays_everywhere(tmp_path, robots):
+    side = 20.0 * (robots / 20) ** 0.5
+    scenario = Scenario(arena={"side": side}, robots={"count": robots}, tasks={"count": robots // 2})
+    path = tmp_path / "run:1.mp4"
+    animate(scenario, path, seed=1, steps=(0, 3), fps=4, size=300)
+    reader = imageio_ffmpeg.read_frames(str(path))
+    meta = next(reader)
+    swarm = Swarm(scenario, seed=1)
+    drawn = frame(swarm, size=300, history=noted(swarm))
+    assert (meta["codec"], meta["fps"], meta["size"]) == ("h264", 4, drawn.size)
+    assert meta["pix_fmt"].startswith("yuv420p")
+    shown = [np.frombuffer(each, np.uint8).reshape(drawn.height, drawn.width, 3) for each in reader]
+    assert len(shown) == 4 + 2 * 4 - 1
+    arena = slice(0, 280)
+    assert np.abs(np.asarray(drawn, int)[arena] - shown[0][arena]).mean() < 8
+    assert np.abs(shown[3].astype(int) - shown[-1]).mean() < 1  # the last one stays
+
+
+def test_by_default_a_run_is_shown_until_a_while_after_its_decision(tmp_path):
+    path = tmp_path / "run.gif"
+    scenario = WORLDS["torus"].replace({"run.stop_at_decision": True})
+    decided = int(simulate(scenario, 1, seed=1).decision_step[0])
+    animate(scenario, path, seed=1, every=10, size=240)
+    assert len(frames_of(path)[0]) == (decided + max(AFTER_DECISION, decided // 4)) // 10 + 1
+    undecided = scenario.replace({"run.steps": 20})
+    assert simulate(undecided, 1, seed=1).decision[0] == -1
+    animate(undecided, path, seed=1, size=240)
+    assert len(frames_of(path)[0]) == 21
+
+
+@pytest.mark.parametrize("suffix", ["gif", "webp", "mp4"])
+def test_frames_are_not_kept(tmp_path, monkeypatch, suffix):
+    alive, draw = [], Painter.draw
+
+    def watched(self, *arguments):
+        drawn = draw(self, *arguments)
+        alive.append(weakref.ref(drawn))
+        assert sum(each() is not None for each in alive) <= 3
+        return drawn
+
+    monkeypatch.setattr(Painter, "draw", watched)
+    animate(WORLDS["torus"], tmp_path / f"run.{suffix}", steps=(0, 15), size=240)
+    assert len(alive) == 16
+
+
+# --- What is refused, and how it ends ---
+
+
+def refused(*arguments):
+    result = CliRunner().invoke(main, ["animate", *map(str, arguments)])
+    assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
+    return result.stderr
+
+
+@pytest.fixture
+def no_simulation(monkeypatch):
+    """The engine, which must not be asked."""
+
+    def work(*arguments, **options):
+        pytest.fail("the simulation began")
+
+    monkeypatch.setattr("feasibee.animation.simulate_record", work)
+    monkeypatch.setattr("feasibee.animation.Swarm", work)
+
+
+@pytest.mark.usefixtures("no_simulation")
+def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
+    out = tmp_path / "run.gif"
+    assert "end it with .gif, .mp4, .png, .webp" in refused("--out", tmp_path / "run.avi")
+    assert "must be one of 1, 2, 4, 5, 10, 20, 25, 50" in refused("--out", out, "--fps", 30)
+    assert "can't be written" in refused("--out", tmp_path / "nowhere" / "run.gif")
+    assert "0 and run.steps = 1000" in refused("--out", out, "--steps", "0:1001")
+    assert "in order" in refused("--out", out, "--steps", "7:3")
+    assert "such as --steps 100" in refused("--out", out, "--steps", "7:x")
+    assert "every 4th" in refused("--out", out, "--steps", "0:70000", "--set", "run.steps=100000")
+    assert "--size" in refused("--out", out, "--size", 100)
+    with pytest.raises(FeasibeeError, match="size = 5000"):
+        animate(Scenario(), out, size=5000)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert "install feasibee[video]" in refused("--out", tmp_path / "run.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_encoder_that_fails_leaves_no_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: shutil.which("false"))
+    assert "ffmpeg ended with 1" in refused("--out", tmp_path / "run.mp4", "--steps", 3)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", ["gif", "webp", "mp4", "png"])
+def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
+    out = tmp_path / f"run.{suffix}"
+    out.write_text("before")
+    draw = Painter.draw
+
+    def interrupted(self, swarm, history):
+        if swarm.step == 5:
+            raise KeyboardInterrupt
+        return draw(self, swarm, history)
+
+    monkeypatch.setattr(Painter, "draw", interrupted)
+    arguments = ["animate", "--steps", "5", "--size", "240", "--out", str(out)]
+    assert CliRunner().invoke(main, arguments).exit_code == 130
+    assert [each.name for each in tmp_path.iterdir()] == [out.name]
+    assert out.read_text() == "before"
+
+
+def test_the_command_writes_what_the_function_does(tmp_path):
+    one, two = tmp_path / "one.gif", tmp_path / "two.gif"
+    options = "--set tasks.count=50 --seed 1 --run 3 --steps 2:9 --every 2 --fps 10 --size 240 --dark"
+    result = CliRunner().invoke(main, ["animate", *options.split(), "--out", str(one)])
+    assert result.exit_code == 0, result.output
+    assert result.stdout == f"Wrote {one}\n"
+    animate(WORLDS["torus"], two, 1, 3, steps=(2, 9), every=2, fps=10, size=240, dark=True)
+    assert one.read_bytes() == two.read_bytes()

@@ -1,0 +1,142 @@
+"""What notebooks show: whole HTML, escaped, with what matters in it."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, Swarm, simulate
+from feasibee.assess import assess
+from feasibee.display import GRAIN, MOST
+from feasibee.palette import COLOURS
+
+
+class Page(HTMLParser):
+    """Text and tags of some HTML, which must close what it opens."""
+
+    ALONE = frozenset({"path", "rect"})
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.tags, self.text, self.strong = [], [], "", []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        assert tag in self.ALONE
+        self.tags.append((tag, dict(attributes)))
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if "style" in self.open:
+            return
+        self.text += data
+        if "strong" in self.open:
+            self.strong.append(data)
+
+    def paths(self, **attributes):
+        """Return where each path with some attributes begins a stroke or shape."""
+        found = [given for tag, given in self.tags if tag == "path" and attributes.items() <= given.items()]
+        return np.array([tuple(map(float, each)) for path in found for each in starts(path["d"])])
+
+
+def starts(path):
+    return re.findall(r"M(-?[\d.]+) (-?[\d.]+)", path)
+
+
+def page(thing):
+    return Page(thing._repr_html_())
+
+
+def test_a_scenario_shows_each_field_by_section_and_stresses_what_is_not_the_papers():
+    scenario = Scenario(tasks={"count": 50}, sensing={"range": 3.0}, arena={"boundary": "walls"})
+    shown = page(scenario)
+    for name, table in scenario.to_dict().items():
+        assert name in shown.text
+        assert all(f"{key} = " in shown.text for key in table)
+    stressed = {each for each in shown.strong if " = " in each}
+    assert stressed == {"count = 50", "range = 3.0", 'boundary = "walls"'}
+    assert "4 fields not as in the paper" in shown.text  # the radio's range goes with that of sensing
+    assert "infeasible" in shown.strong
+    assert scenario.hash[:12] in shown.text
+    assert "Number of tasks, m, each for any one robot." in shown.text
+    assert sum(tag == "details" for tag, _ in shown.tags) == len(scenario.to_dict())
+
+
+def test_the_papers_scenario_is_as_in_the_paper():
+    shown = page(Scenario())
+    assert "as in the paper" in shown.text
+    assert shown.strong == ["Scenario", "feasible"]
+
+
+def test_text_of_a_user_is_escaped_and_long_values_cut():
+    name = "<script>alert('&')</script>"
+    shown = page(
+        Scenario(
+            robots={"classes": [{"name": name, "count": 5, "skills": ["<i>lift"]}]},
+            tasks={"placement": "points", "points": [(1.0, 2.0)] * 500},
+        )
+    )
+    assert name in shown.text
+    assert not {"script", "i"} & {tag for tag, _ in shown.tags}
+    assert "5 robots, 500 tasks" in shown.text
+    assert len(shown.text) < 6000
+
+
+def test_a_swarm_shows_its_arena_where_everything_is():
+    swarm = Swarm(Scenario(tasks={"count": 50}), seed=1)
+    swarm.advance(60)
+    shown = page(swarm)
+    assert "Run 0, step 60: 3 feasible, 17 infeasible; undecided (truth: infeasible)" in shown.text
+    for opinion, name in ((1, "feasible"), (0, "infeasible")):
+        expected = swarm.positions[swarm.opinions == opinion] * GRAIN / 20
+        expected[:, 1] = GRAIN - expected[:, 1]
+        drawn = shown.paths(stroke=COLOURS[name], **{"stroke-width": "100"})
+        for place in expected:
+            assert np.abs(drawn - place).max(axis=1).min() <= 1
+    rings = shown.paths(**{"stroke-width": "140"})
+    assert len(rings) >= swarm.disseminating.sum()
+    assert len(shown.paths(fill="#E69F00")) == 50
+
+
+def test_on_a_torus_a_robot_at_a_corner_shows_four_times():
+    def discs(boundary):
+        robots = {"placement": "points", "points": [(0.5, 19.5)], "speed": 0.0}
+        swarm = Swarm(Scenario(arena={"boundary": boundary}, robots=robots, tasks={"count": 0}))
+        return len(page(swarm).paths(**{"stroke-width": "100"}))
+
+    assert (discs("torus"), discs("walls")) == (4, 1)
+
+
+@pytest.mark.parametrize(("robots", "drawn"), [(10_000, True), (MOST + 1, False)])
+def test_a_large_swarm_stays_light(robots, drawn):
+    swarm = Swarm(Scenario(arena={"side": 600.0}, robots={"count": robots}))
+    text = swarm._repr_html_()
+    assert len(text) < 200_000
+    assert ("<svg" in text) == drawn
+    assert ("see feasibee animate" in text) != drawn
+
+
+def test_results_say_what_they_are():
+    results = simulate(Scenario(decision={"commit": {}}), 3, curves=True)
+    assert all(each.attrs["long_name"] for each in (results | results.coords).values())
+    assert all("units" in each.attrs for name, each in results.data_vars.items() if name != "decision")
+    assert "number of the run" in results._repr_html_()
+
+
+def test_an_assessment_shows_its_words_and_tables():
+    scenario = Scenario(robots={"count": 4}, tasks={"count": 5}, run={"steps": 20})
+    shown = page(assess(scenario, runs=10))
+    assert "The tasks are infeasible: they need 5 robots, and there are 4." in shown.text
+    assert "difference" in shown.text
+    assert scenario.hash[:12] in shown.text
