@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from threading import RLock
 from typing import Any
 
 import llvmlite
@@ -16,6 +17,8 @@ import numpy
 from feasibee.files import cache_root
 
 CONFIG: Any = numba.config
+ONE_AT_A_TIME = RLock()
+"""numba's settings are those of all threads."""
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
 # function would otherwise touch every array's count atomically, which doubled the cost of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
@@ -51,12 +54,13 @@ def entry(signature: Any, careful: bool = False) -> Callable[[Callable[..., Any]
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         # The cache folder is fixed while numba decorates; the user's own setting is put back at once.
-        users_folder = CONFIG.CACHE_DIR
-        CONFIG.CACHE_DIR = str(cache_folder())
-        try:
-            compiled: Callable[..., Any] = numba.njit(signature, cache=True, **options)(function)
-        finally:
-            CONFIG.CACHE_DIR = users_folder
+        with ONE_AT_A_TIME:
+            users_folder = CONFIG.CACHE_DIR
+            CONFIG.CACHE_DIR = str(cache_folder())
+            try:
+                compiled: Callable[..., Any] = numba.njit(signature, cache=True, **options)(function)
+            finally:
+                CONFIG.CACHE_DIR = users_folder
         return compiled
 
     return decorate
