@@ -14,7 +14,7 @@ paper: $(VENV)/installed
 	$(BIN)/feasibee paper --out paper
 
 test: $(VENV)/with-test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 lint: $(VENV)/with-lint
 	$(BIN)/ruff check
