@@ -112,8 +112,7 @@ async def _answer(
     waiting: asyncio.Queue[dict[str, Any] | None],
 ) -> None:
     if isinstance(message, Advance):
-        await asyncio.to_thread(session.advance, session.swarm.step + message.steps, PATIENCE)
-        await page.send_bytes(await asyncio.to_thread(session.frame))
+        await page.send_bytes(await asyncio.to_thread(session.advanced, message.steps, PATIENCE))
         return
     plan = await asyncio.to_thread(plan_of, message, programme)
     await _begin(page, session, plan)

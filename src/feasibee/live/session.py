@@ -135,6 +135,11 @@ class Session:
             chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
         return swarm.step >= until
 
+    def advanced(self, steps: int, seconds: float) -> bytes:
+        """Let some steps pass, as far as time allows, and return the frame."""
+        self.advance(self.swarm.step + steps, seconds)
+        return self.frame()
+
     def frame(self) -> bytes:
         """Return the present step, with all counts that the page hasn't got."""
         frame = frame_of(self.swarm, self._generation, self._told)

@@ -303,6 +303,7 @@ function reflectPlay() {
 }
 
 function reflectSpeed() {
+  move();
   $("speed").textContent = `${number(player.speed)} ${player.speed === 1 ? "step" : "steps"} / s`;
 }
 
@@ -396,7 +397,7 @@ $("theme").addEventListener("click", () => {
 dark.addEventListener("change", repaint);
 function move() {
   player.smooth = !calm.matches;
-  arena.calm = calm.matches;
+  arena.calm = calm.matches || player.speed > 60; // so many flashes would only flicker
 }
 calm.addEventListener("change", move);
 new ResizeObserver(() => {
@@ -405,7 +406,6 @@ new ResizeObserver(() => {
 }).observe($("frame"));
 new ResizeObserver(() => plot.resize()).observe($("plot"));
 
-move();
 setTheme(localStorage.getItem("theme") ?? "auto");
 reflectPlay();
 reflectSpeed();

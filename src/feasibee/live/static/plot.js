@@ -74,7 +74,7 @@ export class Plot {
     this.chart = new uPlot(
       {
         ...this.size(),
-        padding: [10, 12, 0, 0],
+        padding: [10, 22, 0, 0],
         legend: { show: false },
         cursor: { show: false },
         scales: { x: { time: false }, y: {} },
