@@ -32,7 +32,10 @@ def measure(robots: int, seconds: float, browser: str) -> None:
     changes = (f"robots.count={robots}", f"tasks.count={robots}", f"arena.side={side}", "run.steps=100000")
     command = [sys.executable, "-m", "feasibee", "watch", "--no-browser", "--port", "0"]
     command += [part for change in changes for part in ("--set", change)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server, sync_playwright() as playwright:
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server,
+        sync_playwright() as playwright,
+    ):
         assert server.stdout is not None
         address = server.stdout.readline().split()[-1]
         options = ["--no-sandbox", "--disable-gpu"]

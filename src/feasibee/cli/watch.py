@@ -80,7 +80,9 @@ def _programme(
 
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):
-            raise FeasibeeError(f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run")
+            raise FeasibeeError(
+                f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run"
+            )
         return of_folder(source, pick)
     _, seed, run = check_numbers(1, seed or 0, run or 0)
     return Programme(read_scenario(source, changes), seed, run, source.name if source else "")

@@ -70,7 +70,9 @@ def read(text: str) -> Open | Advance:
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False, include_input=False)[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise FeasibeeError(f"message: {place + ': ' if place else ''}{first['msg']}; reload the page") from None
+        raise FeasibeeError(
+            f"message: {place + ': ' if place else ''}{first['msg']}; reload the page"
+        ) from None
 
 
 def problems_of(error: FeasibeeError) -> dict[str, Any]:
@@ -108,7 +110,9 @@ def frame_of(swarm: Swarm, generation: int, first: int) -> bytes:
         swarm.bits_sent,
     )
     arrays = (feasible.astype("<i4"), infeasible.astype("<i4"), shown.x.astype("<u2"), shown.y.astype("<u2"))
-    return b"".join([header, *(each.tobytes() for each in arrays), shown.heading.tobytes(), shown.marks.tobytes()])
+    return b"".join(
+        [header, *(each.tobytes() for each in arrays), shown.heading.tobytes(), shown.marks.tobytes()]
+    )
 
 
 def tasks_of(swarm: Swarm, generation: int) -> bytes:

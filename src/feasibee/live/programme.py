@@ -73,7 +73,9 @@ class Programme:
             return self.scenario
         point = self.replays[0].point if point is None else point
         if point not in self.points:
-            raise FeasibeeError(f"point = {point}: isn't in {self.title or 'a journal'}; choose a run listed there")
+            raise FeasibeeError(
+                f"point = {point}: isn't in {self.title or 'a journal'}; choose a run listed there"
+            )
         row = self.points[point]
         scenario = Scenario.model_validate(row.scenario.to_dict())
         if scenario.hash != row.hash:
@@ -152,7 +154,9 @@ def of_folder(folder: Path, pick: str) -> Programme:
     used = {each.point for each in replays}
     shown = {point: row for point, row in points.items() if point in used}
     scenario = points[first.point].scenario
-    return Programme(scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick)
+    return Programme(
+        scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick
+    )
 
 
 def _is_picked(decisions: Any, true: bool, pick: str) -> Any:

@@ -51,7 +51,9 @@ def application(programme: Programme, host: str = "127.0.0.1") -> ASGIApp:
     async def connect(page: WebSocket) -> None:
         await page.accept()
         if len(sessions) >= SESSIONS_LIMIT:
-            text = f"{SESSIONS_LIMIT} pages are open, as many as there may be; close one, and reload this page"
+            text = (
+                f"{SESSIONS_LIMIT} pages are open, as many as there may be; close one, and reload this page"
+            )
             await page.send_json({"type": "full", "text": text})
             await page.close(TRY_LATER)
             return
@@ -83,7 +85,10 @@ async def _serve(page: WebSocket, session: Session, programme: Programme) -> Non
                 text = "not enough memory; take fewer robots or tasks"
                 await page.send_json(problems_of(FeasibeeError(text)))
     except (WebSocketDisconnect, RuntimeError):
-        if page.application_state is WebSocketState.CONNECTED and page.client_state is WebSocketState.CONNECTED:
+        if (
+            page.application_state is WebSocketState.CONNECTED
+            and page.client_state is WebSocketState.CONNECTED
+        ):
             raise  # the page is there: it is ours
     finally:
         reading.cancel()
@@ -171,7 +176,9 @@ def listen(host: str, port: int | None) -> socket.socket:
     for each in ports:
         with closing(socket.socket(family, socket.SOCK_STREAM)) as tried:
             if os.name == "posix":
-                tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # on Windows it means another thing
+                tried.setsockopt(
+                    socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
+                )  # on Windows it means another thing
             try:
                 tried.bind((host, each))
                 tried.listen(64)

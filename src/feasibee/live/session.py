@@ -58,7 +58,9 @@ def plan_of(asked: Open, programme: Programme) -> Plan:
         ("tasks.count", scenario.tasks.count, TASKS_LIMIT),
     ):
         if count > limit:
-            problems.append(Problem(path, count, f"must be ≤ {limit} on this page", "simulate more with feasibee run"))
+            problems.append(
+                Problem(path, count, f"must be ≤ {limit} on this page", "simulate more with feasibee run")
+            )
     if problems:
         raise ScenarioError(problems)
     return Plan(scenario, *numbers, min(asked.step, last_step(scenario)))
@@ -77,14 +79,25 @@ def _forbidden(asked: Open, programme: Programme) -> Any:
             yield Problem(path, value, rule, "name it in the scenario on the command line")
         elif path == "decision.strategy" and value not in programme.strategies:
             rule = f"must be one of {', '.join(programme.strategies)}"
-            yield Problem(path, value, rule, "name a file on the command line: feasibee watch --set decision.strategy=...")
+            yield Problem(
+                path,
+                value,
+                rule,
+                "name a file on the command line: feasibee watch --set decision.strategy=...",
+            )
         elif "." not in path and path != "preset":
-            yield Problem(path, value, "isn't the path of a field", "write section.field, such as tasks.count")
+            yield Problem(
+                path, value, "isn't the path of a field", "write section.field, such as tasks.count"
+            )
 
 
 def _number(name: str, value: str | int | float, limit: int, problems: list[Problem]) -> int:
     """Return a whole number of the page, which writes large ones as text; note the problem if it isn't one."""
-    number = int(value) if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 30 else value
+    number = (
+        int(value)
+        if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 30
+        else value
+    )
     if isinstance(number, int) and not isinstance(number, bool) and 0 <= number < limit:
         return number
     problems.append(Problem(name, value, f"must be a whole number from 0 to {limit - 1}", "choose one"))
@@ -196,7 +209,7 @@ def _proof(violator: Any, scenario: Scenario) -> str:
     """Return in a few words why the tasks are feasible or not."""
     robots, tasks = scenario.robots.count, scenario.tasks.count
     if not (scenario.robots.classes or scenario.tasks.classes):
-        return f"{robots} robots, {tasks} tasks"
+        return f"{robots:,} robots, {tasks:,} tasks"
     if violator is None:
         return "every place can be filled"
     return f"{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"

@@ -97,6 +97,7 @@ export class Arena {
   paintTasks(context) {
     const { x, y } = this.tasks, size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
     context.fillStyle = this.colours.task;
+    if (size < 4 * this.ratio) context.globalAlpha = 0.5; // so many would hide the robots
     context.beginPath();
     for (let i = 0; i < x.length; i++) {
       const left = x[i] * this.unit, top = this.height - y[i] * this.unit;
@@ -106,6 +107,7 @@ export class Arena {
       context.closePath();
     }
     context.fill();
+    context.globalAlpha = 1;
     if (size > 4 * this.ratio) {
       context.strokeStyle = this.colours.ground;
       context.lineWidth = 0.8 * this.ratio;

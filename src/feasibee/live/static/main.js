@@ -96,6 +96,7 @@ const answers = {
     shownStep = -1;
     shownDecision = null;
     arena.open(message);
+    fit();
     plot.clear(message);
     controls.show(message);
     $("toml").textContent = message.toml;
@@ -400,10 +401,13 @@ function move() {
   arena.calm = calm.matches || player.speed > 60; // so many flashes would only flicker
 }
 calm.addEventListener("change", move);
-new ResizeObserver(() => {
-  if (world) arena.layout();
+function fit() {
+  if (!world) return;
+  arena.layout();
+  for (const id of ["transport", "legend"]) $(id).style.maxWidth = $("arena").style.width;
   dirty = true;
-}).observe($("frame"));
+}
+new ResizeObserver(fit).observe($("frame"));
 new ResizeObserver(() => plot.resize()).observe($("plot"));
 
 setTheme(localStorage.getItem("theme") ?? "auto");
