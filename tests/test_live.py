@@ -27,10 +27,26 @@ from feasibee.study.plan import study_of
 from feasibee.study.sweep import sweep
 from feasibee.swarm import MARKS
 
-HEADER_FIELDS = (
-    "protocol kind generation robots step first length decision_step decision first_decision _ feasible "
-    "infeasible counted disseminating working committed bits"
-).split()
+HEADER_FIELDS = [
+    "protocol",
+    "kind",
+    "generation",
+    "robots",
+    "step",
+    "first",
+    "length",
+    "decision_step",
+    "decision",
+    "first_decision",
+    "_",
+    "feasible",
+    "infeasible",
+    "counted",
+    "disseminating",
+    "working",
+    "committed",
+    "bits",
+]
 WORLDS = {
     "the paper's": {"tasks.count": 10},
     "beyond it": {
@@ -366,8 +382,8 @@ def test_a_point_of_no_sweep_and_an_advance_before_the_swarm_are_errors(port):
 
 def test_a_message_that_is_too_large_ends_that_page_only(port):
     with Page(port) as page, Page(port) as other:
+        page.socket.send(" " * 20_000)
         with pytest.raises(ConnectionClosed) as closed:
-            page.socket.send(" " * 20_000)
             page.receive()
         assert closed.value.rcvd.code == 1009
         assert other.open()["step"] == 0

@@ -181,7 +181,7 @@ class Swarm:
 
     @property
     def first_decision(self) -> tuple[int, int]:
-        """What the swarm decided first, and at which step, as `simulate` says; -1 and -1 if nothing so far."""
+        """What the swarm decided first, and at which step, as `simulate` says; -1 and -1 if none."""
         return int(self._record.decision[0]), int(self._record.decision_step[0])
 
     @property
@@ -251,7 +251,8 @@ class Swarm:
     def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
         """Return fixed-point numbers as 65,536ths of the longer side."""
         coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.walls else 16)
-        return np.minimum(coarse, 65535).astype(np.uint16)
+        places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
+        return places
 
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:
         fixed = np.stack([x, y], axis=1).astype(np.uint32).astype(np.float64)

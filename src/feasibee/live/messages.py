@@ -22,8 +22,8 @@ MESSAGE_LIMIT: Final = 16 * 1024
 """Bytes of a message of the page."""
 FRAME, TASKS = 1, 2
 HEADER: Final = struct.Struct("<BBHIIIiibbHIIIIIIQ")
-"""Protocol, kind, generation, robots, step; first step of the counts and how many steps they have; step of the
-first decision, decision now, first decision, padding; then how many are feasible, infeasible, counted,
+"""Protocol, kind, generation, robots, step; first step of the counts, and how many steps they have; step of
+the first decision, decision now, first decision, padding; then how many are feasible, infeasible, counted,
 disseminating, working and committed; and the bits sent."""
 TASKS_HEADER: Final = struct.Struct("<BBHI")
 """Protocol, kind, generation, tasks."""
@@ -42,7 +42,7 @@ class Open(_Message):
     changes: dict[str, JsonValue] = Field({}, max_length=64)
     """To that scenario, by dotted path."""
     seed: str | int | float | None = None
-    """As text, since a page's numbers have 53 bits; checked with the scenario, to be told in the same words."""
+    """As text, since a page's numbers have 53 bits; checked with the scenario, and told in the same words."""
     run: str | int | float | None = None
     step: int = Field(0, ge=0)
 

@@ -166,5 +166,5 @@ def _is_picked(decisions: Any, true: bool, pick: str) -> Any:
         "undecided": decisions == UNDECIDED,
         "feasible": decisions == FEASIBLE,
         "infeasible": decisions == INFEASIBLE,
-        "all": decisions == decisions,
+        "all": slice(None),
     }[pick]

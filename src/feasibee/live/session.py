@@ -1,4 +1,4 @@
-"""One page's swarm: checked, begun, advanced. No method waits for the page; the server calls them in threads."""
+"""One page's swarm: checked, begun, advanced. The server calls all this in threads."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _forbidden(asked: Open, programme: Programme) -> Any:
 
 
 def _number(name: str, value: str | int | float, limit: int, problems: list[Problem]) -> int:
-    """Return a whole number of the page, which writes large ones as text; note the problem if it isn't one."""
+    """Return a whole number of the page, which writes them as text, or note the problem."""
     number = (
         int(value)
         if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 30

@@ -23,7 +23,10 @@ export class Player {
 
   add(frame) {
     this.asked = false;
-    if (!this.frames.length) this.head = this.target = frame.step;
+    if (!this.frames.length) {
+      this.head = frame.step;
+      this.target = Math.max(this.target, frame.step); // somebody may have asked for a step already
+    }
     this.frames.push(frame);
   }
 
