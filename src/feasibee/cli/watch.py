@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,7 +69,8 @@ def watch(
             click.echo("feasibee: whoever reaches this machine can watch, and use its processor", err=True)
         if not no_browser:
             server.open_browser(address)
-        server.server_of(programme, host).run(sockets=[listening])
+        with suppress(KeyboardInterrupt):  # the way to stop it
+            server.server_of(programme, host).run(sockets=[listening])
 
 
 def _programme(

@@ -61,6 +61,8 @@ def application(programme: Programme, host: str = "127.0.0.1") -> ASGIApp:
         sessions.add(session)
         try:
             await _serve(page, session, programme)
+        except asyncio.CancelledError:
+            pass  # the server ends while it computes for this page
         finally:
             sessions.discard(session)
 

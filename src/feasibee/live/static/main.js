@@ -14,7 +14,7 @@ const PATIENCE = 400; // milliseconds after which a page that waits says so
 
 let world = null; // what the server tells of the present swarm
 let point = null; // of a sweep, or null
-let resume = 0; // the step to go to when the line to the server is back
+let wanted = null; // {step, which}: what has been asked for and isn't there yet
 let waitingFor = 0;
 let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
@@ -54,6 +54,7 @@ function writeAddress() {
 // Ask for a run from a step on; what is shown stays until it comes.
 function begin(step, which = controls.which) {
   player.asked = true; // nothing more of the old one
+  wanted = { step, which };
   clearTimeout(waitingFor);
   waitingFor = setTimeout(() => veil("Preparing the swarm"), PATIENCE);
   connection.send({ type: "open", point, changes: controls.changes, ...which, step });
@@ -82,7 +83,7 @@ const answers = {
     $("title").textContent = message.title;
     document.title = message.title ? `${message.title}: feasibee` : "feasibee: live arena";
     listReplays(message);
-    if (world) return begin(resume, { seed: world.seed, run: world.run });
+    if (wanted) return begin(wanted.step, wanted.which);
     const { seed, run } = readAddress();
     point ??= seed === null || message.point !== null ? message.point : null;
     begin(0, { seed: seed ?? (point === message.point ? message.seed : null), run: run ?? message.run });
@@ -99,6 +100,7 @@ const answers = {
     fit();
     plot.clear(message);
     controls.show(message);
+    $("controls").inert = false;
     $("toml").textContent = message.toml;
     $("last").textContent = number(message.last);
     $("truth").textContent = `${message.truth ? "feasible" : "infeasible"} (${message.proof})`;
@@ -114,6 +116,7 @@ const answers = {
   error(message) {
     veil("");
     player.asked = false;
+    wanted = null;
     controls.refuse(message.problems);
   },
   compiling(message) {
@@ -141,6 +144,7 @@ const connection = new Connection({
       arena.setTasks(message);
     } else {
       veil("");
+      wanted = null;
       plot.add(message);
       player.add(message);
       if (startAfter) player.play(true);
@@ -152,7 +156,7 @@ const connection = new Connection({
   lost(wait) {
     veil("");
     state("not connected", "lost");
-    if (player.frames.length) resume = player.frames[0].step;
+    if (world && !wanted) wanted = { step: player.frames[0].step, which: { seed: world.seed, run: world.run } };
     player.asked = true;
     if (!answers.isFull)
       $("banner-text").textContent = `The server doesn't answer. This page goes on where it was as soon as it does; next attempt in ${Math.ceil(wait / 1000)} s.`;
@@ -351,6 +355,7 @@ document.addEventListener("keydown", (event) => {
   actions[action]();
 });
 for (const id of ["play", "step", "restart", "faster", "slower", "another"]) $(id).addEventListener("click", () => actions[id]());
+$("skip").addEventListener("click", () => $("play").focus()); // no link: the address keeps the run
 $("help-open").addEventListener("click", actions.help);
 $("retry").addEventListener("click", () => connection.open());
 $("reset").addEventListener("click", () => {
