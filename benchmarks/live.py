@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -67,8 +68,11 @@ def measure(robots: int, seconds: float, browser: str) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--browser", default="/usr/bin/chromium")
+    parser.add_argument("--browser", default=shutil.which("chromium") or shutil.which("google-chrome"))
     options = parser.parse_args()
+    if options.browser is None or not Path("/proc/self/stat").exists():
+        print("the live arena isn't measured: that takes Linux, and chromium in PATH")
+        return
     print(f"load of this machine before: {os.getloadavg()[0]:.1f} of {os.cpu_count()} cores")
     for robots in (20, 10_000):
         measure(robots, options.seconds, options.browser)

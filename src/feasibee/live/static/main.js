@@ -179,7 +179,7 @@ function listReplays({ replays, pick, found }) {
     ...replays.map((replay) => {
       const item = document.createElement("li"), button = document.createElement("button");
       const main = document.createElement("span"), more = document.createElement("small");
-      const values = Object.entries(replay.values).map(([path, value]) => `${path.split(".").pop()} ${value}`);
+      const values = Object.entries(replay.values).map(([path, value]) => `${path} ${value}`);
       main.textContent = values.join(", ") || `point ${replay.point}`;
       more.textContent = `run ${replay.run}: ${replay.decision}${replay.decision_step >= 0 ? ` at ${replay.decision_step}` : ""}`;
       button.type = "button";
