@@ -8,7 +8,7 @@ help:
 	@echo "make paper   the paper's figures, data and claims, in paper/"
 	@echo "make test    all tests"
 	@echo "make lint    style, types, layers"
-	@echo "make bench   speed, start-up and memory, and the ratios to Mesa and to a plain numba loop"
+	@echo "make bench   speed, start-up and memory, the ratios to Mesa and to a plain numba loop, the live arena"
 
 paper: $(VENV)/installed
 	$(BIN)/feasibee paper --out paper
@@ -24,6 +24,7 @@ lint: $(VENV)/with-lint
 
 bench: $(VENV)/with-bench
 	$(BIN)/python benchmarks/bench.py
+	$(BIN)/python benchmarks/live.py
 
 clean:
 	rm -rf $(VENV) paper

@@ -128,13 +128,17 @@ def simulate_record(
     return record
 
 
-def load_engine(scenario: Scenario) -> None:
-    """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
+def is_engine_compiled(scenario: Scenario) -> bool:
+    """Tell whether the engine for a scenario has been compiled on this machine."""
     from feasibee.engine.compile import is_compiled
     from feasibee.engine.translation import is_paper
 
-    beyond = not is_paper(scenario)
-    if not is_compiled("advance_beyond" if beyond else "advance_paper"):
+    return is_compiled("advance_paper" if is_paper(scenario) else "advance_beyond")
+
+
+def load_engine(scenario: Scenario) -> None:
+    """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
+    if not is_engine_compiled(scenario):
         print(
             "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
             file=sys.stderr,

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.display import draw_arena, show_swarm
+from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, load_engine
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
+
+FIRST_STEPS = 1024
+"""Room for counts, at first."""
+
+
+class Snapshot(NamedTuple):
+    """A swarm as a screen needs it, in few bytes."""
+
+    x: NDArray[np.uint16]
+    """Of each robot, in 65,536ths of the arena's longer side."""
+    y: NDArray[np.uint16]
+    heading: NDArray[np.uint8]
+    """In 256ths of a turn, counterclockwise from the x axis."""
+    marks: NDArray[np.uint8]
+    """A bit for each of `MARKS`, the lowest first."""
+
+
+MARKS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "liar", "stubborn")
 
 
 class Swarm:
@@ -22,11 +43,13 @@ class Swarm:
         By default the paper's swarm with 20 tasks.
     seed, run : int
         Which run.
+    room : int, optional
+        Bytes that the swarm may take; by default as many as it wants.
 
     Raises
     ------
     FeasibeeError
-        If there is no such run.
+        If there is no such run, or it takes more room.
 
     Examples
     --------
@@ -37,47 +60,76 @@ class Swarm:
     (10, (20, 2))
     """
 
-    def __init__(self, scenario: Scenario | None = None, seed: int = 0, run: int = 0) -> None:
+    def __init__(
+        self, scenario: Scenario | None = None, seed: int = 0, run: int = 0, *, room: int | None = None
+    ) -> None:
         _, seed, run = check_numbers(1, seed, run)
         self.scenario = Scenario() if scenario is None else scenario
         load_engine(self.scenario)
         from feasibee.engine import layout, runner, translation
 
-        self._run = run
+        self._run, self._room = run, room
         self._layout = layout
         self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
         self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
         self._kinds = translation.kinds_of(self.scenario, self._params)
         self._packed = layout.packed(self._params)
-        self._unit = float(translation.unit_of(self.scenario))
+        self._unit = translation.unit_of(self.scenario)
+        self._record = Record.empty(run, 1, FIRST_STEPS)
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
         self._slots = slots
         memory = self.scenario.strategy.memory
+        needed = self._layout.size_of(self._params, self._kinds, slots)
+        if self._room is not None and needed > self._room:
+            raise FeasibeeError(
+                f"this swarm takes {needed / 2**20:.0f} MiB: must fit {self._room // 2**20} MiB here; "
+                "take fewer robots, or a shorter radio.range"
+            )
         self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
         self._start(self._packed, self._state, self._run)
+        self._play(0)  # notes down step 0
 
     def advance(self, steps: int = 1) -> None:
         """Let some steps pass."""
         until = self.step + steps
-        record = Record.empty(self._run, 1, 0)
-        unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
+        self._make_room_for(until)
         while self.step < until:
-            self._advance(
-                self._packed,
-                self._state,
-                until,
-                record.decision,
-                record.decision_step,
-                record.feasible_count[0],
-                record.infeasible_count[0],
-                record.account[0],
-                *unwatched,
-                *self._strategy,
-            )
+            self._play(until)
             if self._state.clock[self._layout.FULL]:
                 self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
+
+    def _play(self, until: int) -> None:
+        record = self._record
+        self._advance(
+            self._packed,
+            self._state,
+            until,
+            record.decision,
+            record.decision_step,
+            record.feasible_count[0],
+            record.infeasible_count[0],
+            record.account[0],
+            np.zeros(1, np.int64),
+            np.zeros(1, np.bool_),
+            *self._strategy,
+        )
+
+    def _make_room_for(self, step: int) -> None:
+        """Lengthen the curves, each time to twice as much, so that a step costs the same at any step."""
+        old = self._record
+        if step < old.feasible_count.shape[1]:
+            return
+        record = Record.empty(self._run, 1, max(step + 1, 2 * old.feasible_count.shape[1]))
+        record.decision[:], record.decision_step[:], record.account[:] = (
+            old.decision,
+            old.decision_step,
+            old.account,
+        )
+        record.feasible_count[:, : old.feasible_count.shape[1]] = old.feasible_count
+        record.infeasible_count[:, : old.infeasible_count.shape[1]] = old.infeasible_count
+        self._record = record
 
     @property
     def step(self) -> int:
@@ -120,6 +172,21 @@ class Swarm:
         return int(self.counted.sum()) - self.feasible_count - neutral
 
     @property
+    def feasible_counts(self) -> NDArray[np.int32]:
+        """Number of counted robots with opinion 1 at each step so far: int32, shape (step + 1,)."""
+        return self._record.feasible_count[0, : self.step + 1]
+
+    @property
+    def infeasible_counts(self) -> NDArray[np.int32]:
+        """Number of counted robots with opinion 0 at each step so far: int32, shape (step + 1,)."""
+        return self._record.infeasible_count[0, : self.step + 1]
+
+    @property
+    def first_decision(self) -> tuple[int, int]:
+        """What the swarm decided first, and at which step, as `simulate` says; -1 and -1 if none."""
+        return int(self._record.decision[0]), int(self._record.decision_step[0])
+
+    @property
     def committed(self) -> NDArray[np.bool_]:
         """Which robots have committed to their opinion: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.COMMITTED]).astype(np.bool_)
@@ -145,6 +212,50 @@ class Swarm:
         """Which robots the decision is taken over: bool, shape (robots,); honest, and still working."""
         return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
 
+    @property
+    def headings(self) -> NDArray[np.float64]:
+        """Where robots go: float64, shape (robots,), in radians; 0 for those that stand still for good."""
+        count, robots = self.scenario.robots.count, self._state.robots
+        angles: NDArray[np.float64] = np.arctan2(
+            robots[self._layout.STEP_Y, :count], robots[self._layout.STEP_X, :count]
+        )
+        return angles
+
+    def snapshot(self) -> Snapshot:
+        """Return this step for a screen."""
+        count, robots, layout = self.scenario.robots.count, self._state.robots, self._layout
+        sets = (
+            layout.OPINIONS,
+            layout.NEUTRAL,
+            layout.DISSEMINATING,
+            layout.COMMITTED,
+            layout.COUNTED,
+            layout.WORKING,
+            layout.LIARS,
+            layout.STUBBORN,
+        )  # in the order of MARKS
+        members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
+        x, y = (self._coarse(robots[axis, :count]) for axis in (layout.X, layout.Y))
+        steps = robots[[layout.STEP_X, layout.STEP_Y], :count].astype(np.float32)
+        turns = np.arctan2(steps[1], steps[0]) * np.float32(128 / np.pi)
+        return Snapshot(
+            x,
+            y,
+            np.round(turns).astype(np.int16).astype(np.uint8),
+            np.packbits(members[:, :count], axis=0, bitorder="little")[0],
+        )
+
+    def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+        """Return where the tasks are, x and y, as robots are in a `Snapshot`."""
+        tasks = self._state.tasks
+        return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
+
+    def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
+        """Return fixed-point numbers as 65,536ths of the longer side."""
+        coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.walls else 16)
+        places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
+        return places
+
     def _repr_html_(self) -> str:
         """Return what a notebook shows: the arena and the counts."""
         world = self.scenario
@@ -164,7 +275,7 @@ class Swarm:
 
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:
         fixed = np.stack([x, y], axis=1).astype(np.uint32).astype(np.float64)
-        places: NDArray[np.float64] = fixed * self._unit
+        places: NDArray[np.float64] = fixed * float(self._unit)
         return places
 
     def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:

@@ -15,6 +15,7 @@ from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import export, merge, plot, status, sweep
+from feasibee.cli.watch import watch
 from feasibee.errors import FeasibeeError
 
 INTERRUPTED = 130
@@ -55,12 +56,14 @@ def main() -> None:
     Examples:
       feasibee paper                              the paper's figures and claims, in paper/
       feasibee run --set tasks.count=50           one scenario, 100 runs
+      feasibee watch                              a swarm in the browser
       feasibee scenario > mine.toml               a file to edit
     """
 
 
 for command in (
     run,
+    watch,
     animate,
     assess,
     compare,

@@ -8,6 +8,7 @@ bit i % 32 of word i // 32. Arrays over robots are padded to whole words.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -265,6 +266,15 @@ def empty_state(params: Params, kinds: Kinds, slots: int, memory: int = 0) -> St
     )
     state.tasks[TASK_LABEL] = np.arange(params.tasks)
     return state
+
+
+def size_of(params: Params, kinds: Kinds, slots: int) -> int:
+    """Return about how many bytes a swarm takes: of the arrays that grow faster than robots and tasks."""
+    words = -(-params.robots // WORD)
+    padded = words * WORD
+    remembered = words + -(-params.tasks // WORD) if params.unique else 0
+    inbox = math.prod(_inbox_shape(params, padded, slots, params.value_scale > 0))
+    return 4 * (inbox + padded * (remembered + 2 * knowledge_words(params, kinds.adds.shape[1])))
 
 
 def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple[int, int, int]:

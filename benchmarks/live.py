@@ -1,0 +1,82 @@
+"""Speed of `feasibee watch`: frames that headless Chromium draws, and what the server takes of a core.
+
+    python benchmarks/live.py [--seconds 20]
+
+At 20 and at 10,000 robots of the paper's density, one step a frame. It needs a browser and playwright.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+SIDE = 20.0
+"""Of the paper's arena, for 20 robots."""
+TICKS = os.sysconf("SC_CLK_TCK")
+
+
+def cpu_seconds(process: int) -> float:
+    """Return the processor time that a process has taken (Linux)."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def measure(robots: int, seconds: float, browser: str) -> None:
+    from playwright.sync_api import expect, sync_playwright
+
+    side = SIDE * (robots / 20) ** 0.5
+    changes = (f"robots.count={robots}", f"tasks.count={robots}", f"arena.side={side}", "run.steps=100000")
+    command = [sys.executable, "-m", "feasibee", "watch", "--no-browser", "--port", "0"]
+    command += [part for change in changes for part in ("--set", change)]
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server,
+        sync_playwright() as playwright,
+    ):
+        assert server.stdout is not None
+        address = server.stdout.readline().split()[-1]
+        options = ["--no-sandbox", "--disable-gpu"]
+        chromium = playwright.chromium.launch(executable_path=browser, args=options)
+        page = chromium.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(address)
+        expect(page.locator("#last")).not_to_have_text("0", timeout=120_000)
+        while page.locator("#speed").inner_text() != "60 steps / s":
+            page.keyboard.press("+")
+        page.keyboard.press(" ")
+        page.wait_for_timeout(2000)
+
+        def now() -> tuple[float, float, int, int]:
+            drawn = int(page.locator("#arena").get_attribute("data-drawn") or 0)
+            step = int(page.locator("#now").inner_text().replace(",", ""))
+            return time.perf_counter(), cpu_seconds(server.pid), drawn, step
+
+        first = now()
+        page.wait_for_timeout(1000 * seconds)
+        wall, cpu, drawn, steps = (after - before for before, after in zip(first, now(), strict=True))
+        chromium.close()
+        server.terminate()
+    print(
+        f"{robots:6} robots: {drawn / wall:5.1f} frames/s drawn, {steps / wall:5.1f} steps/s, "
+        f"server {100 * cpu / wall:4.1f} % of a core"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--browser", default=shutil.which("chromium") or shutil.which("google-chrome"))
+    options = parser.parse_args()
+    if options.browser is None or not Path("/proc/self/stat").exists():
+        print("the live arena isn't measured: that takes Linux, and chromium in PATH")
+        return
+    print(f"load of this machine before: {os.getloadavg()[0]:.1f} of {os.cpu_count()} cores")
+    for robots in (20, 10_000):
+        measure(robots, options.seconds, options.browser)
+
+
+if __name__ == "__main__":
+    main()

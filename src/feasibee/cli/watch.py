@@ -1,0 +1,90 @@
+"""feasibee watch: the live arena."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from feasibee.cli.options import read_scenario
+from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.live.programme import Programme
+
+PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
+
+
+@click.command()
+@click.argument("source", metavar="[FILE|FOLDER]", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "--set", "changes", multiple=True, metavar="FIELD=VALUE", help="Change a field, such as tasks.count=50."
+)
+@click.option("--seed", type=int, help="64 bits; by default 0, or that of the sweep.")
+@click.option("--run", type=int, help="Which run of that seed; by default 0, or the first that is picked.")
+@click.option(
+    "--pick",
+    type=click.Choice(PICKS),
+    default="wrong",
+    show_default=True,
+    help="Of a sweep: the runs that decided so.",
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Where to listen.")
+@click.option("--port", type=click.IntRange(0, 65535), help="By default the first free one from 8765.")
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+def watch(
+    source: Path | None,
+    changes: tuple[str, ...],
+    seed: int | None,
+    run: int | None,
+    pick: str,
+    host: str,
+    port: int | None,
+    no_browser: bool,
+) -> None:
+    """Watch a swarm in the browser, step by step, and change it on the page.
+
+    FILE is a scenario in TOML; without one, the paper's defaults. FOLDER is that of a sweep: the page lists
+    the runs that --pick names, and replays them.
+
+    \b
+    Examples:
+      feasibee watch
+      feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
+      feasibee watch results --pick wrong
+    """
+    programme = _programme(source, changes, seed, run, pick)
+    try:
+        from feasibee.live import server
+    except ModuleNotFoundError as error:
+        if (error.name or "").split(".")[0] not in ("starlette", "uvicorn", "websockets", "anyio"):
+            raise
+        raise FeasibeeError("feasibee watch needs a web server; install feasibee[live]") from None
+    with server.listen(host, port) as listening:
+        address = server.address_of(host, listening.getsockname()[1])
+        click.echo(f"The arena is at {address}\nCtrl-C stops it.")
+        if not server.is_loopback(host):
+            click.echo("feasibee: whoever reaches this machine can watch, and use its processor", err=True)
+        if not no_browser:
+            server.open_browser(address)
+        with suppress(KeyboardInterrupt):  # the way to stop it
+            server.server_of(programme, host).run(sockets=[listening])
+
+
+def _programme(
+    source: Path | None, changes: tuple[str, ...], seed: int | None, run: int | None, pick: str
+) -> Programme:
+    """Return what pages may show."""
+    from feasibee.live.programme import Programme, of_folder
+    from feasibee.simulation import check_numbers
+
+    if source is not None and source.is_dir():
+        if changes or (seed, run) != (None, None):
+            raise FeasibeeError(
+                f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run"
+            )
+        return of_folder(source, pick)
+    _, seed, run = check_numbers(1, seed or 0, run or 0)
+    return Programme(read_scenario(source, changes), seed, run, source.name if source else "")

@@ -1,0 +1,115 @@
+"""Who may talk to the server: pages that it served itself, under a name that can only be its own.
+
+A page of another site can send requests to this machine. Its browser says where the page comes from (Origin)
+and by which name it found the server (Host): both must be the server's own. A name of that site that suddenly
+leads to this machine (DNS rebinding) is no name of the server, and an address can't be rebound.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Collection
+from ipaddress import ip_address
+from typing import Final
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HEADERS: Final = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-cache",
+}
+REFUSED = 1008
+"""The code with which a WebSocket is closed for a breach of policy."""
+
+
+class Guard:
+    """An application that lets only its own pages in.
+
+    Parameters
+    ----------
+    app : ASGI application
+        What is guarded.
+    host : str
+        What the server listens on; beyond loopback, this machine's names and all addresses are its own.
+    """
+
+    def __init__(self, app: ASGIApp, host: str) -> None:
+        self._app = app
+        self._addresses = not is_loopback(host)
+        self._names = {"localhost"} if is_loopback(host) else _names(host)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on what is allowed."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        why = self._refusal(scope)
+        if why and scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": REFUSED, "reason": why})
+        elif why:
+            await PlainTextResponse(f"{why}\n", 403)(scope, receive, send)
+        else:
+            await self._app(scope, receive, _with_headers(send))
+
+    def _refusal(self, scope: Scope) -> str:
+        """Return why a request is refused; nothing if it isn't."""
+        headers = Headers(scope=scope)
+        host, origins = headers.getlist("host"), headers.getlist("origin")
+        if len(host) != 1 or not self._is_own(_hostname(f"//{host[0]}")):
+            return "Host is no name of this server; use the address that feasibee watch printed"
+        from_page = scope["type"] == "websocket" or origins
+        if from_page and [_place(origin) for origin in origins] != [host[0].lower()]:
+            return "Origin is another page's; open the address that feasibee watch printed"
+        return ""
+
+    def _is_own(self, name: str) -> bool:
+        if name in self._names:
+            return True
+        try:
+            address = ip_address(name)
+        except ValueError:
+            return False
+        return self._addresses or address.is_loopback
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether only this machine reaches a server on a host."""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _names(host: str) -> Collection[str]:
+    return {"localhost", host.lower(), socket.gethostname().lower(), socket.getfqdn().lower()}
+
+
+def _hostname(url: str) -> str:
+    try:
+        return (urlsplit(url).hostname or "").lower()
+    except ValueError:
+        return ""
+
+
+def _place(origin: str) -> str:
+    """Return host and port of an origin; nothing if it is no page of the web."""
+    scheme, _, place = origin.lower().partition("://")
+    return place if scheme in ("http", "https") else ""
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            MutableHeaders(scope=message).update(HEADERS)
+        await send(message)
+
+    return sending

@@ -1,0 +1,170 @@
+"""What the command line lets pages show: a scenario, or the runs of a sweep."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from feasibee.errors import FeasibeeError
+from feasibee.scenario import Scenario
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.loading import registered
+from feasibee.study.journal import Journal, Row
+from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+
+PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
+LISTED: Final = 500
+"""Runs of a sweep that are sent to a page."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A run of a sweep."""
+
+    point: int
+    run: int
+    decision: int
+    decision_step: int
+
+
+@dataclass(frozen=True)
+class Programme:
+    """What pages may show.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What a page starts from.
+    seed, run : int
+        Which run of it.
+    title : str
+        Where it comes from: the name of a file or folder.
+    points : mapping of int to Row
+        Those of a journal.
+    replays : sequence of Replay
+        Runs of these points, the first `LISTED`.
+    found : int
+        How many there are.
+    pick : str
+        What these have in common; one of `PICKS`.
+    """
+
+    scenario: Scenario
+    seed: int = 0
+    run: int = 0
+    title: str = ""
+    points: Mapping[int, Row] = field(default_factory=dict)
+    replays: tuple[Replay, ...] = ()
+    found: int = 0
+    pick: str = ""
+
+    def scenario_of(self, point: int | None) -> Scenario:
+        """Return the scenario of a point, as it was when the sweep ran; without one, what a page starts from.
+
+        Raises
+        ------
+        FeasibeeError
+            If there is no such point, or its strategy's file has changed since.
+        """
+        if point is None and not self.replays:
+            return self.scenario
+        point = self.replays[0].point if point is None else point
+        if point not in self.points:
+            raise FeasibeeError(
+                f"point = {point}: isn't in {self.title or 'a journal'}; choose a run listed there"
+            )
+        row = self.points[point]
+        scenario = Scenario.model_validate(row.scenario.to_dict())
+        if scenario.hash != row.hash:
+            name = scenario.decision.strategy
+            raise FeasibeeError(f"{name}: has changed since the sweep; put back the file as it was then")
+        return scenario
+
+    def seed_of(self, point: int | None) -> int:
+        """Return the seed of a point."""
+        return self.seed if point is None else self.points[point].seed
+
+    @property
+    def strategies(self) -> list[str]:
+        """Names that a page may give: a file would be code, so only those that the command line named."""
+        named = [self.scenario, *(row.scenario for row in self.points.values())]
+        names = [*STRATEGIES, *registered(), *(each.decision.strategy for each in named)]
+        return list(dict.fromkeys(names))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what a page is told of it."""
+        return {
+            "title": self.title,
+            "strategies": self.strategies,
+            "seed": str(self.seed),
+            "run": str(self.run),
+            "point": self.replays[0].point if self.replays else None,
+            "pick": self.pick,
+            "found": self.found,
+            "replays": [
+                {
+                    "point": each.point,
+                    "run": str(each.run),
+                    "seed": str(self.points[each.point].seed),
+                    "values": {path: _text(value) for path, value in self.points[each.point].values.items()},
+                    "decision": DECISIONS[each.decision],
+                    "decision_step": each.decision_step,
+                    "truth": DECISIONS[int(self.points[each.point].truth)],
+                }
+                for each in self.replays
+            ],
+        }
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else json.dumps(value, default=str)
+
+
+def of_folder(folder: Path, pick: str) -> Programme:
+    """Return the programme of a sweep's folder: its runs that decided in a way.
+
+    Parameters
+    ----------
+    folder : path
+        With a journal.
+    pick : str
+        One of `PICKS`; ``"wrong"`` are those whose first decision isn't as the truth.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is no journal, or no such run.
+    """
+    with Journal(folder) as journal:
+        points = {row.id: row for row in journal.points}
+        replays: list[Replay] = []
+        found = 0
+        for row in points.values():
+            columns = journal.columns(row.id)[:, :3]
+            chosen = columns[_is_picked(columns[:, 1], row.truth, pick)]
+            found += len(chosen)
+            replays += [Replay(row.id, *numbers) for numbers in chosen[: LISTED - len(replays)].tolist()]
+    if not replays:
+        which = "runs" if pick == "all" else f"runs that are {pick}"
+        raise FeasibeeError(f"{folder}: has no {which}; choose another --pick: {', '.join(PICKS)}")
+    first = replays[0]
+    used = {each.point for each in replays}
+    shown = {point: row for point, row in points.items() if point in used}
+    scenario = points[first.point].scenario
+    return Programme(
+        scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick
+    )
+
+
+def _is_picked(decisions: Any, true: bool, pick: str) -> Any:
+    return {
+        "wrong": (decisions != UNDECIDED) & (decisions != true),
+        "right": decisions == true,
+        "undecided": decisions == UNDECIDED,
+        "feasible": decisions == FEASIBLE,
+        "infeasible": decisions == INFEASIBLE,
+        "all": slice(None),
+    }[pick]

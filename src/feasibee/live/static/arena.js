@@ -1,0 +1,315 @@
+// The arena on a canvas: tasks and ground on a layer of their own, robots as small pictures made once.
+
+import { Crowd } from "./crowd.js";
+import { COMMITTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, WORKING } from "./frames.js";
+
+const TURN = 65536, LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | LIAR;
+const DETAILED = 2000; // with more robots than this, no ticks, flashes, or copies beyond the edge
+const FLASH = 700; // milliseconds
+
+export class Arena {
+  // colours: {ground, line, ink, feasible, infeasible, undecided, task}
+  constructor(canvas, colours) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d", { alpha: false });
+    this.colours = colours;
+    this.world = null;
+    this.tasks = null;
+    this.crowd = new Crowd();
+    this.flashes = new Map();
+    this.calm = false;
+    this.pointed = -1;
+    this.drawn = 0;
+  }
+
+  // world: what the server tells of a swarm
+  open(world) {
+    this.world = world;
+    this.longer = Math.max(...world.size);
+    this.tasks = null;
+    this.pointed = -1;
+    this.flashes.clear();
+    this.before = null;
+    this.layout();
+  }
+
+  setTasks(tasks) {
+    this.tasks = tasks;
+    this.paintGround();
+  }
+
+  setColours(colours) {
+    this.colours = colours;
+    if (this.world) this.layout();
+  }
+
+  // Fit the world into the canvas as it is on the page.
+  layout() {
+    const { clientWidth, clientHeight } = this.canvas.parentElement, ratio = devicePixelRatio || 1;
+    const [width, height] = this.world.size;
+    const scale = Math.max(0.001, Math.min(clientWidth / width, clientHeight / height));
+    this.scale = scale * ratio;
+    this.width = Math.max(1, Math.round(width * this.scale));
+    this.height = Math.max(1, Math.round(height * this.scale));
+    if (this.canvas.width !== this.width || this.canvas.height !== this.height) {
+      this.canvas.width = this.width;
+      this.canvas.height = this.height;
+    }
+    this.canvas.style.width = `${this.width / ratio}px`;
+    this.canvas.style.height = `${this.height / ratio}px`;
+    this.unit = (this.longer / TURN) * this.scale; // pixels
+    this.radius = Math.max(1.1 * ratio, (this.world.diameter / 2) * this.scale);
+    this.ratio = ratio;
+    this.sprites = new Map();
+    this.paintGround();
+  }
+
+  paintGround() {
+    const { width, height, colours, scale, ratio } = this;
+    const ground = (this.ground = document.createElement("canvas"));
+    ground.width = width;
+    ground.height = height;
+    const crowded = this.world.robots > DETAILED;
+    const context = ground.getContext("2d", { alpha: false, willReadFrequently: crowded });
+    context.fillStyle = colours.ground;
+    context.fillRect(0, 0, width, height);
+    context.strokeStyle = colours.line;
+    context.lineWidth = ratio;
+    context.beginPath();
+    const gap = 10 ** Math.ceil(Math.log10(this.longer / 15)) / (this.longer / 10 ** Math.floor(Math.log10(this.longer)) < 3 ? 2 : 1);
+    for (let at = gap; at * scale < Math.max(width, height) - 1; at += gap) {
+      const x = Math.round(at * scale) + 0.5, y = Math.round(height - at * scale) + 0.5;
+      context.moveTo(x, 0);
+      context.lineTo(x, height);
+      context.moveTo(0, y);
+      context.lineTo(width, y);
+    }
+    context.stroke();
+    if (this.tasks) this.paintTasks(context);
+    if (this.world.walls) {
+      context.strokeStyle = colours.ink;
+      context.lineWidth = 6 * ratio; // half of it is outside
+      context.strokeRect(0, 0, width, height);
+    }
+    if (crowded) this.crowd.reset(ground);
+  }
+
+  paintTasks(context) {
+    const { x, y } = this.tasks, size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
+    context.fillStyle = this.colours.task;
+    if (size < 4 * this.ratio) context.globalAlpha = 0.5; // so many would hide the robots
+    context.beginPath();
+    for (let i = 0; i < x.length; i++) {
+      const left = x[i] * this.unit, top = this.height - y[i] * this.unit;
+      context.moveTo(left, top - size);
+      context.lineTo(left + 0.92 * size, top + 0.66 * size);
+      context.lineTo(left - 0.92 * size, top + 0.66 * size);
+      context.closePath();
+    }
+    context.fill();
+    context.globalAlpha = 1;
+    if (size > 4 * this.ratio) {
+      context.strokeStyle = this.colours.ground;
+      context.lineWidth = 0.8 * this.ratio;
+      context.stroke();
+    }
+  }
+
+  // Draw between two frames; return whether something still moves by itself.
+  draw({ now, next, between }, time) {
+    const { context } = this;
+    this.place(now, next, between);
+    if (now !== this.before) this.notice(now, time);
+    const pointed = this.pointed >= 0 && this.pointed < now.robots;
+    if (now.robots > DETAILED) {
+      this.crowd.draw(context, this.px, this.py, now.marks, LOOKS, (looks) => this.sprite(looks));
+      if (pointed) this.shadow(this.pointed);
+    } else {
+      context.drawImage(this.ground, 0, 0);
+      if (pointed) this.shadow(this.pointed);
+      this.flash(time);
+      this.robots(now);
+      if (this.radius > 2.5 * this.ratio) this.ticks(now);
+    }
+    this.canvas.dataset.drawn = ++this.drawn; // for tests and benchmarks
+    return this.flashes.size > 0;
+  }
+
+  // Find the pixel of each robot, moving the shortest way round.
+  place(now, next, between) {
+    const count = now.robots;
+    if (!this.px || this.px.length !== count) {
+      this.px = new Float32Array(count);
+      this.py = new Float32Array(count);
+    }
+    const { px, py, unit, width, height, world } = this;
+    for (let i = 0; i < count; i++) {
+      px[i] = now.x[i] * unit;
+      py[i] = height - now.y[i] * unit;
+    }
+    if (!next) return;
+    const wraps = !world.walls, halfX = width / 2, halfY = height / 2;
+    for (let i = 0; i < count; i++) {
+      let dx = (next.x[i] - now.x[i]) * unit, dy = (now.y[i] - next.y[i]) * unit;
+      if (wraps) {
+        dx -= dx > halfX ? width : dx < -halfX ? -width : 0;
+        dy -= dy > halfY ? height : dy < -halfY ? -height : 0;
+      }
+      const x = px[i] + between * dx, y = py[i] + between * dy;
+      px[i] = x < 0 ? x + width : x >= width ? x - width : x;
+      py[i] = y < 0 ? y + height : y >= height ? y - height : y;
+    }
+  }
+
+  // Remember who has begun to send.
+  notice(now, time) {
+    const old = this.before;
+    if (old && !this.calm && now.step > old.step && now.robots <= DETAILED / 4) {
+      for (let i = 0; i < now.robots; i++)
+        if (now.marks[i] & ~old.marks[i] & DISSEMINATING) this.flashes.set(i, time);
+    }
+    this.before = now;
+  }
+
+  robots(now) {
+    const { context, px, py, width, height, radius } = this, { marks, robots } = now;
+    const reach = 1.7 * radius;
+    for (let i = 0; i < robots; i++) {
+      const sprite = this.sprites.get(marks[i] & LOOKS) ?? this.sprite(marks[i] & LOOKS);
+      const half = sprite.width / 2, x = px[i], y = py[i];
+      context.drawImage(sprite, x - half, y - half);
+      if (this.world.walls) continue;
+      const dx = x < reach ? width : x > width - reach ? -width : 0;
+      const dy = y < reach ? height : y > height - reach ? -height : 0;
+      if (dx) context.drawImage(sprite, x + dx - half, y - half);
+      if (dy) context.drawImage(sprite, x - half, y + dy - half);
+    }
+  }
+
+  // Draw what a robot with these marks looks like, once.
+  sprite(marks) {
+    const { radius, colours } = this, half = Math.ceil(1.75 * radius) + 1;
+    const sprite = document.createElement("canvas"), pen = sprite.getContext("2d");
+    sprite.width = sprite.height = 2 * half;
+    const colour = marks & NEUTRAL ? colours.undecided : marks & FEASIBLE ? colours.feasible : colours.infeasible;
+    const disc = (size) => {
+      pen.beginPath();
+      pen.arc(half, half, size, 0, 2 * Math.PI);
+    };
+    pen.fillStyle = pen.strokeStyle = colour;
+    if (!(marks & WORKING)) pen.globalAlpha = 0.45;
+    disc(marks & NEUTRAL ? 0.7 * radius : radius);
+    pen.fill();
+    if (!(marks & (FEASIBLE | NEUTRAL)) && radius > 2) {
+      pen.fillStyle = colours.ground;
+      disc(0.48 * radius);
+      pen.fill();
+    }
+    if (marks & DISSEMINATING && radius > 2) {
+      pen.lineWidth = Math.max(1, 0.2 * radius);
+      disc(1.5 * radius);
+      pen.stroke();
+    }
+    if (marks & COMMITTED) {
+      pen.fillStyle = marks & FEASIBLE ? colours.ground : colour;
+      disc(0.25 * radius);
+      pen.fill();
+    }
+    pen.strokeStyle = colours.ink;
+    pen.lineWidth = Math.max(1, 0.18 * radius);
+    pen.globalAlpha = 1;
+    if (marks & LIAR) pen.strokeRect(half - 1.15 * radius, half - 1.15 * radius, 2.3 * radius, 2.3 * radius);
+    if (!(marks & WORKING)) {
+      const arm = 0.75 * radius;
+      pen.beginPath();
+      pen.moveTo(half - arm, half - arm);
+      pen.lineTo(half + arm, half + arm);
+      pen.moveTo(half + arm, half - arm);
+      pen.lineTo(half - arm, half + arm);
+      pen.stroke();
+    }
+    this.sprites.set(marks, sprite);
+    return sprite;
+  }
+
+  ticks(now) {
+    const { context, px, py, radius } = this;
+    context.strokeStyle = this.colours.ink;
+    context.lineWidth = Math.max(this.ratio, 0.16 * radius);
+    context.beginPath();
+    for (let i = 0; i < now.robots; i++) {
+      if (!(now.marks[i] & WORKING)) continue;
+      const angle = (now.heading[i] * Math.PI) / 128, x = Math.cos(angle), y = -Math.sin(angle);
+      context.moveTo(px[i] + 0.72 * radius * x, py[i] + 0.72 * radius * y);
+      context.lineTo(px[i] + 1.28 * radius * x, py[i] + 1.28 * radius * y);
+    }
+    context.stroke();
+  }
+
+  flash(time) {
+    const { context } = this, reach = this.world.radio * this.scale;
+    context.strokeStyle = this.colours.ink;
+    context.lineWidth = this.ratio;
+    for (const [i, begun] of this.flashes) {
+      const age = (time - begun) / FLASH;
+      if (age >= 1) {
+        this.flashes.delete(i);
+        continue;
+      }
+      context.globalAlpha = 0.35 * (1 - age);
+      this.circles(this.px[i], this.py[i], this.radius + (reach - this.radius) * Math.sqrt(Math.max(0, age)));
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+
+  // What a robot sees, and hears if that is another range.
+  shadow(i) {
+    const { context, world } = this;
+    context.fillStyle = context.strokeStyle = this.colours.ink;
+    context.globalAlpha = 0.1;
+    this.circles(this.px[i], this.py[i], world.sight * this.scale);
+    context.fill();
+    context.globalAlpha = 0.45;
+    context.lineWidth = this.ratio;
+    if (world.radio !== world.sight) {
+      context.setLineDash([4 * this.ratio, 4 * this.ratio]);
+      this.circles(this.px[i], this.py[i], world.radio * this.scale);
+    }
+    context.stroke();
+    context.setLineDash([]);
+    context.globalAlpha = 1;
+  }
+
+  // Begin a path of a circle and of its copies on the other sides of a torus.
+  circles(x, y, radius) {
+    const { context, width, height } = this;
+    context.beginPath();
+    const around = this.world.walls || radius > Math.min(width, height) / 2 ? [0] : [-1, 0, 1];
+    for (const across of around)
+      for (const along of around) {
+        const left = x + across * width, top = y + along * height;
+        if (left < -radius || left > width + radius || top < -radius || top > height + radius) continue;
+        context.moveTo(left + radius, top);
+        context.arc(left, top, radius, 0, 2 * Math.PI);
+      }
+  }
+
+  // Return the robot at a place of the page; -1 if there is none.
+  at(clientX, clientY) {
+    if (!this.px || !this.world) return -1;
+    const box = this.canvas.getBoundingClientRect();
+    const x = (clientX - box.left) * this.ratio, y = (clientY - box.top) * this.ratio;
+    let found = -1, nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
+    for (let i = 0; i < this.px.length; i++) {
+      const squared = (this.px[i] - x) ** 2 + (this.py[i] - y) ** 2;
+      if (squared < nearest) [nearest, found] = [squared, i];
+    }
+    return found;
+  }
+
+  // Where a robot is on the canvas, in the page's pixels.
+  placeOf(i) {
+    return [this.px[i] / this.ratio, this.py[i] / this.ratio];
+  }
+}

@@ -1,0 +1,38 @@
+// The line to the server: opens itself again when it breaks, ever more patiently.
+
+const FIRST_WAIT = 500, LONGEST_WAIT = 8000;
+
+export class Connection {
+  // handlers: ready(), message(object), binary(buffer), lost(milliseconds until the next attempt)
+  constructor(handlers) {
+    this.handlers = handlers;
+    this.wait = FIRST_WAIT;
+    this.open();
+  }
+
+  open() {
+    clearTimeout(this.timer);
+    const address = new URL("swarm", location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    address.hash = "";
+    const socket = (this.socket = new WebSocket(address));
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = (event) => {
+      if (socket !== this.socket) return;
+      if (typeof event.data !== "string") return this.handlers.binary(event.data);
+      const message = JSON.parse(event.data);
+      if (message.type === "welcome") this.wait = FIRST_WAIT;
+      this.handlers.message(message);
+    };
+    socket.onclose = () => {
+      if (socket !== this.socket) return;
+      this.handlers.lost(this.wait);
+      this.timer = setTimeout(() => this.open(), this.wait);
+      this.wait = Math.min(2 * this.wait, LONGEST_WAIT);
+    };
+  }
+
+  send(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+}

@@ -1,0 +1,62 @@
+// Thousands of robots, pixel by pixel: in software, as in a browser without a graphics card, this draws 10,000
+// in a few milliseconds, where drawing a picture for each took 50.
+
+// Return the pixel nearest to a place, at which a picture doesn't stick out over the edge.
+function inside(place, half, side) {
+  return Math.max(half, Math.min(Math.round(place), side - half));
+}
+
+export class Crowd {
+  constructor() {
+    this.stamps = new Map();
+  }
+
+  // Begin anew, upon a ground.
+  reset(ground) {
+    const { width, height } = ground;
+    this.width = width;
+    this.height = height;
+    this.ground = new Uint32Array(ground.getContext("2d").getImageData(0, 0, width, height).data.buffer);
+    this.image = new ImageData(width, height);
+    this.pixels = new Uint32Array(this.image.data.buffer);
+    this.stamps.clear();
+  }
+
+  // Return the pixels of a picture that aren't empty: where, what is added, and how much of the ground stays.
+  stamp(looks, sprite) {
+    const size = sprite.width, data = sprite.getContext("2d").getImageData(0, 0, size, size).data;
+    const offsets = [], colours = [], stays = [];
+    for (let k = 0; k < size * size; k++) {
+      const [r, g, b, alpha] = data.subarray(4 * k, 4 * k + 4);
+      if (alpha < 8) continue;
+      const part = alpha / 255;
+      offsets.push((Math.floor(k / size) - size / 2) * this.width + (k % size) - size / 2);
+      colours.push(((Math.floor(b * part) << 16) | (Math.floor(g * part) << 8) | Math.floor(r * part)) >>> 0);
+      stays.push(alpha > 250 ? 0 : Math.round(256 * (1 - part)));
+    }
+    const stamp = { half: size / 2, offsets: Int32Array.from(offsets), colours: Uint32Array.from(colours), stays: Int32Array.from(stays) };
+    this.stamps.set(looks, stamp);
+    return stamp;
+  }
+
+  // Draw robots at their places; picture(looks) gives the picture of those that look so.
+  draw(context, px, py, marks, mask, picture) {
+    const { pixels, width, height } = this;
+    pixels.set(this.ground);
+    for (let i = 0; i < marks.length; i++) {
+      const looks = marks[i] & mask, stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
+      const { half, offsets, colours, stays } = stamp, place = inside(py[i], half, height) * width + inside(px[i], half, width);
+      for (let k = 0; k < offsets.length; k++) {
+        const at = place + offsets[k], stay = stays[k];
+        if (!stay) {
+          pixels[at] = 0xff000000 | colours[k];
+          continue;
+        }
+        const under = pixels[at];
+        const redBlue = (Math.imul(under & 0xff00ff, stay) >>> 8) & 0xff00ff, green = ((under & 0xff00) * stay >>> 8) & 0xff00;
+        pixels[at] = 0xff000000 | (colours[k] + redBlue + green);
+      }
+    }
+    context.putImageData(this.image, 0, 0);
+  }
+}

@@ -1,0 +1,69 @@
+// Time: where the page is between the steps it has, and which it asks the server for.
+// The page asks for each frame when it needs it, so nothing waits anywhere and a hidden page costs nothing.
+
+export const SPEEDS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3000];
+const RATE = 60; // frames a second that a screen shows, about
+
+export class Player {
+  constructor(ask) {
+    this.ask = ask;
+    this.speed = 20;
+    this.playing = false;
+    this.smooth = true;
+    this.clear();
+  }
+
+  clear() {
+    this.frames = [];
+    this.head = 0;
+    this.target = 0;
+    this.last = 0;
+    this.asked = false;
+  }
+
+  add(frame) {
+    this.asked = false;
+    if (!this.frames.length) {
+      this.head = frame.step;
+      this.target = Math.max(this.target, frame.step); // somebody may have asked for a step already
+    }
+    this.frames.push(frame);
+  }
+
+  get latest() {
+    return this.frames[this.frames.length - 1];
+  }
+
+  get ended() {
+    return this.frames.length > 0 && this.head >= this.last;
+  }
+
+  play(on) {
+    this.playing = on && !this.ended;
+    if (!this.playing) this.target = Math.min(Math.ceil(this.head), this.last);
+  }
+
+  step() {
+    this.playing = false;
+    this.target = Math.min(Math.floor(this.head + 1e-9) + 1, this.last);
+  }
+
+  // Let time pass; return the frame to show, the next, and how far between them.
+  tick(seconds) {
+    if (!this.frames.length) return null;
+    const limit = this.playing ? this.last : this.target;
+    const speed = this.playing ? this.speed : Math.max(this.speed, 10);
+    const ahead = this.playing ? Math.max(1, Math.ceil(this.speed / RATE)) : limit - this.head;
+    this.head = Math.max(this.head, Math.min(this.head + speed * seconds, limit, this.latest.step));
+    if (this.playing && this.ended) this.play(false);
+    const wanted = Math.min(limit, Math.ceil(this.head + ahead));
+    if (!this.asked && this.latest.step < wanted) {
+      this.asked = true;
+      this.ask(wanted - this.latest.step);
+    }
+    while (this.frames.length > 1 && this.frames[1].step <= this.head) this.frames.shift();
+    const [now, next] = this.frames;
+    const between = this.smooth && next && next.step === now.step + 1 ? this.head - now.step : 0;
+    return { now, next: between > 0 ? next : null, between };
+  }
+}

@@ -1,0 +1,515 @@
+"""The live arena's server: it shows what `simulate` computes, and nothing that a page says breaks it."""
+
+from __future__ import annotations
+
+import json
+import socket
+import struct
+import threading
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from feasibee import FeasibeeError, Scenario, Swarm, simulate
+from feasibee.cli import main
+from feasibee.cli.watch import PICKS as OFFERED
+from feasibee.live import server as serving
+from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
+from feasibee.live.programme import PICKS, Programme, of_folder
+from feasibee.study import crews
+from feasibee.study.journal import Journal
+from feasibee.study.plan import study_of
+from feasibee.study.sweep import sweep
+from feasibee.swarm import MARKS
+
+HEADER_FIELDS = [
+    "protocol",
+    "kind",
+    "generation",
+    "robots",
+    "step",
+    "first",
+    "length",
+    "decision_step",
+    "decision",
+    "first_decision",
+    "_",
+    "feasible",
+    "infeasible",
+    "counted",
+    "disseminating",
+    "working",
+    "committed",
+    "bits",
+]
+WORLDS = {
+    "the paper's": {"tasks.count": 10},
+    "beyond it": {
+        "arena.boundary": "walls",
+        "radio.loss": 0.3,
+        "faults.stopped": 0.2,
+        "faults.stop_step": 60,
+    },
+    "mixed": {
+        "robots.classes": [{"name": "arm", "count": 9, "skills": ["lift"]}, {"name": "eye", "count": 4}],
+        "tasks.classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}],
+        "faults.byzantine": 0.1,
+    },
+    "of knowledge": {"decision.strategy": "census", "robots.count": 40},
+    "without first opinions": {"decision.strategy": "cross-inhibition"},
+}
+
+
+@contextmanager
+def serving_at(programme, port=0):
+    """Run a server in a thread; give its port."""
+    with serving.listen("127.0.0.1", port) as listening:
+        server = serving.server_of(programme, "127.0.0.1")
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        try:
+            yield listening.getsockname()[1]
+        finally:
+            server.should_exit = True
+            thread.join(10)
+            assert not thread.is_alive()
+
+
+@pytest.fixture(scope="module")
+def port():
+    with serving_at(Programme(Scenario(), seed=1)) as port:
+        yield port
+
+
+class Page:
+    """What a page does, without a browser."""
+
+    def __init__(self, port, **options):
+        options.setdefault("origin", f"http://127.0.0.1:{port}")
+        self.line = connect(f"ws://127.0.0.1:{port}/swarm", max_size=None, proxy=None, **options)
+
+    def __enter__(self):
+        self.socket = self.line.__enter__()
+        self.welcome = self.receive()
+        return self
+
+    def __exit__(self, *error):
+        self.line.__exit__(*error)
+
+    def receive(self):
+        message = self.socket.recv(60)
+        return json.loads(message) if isinstance(message, str) else decode(message)
+
+    def say(self, **message):
+        self.socket.send(json.dumps(message))
+
+    def answer(self, kind, **message):
+        """Say something, and return the first answer of a kind; others are passed over."""
+        self.say(**message)
+        while (received := self.receive())["type"] != kind:
+            assert received["type"] in ("compiling", "going", "opened", "tasks"), received
+        return received
+
+    def open(self, **message):
+        return self.answer("frame", type="open", **message)
+
+    def problems(self, **message):
+        return [each["path"] for each in self.answer("error", **message)["problems"]]
+
+
+def decode(message):
+    protocol, kind = message[:2]
+    assert protocol == PROTOCOL
+    if kind == TASKS:
+        *_, count = TASKS_HEADER.unpack_from(message)
+        return {
+            "type": "tasks",
+            "places": np.frombuffer(message, "<u2", 2 * count, TASKS_HEADER.size).reshape(2, -1),
+        }
+    assert kind == FRAME
+    frame = dict(zip(HEADER_FIELDS, HEADER.unpack_from(message), strict=True))
+    at = HEADER.size
+    for name, form, count in (
+        ("feasible_counts", "<i4", frame["length"]),
+        ("infeasible_counts", "<i4", frame["length"]),
+        ("x", "<u2", frame["robots"]),
+        ("y", "<u2", frame["robots"]),
+        ("heading", "u1", frame["robots"]),
+        ("marks", "u1", frame["robots"]),
+    ):
+        frame[name] = np.frombuffer(message, form, count, at)
+        at += frame[name].nbytes
+    assert at == len(message)
+    return {"type": "frame", **frame}
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_what_the_page_is_sent_is_what_simulate_computes(world):
+    scenario = Scenario(run={"steps": 120}).replace(WORLDS[world])
+    expected = simulate(scenario, 1, 7, first_run=3, curves=True)
+    feasible, infeasible = [], []
+    with serving_at(Programme(scenario, 7, 3)) as port, Page(port) as page:
+        frame = page.open()
+        for steps in (1, 1, 17, 100, 50):
+            feasible += frame["feasible_counts"].tolist()
+            infeasible += frame["infeasible_counts"].tolist()
+            assert frame["first"] + frame["length"] == frame["step"] + 1 == len(feasible)
+            assert frame["feasible"] == expected.feasible_count[0, frame["step"]]
+            frame = page.answer("frame", type="advance", steps=steps)
+        feasible += frame["feasible_counts"].tolist()
+        infeasible += frame["infeasible_counts"].tolist()
+    assert frame["step"] == 120  # and no further
+    assert feasible == expected.feasible_count[0].values.tolist()
+    assert infeasible == expected.infeasible_count[0].values.tolist()
+    assert (frame["first_decision"], frame["decision_step"]) == (
+        expected.decision[0],
+        expected.decision_step[0],
+    )
+    assert frame["bits"] == expected.bits_sent[0]
+
+
+def test_places_headings_and_marks_are_the_swarms(port):
+    changes = {
+        "faults.stopped": 0.2,
+        "faults.byzantine": 0.2,
+        "faults.stubborn": 0.1,
+        "arena.side": [30.0, 18.0],
+    }
+    swarm = Swarm(Scenario().replace(changes), 1, 5)
+    swarm.advance(30)
+    with Page(port) as page:
+        page.say(type="open", changes=changes, run=5, step=30)
+        while (tasks := page.receive())["type"] != "tasks":
+            pass
+        while (frame := page.receive())["type"] != "frame":
+            pass
+    pixel = 30 / 65536
+    assert np.abs(np.stack([frame["x"], frame["y"]], 1) * pixel - swarm.positions).max() <= pixel
+    assert np.abs(tasks["places"].T * pixel - swarm.tasks).max() <= pixel
+    turned = np.exp(1j * (frame["heading"] * np.pi / 128 - swarm.headings))
+    assert np.abs(np.angle(turned)).max() <= np.pi / 250
+    marks = {name: (frame["marks"] >> bit & 1).astype(bool) for bit, name in enumerate(MARKS)}
+    assert (marks["feasible"] == (swarm.opinions == 1)).all()
+    assert (marks["disseminating"] == swarm.disseminating).all()
+    assert (marks["counted"] == swarm.counted).all()
+    assert [marks[name].sum() for name in ("working", "liar", "stubborn")] == [16, 4, 2]
+    assert (frame["counted"], frame["disseminating"], frame["working"]) == (12, swarm.disseminating.sum(), 16)
+
+
+def test_headings_are_where_robots_go():
+    swarm = Swarm(Scenario(walk={"mean_run": 1e6}), seed=2)
+    before, headings = swarm.positions, swarm.headings
+    swarm.advance()
+    moved = (swarm.positions - before + 10) % 20 - 10
+    assert np.allclose(np.stack([np.cos(headings), np.sin(headings)], 1), moved, atol=1e-6)
+
+
+def test_a_page_that_comes_back_goes_to_its_step(port):
+    with Page(port) as page:
+        page.open(seed="12345678901234567890", run="2")
+        there = page.answer("frame", type="advance", steps=77)
+    with Page(port) as page:
+        again = page.open(seed="12345678901234567890", run="2", step=there["step"])
+    assert again["step"] == there["step"] > 0
+    assert all((again[name] == there[name]).all() for name in ("x", "y", "heading", "marks"))
+
+
+def test_a_page_that_wants_another_run_doesnt_wait_for_a_far_step(port):
+    with Page(port) as page:
+        page.say(type="open", changes={"robots.count": 2000, "run.steps": 200_000}, step=200_000)
+        while page.receive()["type"] != "going":
+            pass
+        frame = page.open(changes={"robots.count": 3})
+        while frame["robots"] != 3:
+            frame = page.receive()
+        assert frame["step"] == 0
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sweep")
+    tables = {
+        "runs": 30,
+        "seed": 5,
+        "scenario": {"run": {"steps": 400}},
+        "sweep": {"tasks.count": [16, 24], "radio.loss": [0.0, 0.2]},
+    }
+    sweep(study_of(tables, folder), folder / "results", crews.threads(1))
+    return folder / "results"
+
+
+def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
+    programme = of_folder(results, "wrong")
+    with Journal(results) as journal:
+        wrong = {
+            (row.id, run): (decision, step)
+            for row in journal.points
+            for run, decision, step in journal.columns(row.id)[:, :3].tolist()
+            if decision not in (-1, int(row.truth))
+        }
+    assert programme.found == len(wrong) > 5
+    with serving_at(programme) as port, Page(port) as page:
+        listed = page.welcome["replays"]
+        assert {(each["point"], int(each["run"])) for each in listed} == set(wrong)
+        for each in listed[:: len(listed) // 5]:
+            frame = page.open(
+                point=each["point"], seed=each["seed"], run=each["run"], step=each["decision_step"]
+            )
+            assert (frame["first_decision"], frame["decision_step"]) == wrong[each["point"], int(each["run"])]
+            assert frame["step"] == each["decision_step"]
+            assert frame["decision"] == frame["first_decision"]
+
+
+def test_every_pick_is_offered_and_they_share_out_the_runs(results):
+    assert OFFERED == PICKS
+    found = {}
+    for pick in PICKS:
+        try:
+            found[pick] = of_folder(results, pick).found
+        except FeasibeeError as error:
+            assert f"has no runs that are {pick}; choose another --pick" in str(error)  # noqa: PT017
+            found[pick] = 0
+    assert found["all"] == 120 == found["wrong"] + found["right"] + found["undecided"]
+    assert found["all"] == found["feasible"] + found["infeasible"] + found["undecided"]
+
+
+def test_a_strategys_file_that_has_changed_isnt_replayed(tmp_path):
+    file = tmp_path / "mine.py"
+    text = "def quality(robots_seen, tasks_seen):\n    return 0.5\n"
+    text += "def dissemination(quality, gain):\n    return gain\n"
+    text += "def decide(mind, inbox):\n    return mind.opinion\n"
+    file.write_text(text)
+    tables = {"runs": 3, "scenario": {"run": {"steps": 10}, "decision": {"strategy": "mine.py"}}}
+    sweep(study_of(tables, tmp_path), tmp_path / "results", crews.threads(1))
+    programme = of_folder(tmp_path / "results", "all")
+    assert programme.scenario_of(None).strategy.source == text
+    assert str(file) in programme.strategies
+    time.sleep(0.01)
+    file.write_text(text.replace("0.5", "0.25"))
+    with pytest.raises(FeasibeeError, match="has changed since the sweep"):
+        programme.scenario_of(None)
+
+
+WRONG = {
+    "not JSON": "{",
+    "no text": "",
+    "a list": "[]",
+    "no type": "{}",
+    "another type": '{"type": "format"}',
+    "more than asked": '{"type": "advance", "steps": 1, "path": "/etc/passwd"}',
+    "text for a number": '{"type": "advance", "steps": "1"}',
+    "no steps": '{"type": "advance", "steps": 0}',
+    "NaN": '{"type": "advance", "steps": NaN}',
+    "a step that never was": '{"type": "open", "step": -1}',
+    "a bit": '{"type": "open", "seed": true}',
+    "too deep": '{"type": "open", "changes": {"a.b": ' + "[" * 3000 + "]" * 3000 + "}}",
+    "bytes": b"\x00\xff\x17",
+    "half a character": '{"type": "open", "changes": {"decision.strategy": "\\ud800"}}',
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_nonsense_gets_an_error_and_the_swarm_goes_on(port, what):
+    with Page(port) as page:
+        page.open()
+        page.socket.send(WRONG[what])
+        answer = page.receive()
+        assert answer["type"] == "error", answer
+        assert answer["problems"][0]["text"]
+        assert page.answer("frame", type="advance", steps=2)["step"] == 2
+
+
+REFUSED = {
+    "robots.count": [0, -1, 1.5, "many", None, 10**9, 20_001, 10**30, float("nan"), float("inf"), [], {}],
+    "tasks.count": [-1, 20_001, True],
+    "radio.loss": [1.01, float("nan"), "a lot"],
+    "robots.points": ["/etc/passwd", "points.csv"],
+    "tasks.points": ["/dev/zero"],
+    "decision.strategy": ["/tmp/evil.py", "../mine.py", "os", "", 3, ["dmmd"]],
+    "robots": [{"points": "/etc/passwd"}],
+    "decision": [{"strategy": "/tmp/evil.py"}],
+    "a": [1],
+    "tasks.": [1],
+    "preset": ["none", 3],
+    "seed": [-1, "x", 1.5, str(2**64), "9" * 1000],
+    "run": ["-1", 2**32, 0.5],
+}
+
+
+@pytest.mark.parametrize("path", REFUSED)
+def test_a_wrong_value_is_refused_at_its_control_and_the_swarm_goes_on(port, path):
+    with Page(port) as page:
+        page.open()
+        for value in REFUSED[path]:
+            asked = {path: value} if path in ("seed", "run") else {"changes": {path: value}}
+            paths = page.problems(type="open", **asked)
+            assert paths[0].startswith(path), (value, paths)
+        assert page.answer("frame", type="advance", steps=2)["step"] == 2
+
+
+def test_all_problems_are_told_at_once(port):
+    with Page(port) as page:
+        changes = {"robots.count": -1, "radio.loss": 2, "decision.strategy": "/tmp/evil.py"}
+        assert set(page.problems(type="open", seed="x", changes=changes)) == {*changes, "seed"}
+
+
+def test_no_code_is_loaded_that_a_page_names(port, tmp_path):
+    file = tmp_path / "evil.py"
+    file.write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n")
+    with Page(port) as page:
+        page.problems(type="open", changes={"decision.strategy": str(file)})
+        page.problems(type="open", changes={"decision": {"strategy": str(file)}})
+    assert not (tmp_path / "ran").exists()
+
+
+def test_a_swarm_that_takes_too_much_room_is_refused(port):
+    with Page(port) as page:
+        changes = {"robots.count": 20_000, "decision.strategy": "tally"}
+        assert page.answer("error", type="open", changes=changes)["problems"]
+        assert page.open()["step"] == 0
+
+
+def test_a_point_of_no_sweep_and_an_advance_before_the_swarm_are_errors(port):
+    with Page(port) as page:
+        assert page.problems(type="open", point=3) == [""]
+        assert page.problems(type="advance", steps=1) == [""]
+
+
+def test_a_message_that_is_too_large_ends_that_page_only(port):
+    with Page(port) as page, Page(port) as other:
+        page.socket.send(" " * 20_000)
+        with pytest.raises(ConnectionClosed) as closed:
+            page.receive()
+        assert closed.value.rcvd.code == 1009
+        assert other.open()["step"] == 0
+
+
+def test_only_so_many_pages(port, monkeypatch):
+    monkeypatch.setattr(serving, "SESSIONS_LIMIT", 2)
+    with Page(port), Page(port) as second:
+        with Page(port) as third:
+            assert third.welcome["type"] == "full"
+            with pytest.raises(ConnectionClosed) as closed:
+                third.receive()
+            assert closed.value.rcvd.code == 1013
+        assert second.open()["step"] == 0
+    time.sleep(0.2)
+    with Page(port) as fourth:
+        assert fourth.welcome["type"] == "welcome"
+
+
+@pytest.mark.parametrize(
+    "origin",
+    [
+        None,
+        "null",
+        "http://evil.example",
+        "http://127.0.0.1:1",
+        "http://localhost:{port}",
+        "file://127.0.0.1:{port}",
+    ],
+)
+def test_pages_of_others_are_refused(port, origin):
+    origin = origin and origin.format(port=port)
+    with pytest.raises(InvalidStatus) as refused, Page(port, origin=origin):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def asked(port, host, path="/", *lines):
+    """Return what the server says to a plain request, header by header."""
+    text = "\r\n".join([f"GET {path} HTTP/1.1", f"Host: {host}", "Connection: close", *lines, "", ""])
+    with socket.create_connection(("127.0.0.1", port)) as line:
+        line.sendall(text.encode())
+        received = b""
+        while more := line.recv(65536):
+            received += more
+    return received.decode("utf-8", "replace")
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "192.168.0.7", "[", "", "127.0.0.1.evil.example"]
+)
+def test_names_of_others_are_refused(port, host):
+    answer = asked(port, host.format(port=port))
+    assert answer.startswith("HTTP/1.1 403"), answer
+    upgrade = (
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        f"Origin: http://{host}",
+        "Sec-WebSocket-Version: 13",
+    )
+    assert asked(port, host, "/swarm", *upgrade, "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==").split()[
+        1
+    ] in ("403", "400")
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1:{port}", "localhost:{port}", "[::1]:{port}", "LOCALHOST"])
+def test_own_names_get_the_page_with_strict_headers(port, host):
+    answer = asked(port, host.format(port=port))
+    assert answer.startswith("HTTP/1.1 200")
+    assert "default-src 'none'; script-src 'self'" in answer
+    assert "x-content-type-options: nosniff" in answer.lower()
+
+
+def test_nothing_but_the_page_is_served(port):
+    for path in (
+        "/../server.py",
+        "/..%2fserver.py",
+        "/%2e%2e/server.py",
+        "/static/",
+        "/swarm",
+        "//etc/passwd",
+    ):
+        assert asked(port, "localhost", path).split()[1] in ("404", "400", "403"), path
+
+
+def test_the_page_takes_nothing_from_elsewhere_and_writes_no_markup():
+    for path in serving.STATIC.glob("*.*"):
+        text = path.read_text()
+        own = text.replace("http://www.w3.org/2000/svg", "")
+        assert "http://" not in own, path
+        assert "https://" not in own, path
+        assert not any(word in text for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "eval(")), (
+            path
+        )
+        assert " style=" not in text, path
+
+
+def test_the_page_reads_frames_as_the_server_writes_them():
+    text = (serving.STATIC / "frames.js").read_text()
+    assert f"PROTOCOL = {PROTOCOL};" in text
+    assert f"HEADER = {HEADER.size}, TASKS_HEADER = {TASKS_HEADER.size};" in text
+    names = [name.upper() for name in MARKS]
+    assert all(f"{name} = {2**bit}" in text for bit, name in enumerate(names))
+    assert HEADER.size == struct.calcsize(HEADER.format)
+
+
+def test_a_port_that_is_taken(port):
+    with pytest.raises(FeasibeeError, match=f"--port {port}: is taken; give another, or leave --port out"):
+        serving.listen("127.0.0.1", port)
+    with serving.listen("127.0.0.1", None) as first, serving.listen("127.0.0.1", None) as second:
+        assert first.getsockname()[1] != second.getsockname()[1]
+
+
+def refused(*arguments):
+    result = CliRunner().invoke(main, ["watch", *map(str, arguments)])
+    assert result.exit_code == 2, result.output
+    return result.stderr
+
+
+def test_what_the_command_refuses(results, tmp_path, monkeypatch):
+    assert "tasks.count = -1" in refused("--set", "tasks.count=-1")
+    assert "seed = -1" in refused("--seed", "-1")
+    assert "no journal.sqlite" in refused(tmp_path)
+    assert "leave out --set, --seed and --run" in refused(results, "--seed", "3")
+    assert "--host 203.0.113.7" in refused("--host", "203.0.113.7", "--no-browser")
+    monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
+    monkeypatch.delitem(__import__("sys").modules, "feasibee.live.server")
+    monkeypatch.delattr("feasibee.live.server")
+    assert "install feasibee[live]" in refused("--no-browser")

@@ -1,0 +1,330 @@
+"""The live arena in a real browser: what somebody sees and does there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import threading
+from contextlib import contextmanager
+
+import pytest
+
+from feasibee import Scenario, simulate
+from feasibee.live import server as serving
+from feasibee.live.programme import Programme, of_folder
+from feasibee.study import crews
+from feasibee.study.journal import Journal
+from feasibee.study.plan import study_of
+from feasibee.study.sweep import sweep
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+
+playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed")
+if BROWSER is None:
+    pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is in PATH", allow_module_level=True)
+expect = playwright_api.expect
+
+
+@contextmanager
+def serving_at(programme, port=0):
+    """Run a server in a thread; give its port."""
+    with serving.listen("127.0.0.1", port) as listening:
+        server = serving.server_of(programme, "127.0.0.1")
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        thread.start()
+        try:
+            yield listening.getsockname()[1]
+        finally:
+            server.should_exit = True
+            thread.join(10)
+            assert not thread.is_alive()
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright_api.sync_playwright() as playwright:
+        options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+        running = playwright.chromium.launch(executable_path=BROWSER, args=options)
+        yield running
+        running.close()
+
+
+@pytest.fixture(scope="module")
+def port():
+    with serving_at(Programme(Scenario(), seed=1)) as port:
+        yield port
+
+
+@pytest.fixture
+def visit(browser):
+    """Give a function that opens a page; at the end, no page may have said an error on its console."""
+    contexts, errors = [], []
+
+    def heard(message):
+        if message.type in ("error", "warning"):
+            errors.append(message.text)
+
+    def opened(port, more="", width=1280, height=800, ready=True, **options):
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", heard)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(f"http://127.0.0.1:{port}/{more}")
+        if ready:
+            expect(page.locator("#last")).not_to_have_text("0", timeout=60_000)
+            expect(page.locator("#veil")).to_be_hidden()
+        return page
+
+    opened.errors = errors
+    yield opened
+    for context in contexts:
+        context.close()
+    assert not errors
+
+
+def step_of(page):
+    return int(page.locator("#now").inner_text().replace(",", ""))
+
+
+def play_to_the_end(page):
+    """Play fast, until time stops."""
+    while page.locator("#speed").inner_text() != "3,000 steps / s":
+        page.keyboard.press("+")
+    page.keyboard.press(" ")
+    expect(page.locator("#now")).to_have_text(page.locator("#last").inner_text(), timeout=20_000)
+    expect(page.locator("#play")).to_have_attribute("aria-label", "Play")
+
+
+def change(page, path, value):
+    control = page.locator(f"[data-path='{path}']")
+    control.fill(value)
+    control.press("Tab")
+    return control
+
+
+def focus_nothing(page):
+    page.locator("h1").click()
+
+
+def test_keys_step_play_pause_and_restart(visit, port):
+    page = visit(port)
+    expect(page.locator("#now")).to_have_text("0")
+    page.keyboard.press(".")
+    expect(page.locator("#now")).to_have_text("1")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("#now")).to_have_text("2")
+    page.keyboard.press("+")
+    expect(page.locator("#speed")).to_have_text("30 steps / s")
+    page.keyboard.press("-")
+    expect(page.locator("#speed")).to_have_text("20 steps / s")
+    page.keyboard.press(" ")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    expect(page.locator("#now")).not_to_have_text("2")
+    page.keyboard.press(" ")
+    page.wait_for_timeout(300)
+    there = step_of(page)
+    page.wait_for_timeout(300)
+    assert there == step_of(page) > 2
+    page.keyboard.press("r")
+    expect(page.locator("#now")).to_have_text("0")
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_be_hidden()
+
+
+def test_buttons_do_the_same(visit, port):
+    page = visit(port)
+    page.get_by_role("button", name="One step").click()
+    expect(page.locator("#now")).to_have_text("1")
+    page.get_by_role("button", name="Play", exact=True).click()
+    expect(page.locator("#now")).not_to_have_text("1")
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Faster").click()
+    page.get_by_role("button", name="Slower").click()
+    page.get_by_role("button", name="Restart").click()
+    expect(page.locator("#now")).to_have_text("0")
+
+
+def test_the_page_says_what_simulate_says(visit, port):
+    page = visit(port, "#seed=1&run=4&tasks.count=24")
+    expected = simulate(Scenario(tasks={"count": 24}), 1, 1, first_run=4, curves=True)
+    play_to_the_end(page)
+    word = {1: "feasible", 0: "infeasible"}[int(expected.decision[0])]
+    assert f"{word}" in page.locator("#decision").inner_text()
+    assert f"step {int(expected.decision_step[0])}" in page.locator("#decision").inner_text()
+    assert page.locator("#feasible").inner_text() == str(int(expected.feasible_count[0, -1]))
+    assert page.locator("#truth").inner_text() == "infeasible (20 robots, 24 tasks)"
+    right = word == "infeasible"
+    assert (
+        page.locator("#judgement").inner_text() == f"The swarm's decision is {'right' if right else 'wrong'}."
+    )
+    assert "The swarm has decided at step" in page.locator("#announcer").inner_text()
+
+
+def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
+    page = visit(port)
+    page.keyboard.press(".")
+    change(page, "tasks.count", "33")
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 33 tasks)")
+    expect(page.locator("#now")).to_have_text("0")
+    page.locator("[data-path='arena.boundary']").select_option("walls")
+    page.get_by_label("Robots avoid collisions").check()
+    page.get_by_text("Scenario as TOML").click()
+    expect(page.locator("#toml")).to_contain_text("avoid_collisions = true")
+    scenario = Scenario.from_toml(page.locator("#toml").inner_text())
+    changes = {"tasks.count": 33, "arena.boundary": "walls", "robots.avoid_collisions": True}
+    assert scenario == Scenario().replace(changes)
+    page.reload()
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 33 tasks)")
+    page.get_by_role("button", name="Undo all changes").click()
+    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
+
+
+def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port):
+    page = visit(port)
+    control = change(page, "robots.count", "-4")
+    expect(control).to_have_attribute("aria-invalid", "true")
+    expect(page.locator("#note-robots-count")).to_contain_text("robots.count = -4: must be ≥ 1")
+    expect(page.locator("#problem")).to_contain_text("the swarm before goes on")
+    change(page, "seed", "seven")
+    expect(page.locator("#note-seed")).to_contain_text("must be a whole number")
+    expect(page.locator("#note-robots-count")).to_be_visible()
+    focus_nothing(page)
+    page.keyboard.press(".")
+    expect(page.locator("#now")).to_have_text("1")
+    change(page, "seed", "2")
+    change(page, "robots.count", "25")
+    expect(page.locator("#truth")).to_have_text("feasible (25 robots, 20 tasks)")
+    expect(page.locator("#note-robots-count")).to_be_hidden()
+
+
+def test_markup_in_a_name_stays_text(visit):
+    robots = {"classes": [{"name": "<img src=x onerror=alert(1)>", "count": 3, "skills": ["lift"]}]}
+    tasks = {"classes": [{"name": "<b>", "count": 1, "needs": {"lift": 1}}]}
+    with serving_at(
+        Programme(Scenario(robots=robots, tasks=tasks, arena={"side": 4.0}), title="<i>x</i>")
+    ) as port:
+        page = visit(port)
+        box = page.locator("#arena").bounding_box()
+        for place in range(1, 20):
+            page.mouse.move(
+                box["x"] + box["width"] * place / 20, box["y"] + box["height"] * (7 * place % 20) / 20
+            )
+            page.wait_for_timeout(30)
+            if page.locator("#tip").is_visible():
+                break
+        expect(page.locator("#tip")).to_contain_text("class <img src=x onerror=alert(1)>")
+        expect(page.locator("#title")).to_have_text("<i>x</i>")
+        assert page.locator("main img").count() == 0
+
+
+def test_the_page_fits_any_width(visit, port):
+    page = visit(port, width=360, height=740)
+    for width, height in ((360, 740), (800, 600), (1440, 900), (1920, 1080)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_timeout(100)
+        assert page.locator("html").evaluate("each => each.scrollWidth") <= width
+        box = page.locator("#arena").bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+        assert min(box["width"], box["height"]) >= 0.3 * min(width, height)
+        assert box["y"] + box["height"] <= height
+
+
+def test_two_pages_have_a_swarm_each(visit, port):
+    first, second = visit(port), visit(port, "#run=7")
+    change(first, "tasks.count", "12")
+    expect(first.locator("#truth")).to_have_text("feasible (20 robots, 12 tasks)")
+    focus_nothing(first)
+    first.keyboard.press(".")
+    expect(first.locator("#now")).to_have_text("1")
+    expect(second.locator("#now")).to_have_text("0")
+    expect(second.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
+    assert second.locator("[data-path='run']").input_value() == "7"
+
+
+def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
+    programme = Programme(Scenario(), seed=1)
+    with serving_at(programme) as port:
+        page = visit(port, "#seed=3&tasks.count=11", reduced_motion="reduce")
+        for step in range(1, 4):
+            page.keyboard.press(".")
+            expect(page.locator("#now")).to_have_text(str(step))
+        seen = page.locator("#arena").screenshot()
+    expect(page.get_by_role("alert").first).to_contain_text("The server doesn't answer")
+    expect(page.locator("#connection")).to_have_text("not connected")
+    page.wait_for_timeout(600)
+    with serving_at(programme, port):
+        expect(page.locator("#connection")).to_have_text("live", timeout=15_000)
+        expect(page.locator("#banner")).to_be_hidden()
+        expect(page.locator("#now")).to_have_text("3")
+        expect(page.locator("#truth")).to_have_text("feasible (20 robots, 11 tasks)")
+        assert page.locator("#arena").screenshot() == seen
+        page.keyboard.press(".")
+        expect(page.locator("#now")).to_have_text("4")
+        page.goto("about:blank")
+    visit.errors[:] = [each for each in visit.errors if "WebSocket connection" not in each]
+
+
+def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
+    tables = {"runs": 20, "seed": 5, "scenario": {"run": {"steps": 300}}, "sweep": {"tasks.count": [17, 24]}}
+    sweep(study_of(tables, tmp_path), tmp_path / "results", crews.threads(1))
+    programme = of_folder(tmp_path / "results", "wrong")
+    with Journal(tmp_path / "results") as journal:
+        steps = {
+            (row.id, run): step
+            for row in journal.points
+            for run, _, step in journal.columns(row.id)[:, :3].tolist()
+        }
+    chosen = programme.replays[-1]
+    with serving_at(programme) as port:
+        page = visit(port)
+        expect(page.locator("#replays-title")).to_have_text(f"{programme.found} runs that decided wrong")
+        expect(page.locator("#replay-list button")).to_have_count(programme.found)
+        expect(page.locator("[aria-current='true']")).to_have_count(1)
+        button = page.locator("#replay-list button").last
+        assert f"run {chosen.run}:" in button.inner_text()
+        button.click()
+        expect(page.locator("[data-path='run']")).to_have_value(str(chosen.run))
+        expect(button).to_have_attribute("aria-current", "true")
+        focus_nothing(page)
+        play_to_the_end(page)
+        assert page.locator("#verdict").get_attribute("data-verdict") == "wrong"
+        found = re.search(r"step (\d+)", page.locator("#decision").inner_text())
+        assert int(found[1]) == steps[chosen.point, chosen.run]
+
+
+def test_ten_thousand_robots_are_drawn(visit, port):
+    page = visit(port, "#robots.count=10000&tasks.count=9000&arena.side=447")
+    page.keyboard.press(".")
+    expect(page.locator("#now")).to_have_text("1")
+    assert page.locator("#feasible").inner_text().startswith(("4,", "5,"))
+    if os.environ.get("FEASIBEE_SHOTS"):
+        page.screenshot(path="ten-thousand.png")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_light_and_dark_as_the_system_or_as_chosen(visit, port, scheme):
+    page = visit(port, color_scheme=scheme, reduced_motion="reduce")
+    paper = "each => getComputedStyle(each).backgroundColor"
+    grounds = [page.locator("body").evaluate(paper)]
+    for _ in range(2):
+        page.locator("#theme").click()
+        grounds.append(page.locator("body").evaluate(paper))
+    assert grounds[1:] == ["rgb(246, 245, 242)", "rgb(17, 20, 23)"]
+    assert grounds[0] == grounds[1 if scheme == "light" else 2]
+    page.keyboard.press(".")
+    expect(page.locator("#now")).to_have_text("1")
+
+
+def test_every_control_has_a_name(visit, port):
+    page = visit(port)
+    nameless = page.locator("button, input, select").evaluate_all(
+        "all => all.filter(it => !(it.ariaLabel || it.textContent.trim() || it.labels?.length)).length"
+    )
+    assert nameless == 0
+    assert "20 robots and 20 tasks" in page.locator("#arena").get_attribute("aria-label")
