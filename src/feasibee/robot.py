@@ -14,7 +14,7 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 >>> robot = Controller(
 ...     STRATEGIES["dmmd"],
 ...     opinion=1,
-...     draw_duration=lambda mean: int(random.expovariate(1 / mean)) + 1,
+...     draw_duration=lambda mean: int(mean * random.expovariate(1.0)) + 1,
 ...     draw_choice=lambda: (random.random(), random.random()),
 ... )
 >>> for _ in range(100):
@@ -70,7 +70,7 @@ class Controller:
     opinion : int
         The first opinion: 1 (feasible) or 0 (infeasible); some strategies start without one.
     draw_duration : callable
-        Given a mean, draws how many whole steps a phase lasts: at least 1.
+        Given a mean, which may be 0, draws how many whole steps a phase lasts: at least 1.
     draw_choice : callable
         Draws two numbers, each at least 0 and below 1: the chance left to a decision, and the message drawn.
     exploration : float

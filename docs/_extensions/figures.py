@@ -1,0 +1,27 @@
+"""Figures of an example that pyplot doesn't know of: feasibee's own functions make them without it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.figure import Figure
+from sphinx_gallery.scrapers import figure_rst
+
+
+def _get_sg_image_scraper() -> Any:
+    return save_figures
+
+
+def save_figures(block: Any, variables: dict[str, Any], conf: dict[str, Any]) -> str:
+    """Save what a block of code has bound to a name, and return the text that shows it."""
+    import matplotlib.pyplot as plt
+
+    pyplots = {plt.figure(number) for number in plt.get_fignums()}
+    paths = []
+    done = variables.setdefault("figures_done", set())
+    for value in variables["example_globals"].values():
+        if isinstance(value, Figure) and value not in pyplots and id(value) not in done:
+            done.add(id(value))
+            paths.append(next(variables["image_path_iterator"]))
+            value.savefig(paths[-1], dpi=150)
+    return figure_rst(paths, conf["src_dir"]) if paths else ""

@@ -1,0 +1,76 @@
+"""The documentation site: `make docs` builds it into docs/_build/html. Nothing is fetched while it builds."""
+
+import os
+import sys
+import warnings
+from importlib.metadata import version as installed
+from pathlib import Path
+
+from feasibee.files import cache_root
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_extensions"))
+os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))  # not in the user's home
+warnings.simplefilter("error")  # in an example
+for ours in ("docutils.*", "sphinx.*", "sphinx_gallery.*", "myst_parser.*", "numpydoc.*"):
+    warnings.filterwarnings("default", module=ours)
+
+project = "feasibee"
+author = "the feasibee maintainers"
+project_copyright = f"{author}; Apache-2.0"
+version = release = installed("feasibee")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
+    "numpydoc",
+    "sphinx_click",
+    "sphinx_gallery.gen_gallery",
+    "check",
+    "fields",
+]
+exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
+default_role = "py:obj"
+nitpicky = True
+nitpick_ignore_regex = [  # no other project's inventory is fetched
+    ("py:.*", r"(xarray|xr|numpy|np|matplotlib|pandas|pydantic|concurrent|typing|collections|pathlib)\..*"),
+    ("py:.*", r"(Exception|float|int|str|bool|object|ValueError|LookupError)"),
+]
+
+myst_enable_extensions = ["attrs_inline", "deflist"]
+myst_heading_anchors = 4
+suppress_warnings = ["config.cache"]
+
+autodoc_typehints = "none"  # the docstrings say more: dtype, shape, unit
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"/plot_",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("matplotlib", "figures"),
+    "abort_on_example_error": False,  # all failures are told, and each is a warning, so an error
+    "only_warn_on_example_error": True,
+    "download_all_examples": False,
+    "notebook_extensions": set(),
+    "show_memory": False,
+    "show_signature": False,
+    "remove_config_comments": True,
+    "min_reported_time": 1e9,
+    "backreferences_dir": None,
+}
+
+html_theme = "furo"
+html_title = f"feasibee {version}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sphinx = False
+html_copy_source = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#0060a0", "color-brand-content": "#0060a0"},
+    "dark_css_variables": {"color-brand-primary": "#6cb8ee", "color-brand-content": "#6cb8ee"},
+}
