@@ -11,9 +11,8 @@ from feasibee.files import cache_root
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_extensions"))
 os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))  # not in the user's home
-warnings.simplefilter("error")  # in an example
-for ours in ("docutils.*", "sphinx.*", "sphinx_gallery.*", "myst_parser.*", "numpydoc.*"):
-    warnings.filterwarnings("default", module=ours)
+warnings.filterwarnings("error", module=r"(__main__|feasibee)")  # in an example
+warnings.filterwarnings("ignore", module=r"(sphinx|myst)")  # theirs to mend
 
 project = "feasibee"
 author = "the feasibee maintainers"
@@ -23,7 +22,6 @@ version = release = installed("feasibee")
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.viewcode",
     "numpydoc",
     "sphinx_click",
     "sphinx_gallery.gen_gallery",
@@ -33,14 +31,13 @@ extensions = [
 exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 default_role = "py:obj"
 nitpicky = True
+nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "COLUMNS")]
 nitpick_ignore_regex = [  # no other project's inventory is fetched
     ("py:.*", r"(xarray|xr|numpy|np|matplotlib|pandas|pydantic|concurrent|typing|collections|pathlib)\..*"),
-    ("py:.*", r"(Exception|float|int|str|bool|object|ValueError|LookupError)"),
 ]
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 4
-suppress_warnings = ["config.cache"]
 
 autodoc_typehints = "none"  # the docstrings say more: dtype, shape, unit
 autodoc_member_order = "bysource"
@@ -61,6 +58,7 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "remove_config_comments": True,
     "min_reported_time": 1e9,
+    "write_computation_times": False,
     "backreferences_dir": None,
 }
 

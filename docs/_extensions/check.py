@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from sphinx.application import Sphinx
@@ -42,11 +43,13 @@ def _read(path: Path) -> _Page:
 
 
 def check_site(app: Sphinx, error: Exception | None) -> None:
-    """Warn of every link to nothing, of every file loaded from elsewhere, and of names without a reference."""
+    """Warn of every link to nothing, of what is loaded from elsewhere, and of names without a reference."""
     if error is not None or app.builder.format != "html":
         return
     root = Path(app.outdir)
-    for path in sorted(root.rglob("*.html")):
+    _read.cache_clear()
+    for name in [*app.env.all_docs, "genindex", "search"]:
+        path = Path(app.builder.get_outfilename(name))
         page = _read(path)
         for link in [*page.links, *page.loads]:
             wrong = _problem(path, link, loaded=link in page.loads)
@@ -75,12 +78,22 @@ def _problem(path: Path, link: str, *, loaded: bool) -> str:
         return "there is no such file"
     if parts.fragment and target.suffix == ".html":
         anchors = _read(target).anchors
-        if not {parts.fragment, unquote(parts.fragment)} & anchors and "/_modules/" not in str(target):
+        if not {parts.fragment, unquote(parts.fragment)} & anchors:
             return "there is no such anchor"
     return ""
 
 
+def resolve_public(app: Sphinx, env: Any, node: Any, shown: Any) -> Any:
+    """Find a public name that a docstring of another module mentions."""
+    name = node.get("reftarget")
+    if node.get("refdomain") != "py" or name not in feasibee.__all__:
+        return None
+    domain = env.domains["py"]
+    return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", f"feasibee.{name}", node, shown)
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Check when all is built."""
+    """Check when all is built; find names that Sphinx doesn't."""
+    app.connect("missing-reference", resolve_public)
     app.connect("build-finished", check_site)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -67,7 +67,7 @@ def _default(path: str, field: FieldInfo) -> str:
     if path == "radio.range":
         return "`sensing.range`"
     default = field.get_default(call_default_factory=True)
-    if default is None or default == () or default == {}:
+    if default is None or default in ((), {}):
         return "none"
     return f"`{tomli_w.dumps({'x': default}).partition('=')[2].strip()}`"
 

@@ -2,8 +2,8 @@
 Accuracy costs bits: 2 a step buy 77 %, 11 buy 84 %, 217 buy 99 %
 =================================================================
 
-All fourteen strategies at four ratios near one, 50 swarms each: how often they are right at the end, against
-what a robot sends in a step on average. Nothing stands above and left of the grey line.
+All fourteen strategies at four ratios near one, 50 swarms each: how often they are right at the end,
+against what a robot sends in a step on average. Nothing stands above and left of the grey line.
 """
 
 import feasibee

@@ -2,8 +2,8 @@
 One liar in twenty sinks a census; a tally bears it
 ===================================================
 
-Twenty robots and 40 tasks, which is infeasible; one robot says otherwise. A census passes invented robots on. A
-tally keeps apart what each robot has seen, and no robot takes its own row from others.
+Twenty robots and 40 tasks, which is infeasible; one robot says otherwise. A census passes invented robots
+on. A tally keeps apart what each robot has seen, and no robot takes its own row from others.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Clustered tasks mislead the swarm; walls hardly do
 ==================================================
 
-Twenty robots and 40 tasks, infeasible by far. Where the tasks lie in patches, presumably most robots meet robots
-and few tasks, and agree on *feasible* before they have walked far.
+Twenty robots and 40 tasks, infeasible by far. Where the tasks lie in patches, presumably most robots meet
+robots and few tasks, and agree on *feasible* before they have walked far.
 """
 
 import matplotlib.pyplot as plt

@@ -2,8 +2,8 @@
 Farther sight makes a swarm quicker to agree, not surer
 =======================================================
 
-A sweep from Python: five ranges of sight, and with it of the radio, by seven numbers of tasks, 200 swarms each.
-With 100 tasks those that see farthest err most often. The journal is what ``feasibee sweep`` writes:
+A sweep from Python: five ranges of sight, and with it of the radio, by seven numbers of tasks, 200 swarms
+each. With 100 tasks those that see farthest err most often. The journal is what ``feasibee sweep`` writes:
 interrupted, the same call goes on with what is missing.
 """
 

@@ -2,9 +2,9 @@
 To tell 0.80 from 0.75 takes 760 runs; the paper's 100 tell 0.88
 ================================================================
 
-How often a study of so many runs shows that more than 75 % of the swarms decide rightly (a 95 % Wilson interval
-that lies above), by what the share truly is. No simulation: the binomial distribution says it. The grey line is
-nine studies in ten.
+How often a study of so many runs shows that more than 75 % of the swarms decide rightly (a 95 % Wilson
+interval that lies above), by what the share truly is. No simulation: the binomial distribution says it. The
+grey line is nine studies in ten.
 """
 
 import math

@@ -2,9 +2,9 @@
 Looking again and again misleads one study in three, unless the interval allows for it
 ======================================================================================
 
-Swarms whose true rate is 0.75, looked at after every ten runs until the interval seems to exclude 0.75. A Wilson
-interval is made for one look. A confidence sequence holds at all times at once; it is what ``until`` in a study
-file uses.
+Swarms whose true rate is 0.75, looked at after every ten runs until the interval seems to exclude 0.75. A
+Wilson interval is made for one look. A confidence sequence holds at all times at once; it is what ``until``
+in a study file uses.
 """
 
 import matplotlib.pyplot as plt

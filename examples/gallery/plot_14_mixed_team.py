@@ -3,8 +3,9 @@ A team with robots to spare can be short of one skill
 =====================================================
 
 Twenty robots, six casualties, each to be lifted by two of them, and three relays to set up. Porters lift,
-all-rounders lift or relay, scouts, the rest, do neither. The exact truth, and who is missing: by Hall's theorem,
-infeasible tasks always show in some set of skills that more places ask for than there are robots that have one.
+all-rounders lift or relay, scouts, the rest, do neither. The exact truth, and who is missing: by Hall's
+theorem, infeasible tasks always show in some set of skills that more places ask for than there are robots
+that have one.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,10 @@
 The controller runs without the simulator
 =========================================
 
-Twenty controllers of :mod:`feasibee.robot`, which needs the standard library only, and a stand-in for the world
-in which a robot meets another in six steps of ten and a task in three. On real robots, ``observe`` gets what the
-camera counts, and ``hear`` what the radio brings. :doc:`/deploying` says what else a robot needs.
+Twenty controllers of :mod:`feasibee.robot`, which needs the standard library only, and a stand-in for the
+world in which a robot meets another in six steps of ten and a task in three. On real robots, ``observe``
+gets what the camera counts, and ``hear`` what the radio brings. :doc:`/deploying` says what else a robot
+needs.
 """
 
 import random
