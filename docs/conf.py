@@ -23,12 +23,13 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "numpydoc",
-    "sphinx_click",
     "sphinx_gallery.gen_gallery",
     "check",
+    "commands",
     "fields",
 ]
 exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
+smartquotes = False  # it makes one dash of the two of an option
 default_role = "py:obj"
 nitpicky = True
 nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "COLUMNS")]
@@ -55,6 +56,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "notebook_extensions": set(),
     "show_memory": False,
+    "capture_repr": (),
     "show_signature": False,
     "remove_config_comments": True,
     "min_reported_time": 1e9,

@@ -48,14 +48,14 @@ def _section(path: str, section: Any, schema: dict[str, Any]) -> Iterator[str]:
         (name, _rule(properties[name]), _default(f"{path}.{name}", field), field.description or "")
         for name, field in section.model_fields.items()
     ]
-    yield from _table(title, rows, section.__doc__.strip())
+    yield from _table(title, rows, section.__doc__.strip().replace("model.md ", "[model](model.md) "))
 
 
 def _table(title: str, rows: list[tuple[str, str, str, str]], about: str = "") -> Iterator[str]:
     """Yield a table in the markup of the page that asks for it (MyST)."""
     name = title.strip("[]")
     yield from (f"({name}-fields)=", f"## `{title}`", "", about, "")
-    yield from ("| field | must be | default | |", "|---|---|---|---|")
+    yield from ("| field | must be | default | what it is |", "|---|---|---|---|")
     for field, rule, default, description in rows:
         yield f"| `{field}` | {rule} | {default} | {description} |"
     yield ""
@@ -84,16 +84,18 @@ def _rule(schema: dict[str, Any]) -> str:
         return f"a table, [below](#{_place(schema['$ref'])})"
     kind = schema.get("type")
     if kind == "array":
-        most = f", {schema['maxItems']} at most" if schema.get("maxItems", 9) > 9 else ""
         if schema.get("minItems") == schema.get("maxItems") == 2:
-            return f"two of them: {_rule(schema['items'])}"
-        return f"a list of: {_rule(schema['items'])}{most}"
+            return "two such numbers `[width, height]`"
+        if schema["items"].get("type") == "array":
+            return "a list of pairs `[x, y]`"
+        most = f" of {schema['maxItems']} at most" if "maxItems" in schema else ""
+        return f"a list{most}, each {_rule(schema['items'])}"
     if kind == "object":
         values = schema.get("additionalProperties") or {}
         if "properties" in schema:
             inner = ", ".join(f"{name} = {_rule(each)}" for name, each in schema["properties"].items())
             return f"`{{...}}` with {inner}"
-        return f"a table of names and: {_rule(values)}"
+        return f"a table: a name and {_rule(values)} in each line"
     words = {"number": "a number", "integer": "a whole number", "boolean": "`true` or `false`"}
     return words.get(str(kind), "text") + _bounds(schema)
 
@@ -105,9 +107,14 @@ def _place(reference: str) -> str:
 
 def _bounds(schema: dict[str, Any]) -> str:
     signs = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
-    signs |= {"minLength": "length ≥", "maxLength": "length ≤"}
-    told = [f"{sign} {schema[key]:,}" for key, sign in signs.items() if key in schema]
+    if "maxLength" in schema:
+        return f" of {schema['minLength']} to {schema['maxLength']} characters"
+    told = [f"{sign} {_number(schema[key])}" for key, sign in signs.items() if key in schema]
     return f" {' and '.join(told)}" if told else ""
+
+
+def _number(value: float) -> str:
+    return f"{int(value):,}" if value == int(value) else f"{value:g}"
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -14,13 +14,10 @@ def _get_sg_image_scraper() -> Any:
 
 def save_figures(block: Any, variables: dict[str, Any], conf: dict[str, Any]) -> str:
     """Save what a block of code has bound to a name, and return the text that shows it."""
-    import matplotlib.pyplot as plt
-
-    pyplots = {plt.figure(number) for number in plt.get_fignums()}
     paths = []
     done = variables.setdefault("figures_done", set())
     for value in variables["example_globals"].values():
-        if isinstance(value, Figure) and value not in pyplots and id(value) not in done:
+        if isinstance(value, Figure) and value.canvas.manager is None and id(value) not in done:
             done.add(id(value))
             paths.append(next(variables["image_path_iterator"]))
             value.savefig(paths[-1], dpi=150)
