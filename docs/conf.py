@@ -27,6 +27,7 @@ extensions = [
     "check",
     "commands",
     "fields",
+    "names",
 ]
 exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it makes one dash of the two of an option
@@ -50,13 +51,14 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     "filename_pattern": r"/plot_",
     "within_subsection_order": "FileNameSortKey",
-    "image_scrapers": ("matplotlib", "figures"),
+    "image_scrapers": ("figures", "matplotlib"),
     "abort_on_example_error": False,  # all failures are told, and each is a warning, so an error
     "only_warn_on_example_error": True,
     "download_all_examples": False,
     "notebook_extensions": set(),
     "show_memory": False,
     "capture_repr": (),
+    "run_stale_examples": True,  # what they show depends on the engine too
     "show_signature": False,
     "remove_config_comments": True,
     "min_reported_time": 1e9,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from sphinx.application import Sphinx
@@ -83,17 +82,7 @@ def _problem(path: Path, link: str, *, loaded: bool) -> str:
     return ""
 
 
-def resolve_public(app: Sphinx, env: Any, node: Any, shown: Any) -> Any:
-    """Find a public name that a docstring of another module mentions."""
-    name = node.get("reftarget")
-    if node.get("refdomain") != "py" or name not in feasibee.__all__:
-        return None
-    domain = env.domains["py"]
-    return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", f"feasibee.{name}", node, shown)
-
-
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Check when all is built; find names that Sphinx doesn't."""
-    app.connect("missing-reference", resolve_public)
+    """Check when all is built."""
     app.connect("build-finished", check_site)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

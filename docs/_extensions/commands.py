@@ -24,7 +24,7 @@ class CommandHelp(SphinxDirective):
 
 def _lines() -> Iterator[str]:
     """Yield the markup of the page that asks for it (MyST)."""
-    top = click.Context(main, info_name="feasibee", terminal_width=WIDTH)
+    top = click.Context(main, info_name="feasibee", terminal_width=WIDTH, **main.context_settings)
     for name, command in main.commands.items():
         context = click.Context(command, parent=top, info_name=name, terminal_width=WIDTH)
         yield from (f"## feasibee {name}", "", "```text", command.get_help(context), "```", "")

@@ -42,9 +42,11 @@ class Message(NamedTuple):
     """What a robot broadcasts, beside its id."""
 
     opinion: int
+    """What is told: 1 feasible, 0 infeasible."""
     value: int = 0
     """A number that some strategies send, at the width of their ``value_bits``."""
     committed: bool = False
+    """Whether the sender has committed to its opinion."""
     knowledge: Any = None
     """What some strategies pass on."""
 
