@@ -20,7 +20,7 @@ def resolve_public(app: Sphinx, env: Any, node: Any, shown: Any) -> Any:
 
 def drop_alias(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     """Empty what Python says of the field of a named tuple that says nothing itself."""
-    if lines and lines[0].startswith("Alias for field number"):
+    if any(line.startswith("Alias for field number") for line in lines):
         lines.clear()
 
 
