@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
@@ -11,6 +12,9 @@ from sphinx.application import Sphinx
 from sphinx.util import logging
 
 import feasibee
+
+ELSEWHERE = re.compile(r"""(url\(|@import)\s*["']?(https?:)?//""")
+"""How a style sheet loads a font or another sheet from elsewhere."""
 
 logger = logging.getLogger(__name__)
 
@@ -55,9 +59,7 @@ def check_site(app: Sphinx, error: Exception | None) -> None:
             if wrong:
                 logger.warning("%s: %s: %s", path.relative_to(root), link, wrong, type="check")
     for path in root.rglob("*.css"):
-        if any(
-            f"{sign}//" in path.read_text(encoding="utf-8") for sign in ("url(http:", "url(https:", "url(")
-        ):
+        if ELSEWHERE.search(path.read_text(encoding="utf-8")):
             logger.warning("%s: loads something from elsewhere", path.relative_to(root), type="check")
     told = {name for name, *_ in app.env.domains["py"].get_objects()}
     for name in feasibee.__all__:
