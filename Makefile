@@ -1,14 +1,15 @@
-# make paper, make test: from nothing but Python and make. The environment lives in .venv.
+# make paper, make test, make docs: from nothing but Python and make. The environment lives in .venv.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help paper test lint bench clean
+.PHONY: help paper test lint bench docs clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/"
 	@echo "make test    all tests"
 	@echo "make lint    style, types, layers"
 	@echo "make bench   speed, start-up and memory, the ratios to Mesa and to a plain numba loop, the live arena"
+	@echo "make docs    the documentation, in docs/_build/html; runs the gallery's examples"
 
 paper: $(VENV)/installed
 	$(BIN)/feasibee paper --out paper
@@ -26,8 +27,12 @@ bench: $(VENV)/with-bench
 	$(BIN)/python benchmarks/bench.py
 	$(BIN)/python benchmarks/live.py
 
+docs: $(VENV)/with-docs
+	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html
+	@echo "The documentation is docs/_build/html/index.html"
+
 clean:
-	rm -rf $(VENV) paper
+	rm -rf $(VENV) paper docs/_build docs/gallery
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

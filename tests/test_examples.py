@@ -23,7 +23,7 @@ def path(request):
 
 def test_there_are_three_and_the_readme_names_them():
     assert [path.stem for path in FILES] == ["field", "search", "spill"]
-    assert set(re.findall(r"\((\w+)\.toml\)", (FOLDER / "README.md").read_text())) == {
+    assert set(re.findall(r"\((?:\./)?(\w+)\.toml\)", (FOLDER / "README.md").read_text())) == {
         path.stem for path in FILES
     }
 

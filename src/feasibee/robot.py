@@ -14,7 +14,7 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 >>> robot = Controller(
 ...     STRATEGIES["dmmd"],
 ...     opinion=1,
-...     draw_duration=lambda mean: int(random.expovariate(1 / mean)) + 1,
+...     draw_duration=lambda mean: int(mean * random.expovariate(1.0)) + 1,
 ...     draw_choice=lambda: (random.random(), random.random()),
 ... )
 >>> for _ in range(100):
@@ -42,9 +42,11 @@ class Message(NamedTuple):
     """What a robot broadcasts, beside its id."""
 
     opinion: int
+    """What is told: 1 feasible, 0 infeasible."""
     value: int = 0
     """A number that some strategies send, at the width of their ``value_bits``."""
     committed: bool = False
+    """Whether the sender has committed to its opinion."""
     knowledge: Any = None
     """What some strategies pass on."""
 
@@ -70,7 +72,7 @@ class Controller:
     opinion : int
         The first opinion: 1 (feasible) or 0 (infeasible); some strategies start without one.
     draw_duration : callable
-        Given a mean, draws how many whole steps a phase lasts: at least 1.
+        Given a mean, which may be 0, draws how many whole steps a phase lasts: at least 1.
     draw_choice : callable
         Draws two numbers, each at least 0 and below 1: the chance left to a decision, and the message drawn.
     exploration : float

@@ -35,6 +35,7 @@ class Inbox(NamedTuple):
     feasible_votes: int
     """Messages that say *feasible*; the robot's own opinion isn't among them."""
     infeasible_votes: int
+    """Messages that say *infeasible*."""
     heard_opinion: int
     """What one of them says, drawn at random; -1 if there is none."""
     heard_value: float

@@ -1,0 +1,123 @@
+"""The table of a scenario's fields, from the sections themselves, so that it can't go stale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import tomli_w
+from docutils import nodes
+from pydantic.fields import FieldInfo
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from feasibee.scenario import Scenario
+from feasibee.sections import Commit, RobotClass, TaskClass
+
+TABLES = {"decision.commit": Commit, "robots.classes": RobotClass, "tasks.classes": TaskClass}
+"""Sections within sections; a scenario of the paper has none of them."""
+
+
+class ScenarioFields(SphinxDirective):
+    """All fields, a table for each section."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the tables."""
+        text = "\n".join(_lines())
+        return self.parse_text_to_nodes(text, allow_section_headings=True)
+
+
+def _lines() -> Iterator[str]:
+    schema = Scenario.model_json_schema()
+    for name, field in Scenario.model_fields.items():
+        if name == "preset":
+            choices = _rule(schema["properties"][name])
+            yield from _table("preset", [("preset", choices, "none", field.description or "")])
+            continue
+        section: Any = field.annotation
+        yield from _section(name, section, schema)
+        for path, table in TABLES.items():
+            if path.partition(".")[0] == name:
+                yield from _section(path, table, schema)
+
+
+def _section(path: str, section: Any, schema: dict[str, Any]) -> Iterator[str]:
+    properties = schema["$defs"][section.__name__]["properties"]
+    title = f"[[{path}]]" if path.endswith("classes") else f"[{path}]"
+    rows = [
+        (name, _rule(properties[name]), _default(f"{path}.{name}", field), field.description or "")
+        for name, field in section.model_fields.items()
+    ]
+    yield from _table(title, rows, section.__doc__.strip().replace("model.md ", "[model](model.md) "))
+
+
+def _table(title: str, rows: list[tuple[str, str, str, str]], about: str = "") -> Iterator[str]:
+    """Yield a table in the markup of the page that asks for it (MyST)."""
+    name = title.strip("[]")
+    yield from (f"({name}-fields)=", f"## `{title}`", "", about, "")
+    yield from ("| field | must be | default | what it is |", "|---|---|---|---|")
+    for field, rule, default, description in rows:
+        yield f"| `{field}` | {rule} | {default} | {description} |"
+    yield ""
+
+
+def _default(path: str, field: FieldInfo) -> str:
+    if field.is_required():
+        return "needed"
+    if path == "radio.range":
+        return "`sensing.range`"
+    default = field.get_default(call_default_factory=True)
+    if default is None or default in ((), {}):
+        return "none"
+    return f"`{tomli_w.dumps({'x': default}).partition('=')[2].strip()}`"
+
+
+def _rule(schema: dict[str, Any]) -> str:
+    """Say in words what the JSON Schema of a field asks for."""
+    if "anyOf" in schema:
+        return ", or ".join(_rule(each) for each in schema["anyOf"] if each.get("type") != "null")
+    if "enum" in schema:
+        return ", ".join(f"`{value}`" for value in schema["enum"] if value is not None)
+    if "const" in schema:
+        return f"`{schema['const']}`"
+    if "$ref" in schema:
+        return f"a table, [below](#{_place(schema['$ref'])})"
+    kind = schema.get("type")
+    if kind == "array":
+        if schema.get("minItems") == schema.get("maxItems") == 2:
+            return "two such numbers `[width, height]`"
+        if schema["items"].get("type") == "array":
+            return "a list of pairs `[x, y]`"
+        most = f" of {schema['maxItems']} at most" if "maxItems" in schema else ""
+        return f"a list{most}, each {_rule(schema['items'])}"
+    if kind == "object":
+        values = schema.get("additionalProperties") or {}
+        if "properties" in schema:
+            inner = ", ".join(f"{name} = {_rule(each)}" for name, each in schema["properties"].items())
+            return f"`{{...}}` with {inner}"
+        return f"a table: a name and {_rule(values)} in each line"
+    words = {"number": "a number", "integer": "a whole number", "boolean": "`true` or `false`"}
+    return words.get(str(kind), "text") + _bounds(schema)
+
+
+def _place(reference: str) -> str:
+    name = reference.rpartition("/")[2]
+    return next(f"{path}-fields" for path, section in TABLES.items() if section.__name__ == name)
+
+
+def _bounds(schema: dict[str, Any]) -> str:
+    signs = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
+    if "maxLength" in schema:
+        return f" of {schema['minLength']} to {schema['maxLength']} characters"
+    told = [f"{sign} {_number(schema[key])}" for key, sign in signs.items() if key in schema]
+    return f" {' and '.join(told)}" if told else ""
+
+
+def _number(value: float) -> str:
+    return f"{int(value):,}" if value == int(value) else f"{value:g}"
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Make the directive known."""
+    app.add_directive("scenario-fields", ScenarioFields)
+    return {"parallel_read_safe": True}

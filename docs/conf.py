@@ -1,0 +1,78 @@
+"""The documentation site: `make docs` builds it into docs/_build/html. Nothing is fetched while it builds."""
+
+import os
+import sys
+import warnings
+from importlib.metadata import version as installed
+from pathlib import Path
+
+from feasibee.files import cache_root
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_extensions"))
+os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))  # not in the user's home
+warnings.filterwarnings("error", module=r"(__main__|feasibee)")  # in an example
+warnings.filterwarnings("ignore", module=r"(sphinx|myst)")  # theirs to mend
+
+project = "feasibee"
+author = "the feasibee maintainers"
+project_copyright = f"{author}; Apache-2.0"
+version = release = installed("feasibee")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "numpydoc",
+    "sphinx_gallery.gen_gallery",
+    "check",
+    "commands",
+    "fields",
+    "names",
+]
+exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
+smartquotes = False  # it makes one dash of the two of an option
+default_role = "py:obj"
+nitpicky = True
+nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "COLUMNS")]
+nitpick_ignore_regex = [  # no other project's inventory is fetched
+    ("py:.*", r"(xarray|xr|numpy|np|matplotlib|pandas|pydantic|concurrent|typing|collections|pathlib)\..*"),
+]
+
+myst_enable_extensions = ["attrs_inline", "deflist"]
+myst_heading_anchors = 4
+
+autodoc_typehints = "none"  # the docstrings say more: dtype, shape, unit
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_class_members_toctree = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"/plot_",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("figures", "matplotlib"),
+    "abort_on_example_error": False,  # all failures are told, and each is a warning, so an error
+    "only_warn_on_example_error": True,
+    "download_all_examples": False,
+    "notebook_extensions": set(),
+    "show_memory": False,
+    "capture_repr": (),
+    "run_stale_examples": True,  # what they show depends on the engine too
+    "show_signature": False,
+    "remove_config_comments": True,
+    "min_reported_time": 1e9,
+    "write_computation_times": False,
+    "backreferences_dir": None,
+}
+
+html_theme = "furo"
+html_title = f"feasibee {version}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_show_sphinx = False
+html_copy_source = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#0060a0", "color-brand-content": "#0060a0"},
+    "dark_css_variables": {"color-brand-primary": "#6cb8ee", "color-brand-content": "#6cb8ee"},
+}

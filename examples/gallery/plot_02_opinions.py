@@ -1,0 +1,22 @@
+"""
+Far from ratio one opinions converge; near it they split
+========================================================
+
+The paper's Fig. 2 for three numbers of tasks: the percentage of robots that hold *feasible*. Lines are
+medians over 400 runs, bands go from the lower to the upper quartile. With as many tasks as robots, half of
+the swarms end at 100 % and half at 0 %, so that the band is everything.
+"""
+
+import matplotlib.pyplot as plt
+
+import feasibee
+
+swarms = {
+    f"{20 / tasks:g}": feasibee.simulate(
+        feasibee.Scenario(tasks={"count": tasks}), runs=400, seed=1, curves=True
+    )
+    for tasks in (4, 20, 100)
+}
+_, ax = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
+feasibee.plot_opinions(swarms, ax, until=300)
+ax.legend(title="robots per task", loc="center right")

@@ -1,0 +1,27 @@
+"""
+One liar in twenty sinks a census; a tally bears it
+===================================================
+
+Twenty robots and 40 tasks, which is infeasible; one robot says otherwise. A census passes invented robots
+on. A tally keeps apart what each robot has seen, and no robot takes its own row from others.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import feasibee
+from feasibee.compare import compare, contenders_of
+
+names = ("dmmd", "dmvd", "bayes", "tally", "census")
+honest = feasibee.Scenario(tasks={"count": 40})
+lying = honest.replace({"faults.byzantine": 0.05, "faults.byzantine_says": "feasible"})
+
+_, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+for shift, (label, scenario) in enumerate({"none lies": honest, "one lies": lying}.items()):
+    outcomes = compare(contenders_of(scenario, names), runs=200, seed=1)
+    middle, low, high = 100 * np.array([each.accuracy for each in outcomes]).T
+    places, bars = np.arange(len(names)) + 0.4 * shift, (middle - low, high - middle)
+    ax.bar(places, middle, 0.38, yerr=bars, label=label, color=("0.75", "#D55E00")[shift])
+ax.set_xticks(np.arange(len(names)) + 0.2, names)
+ax.set(ylabel="right at the end (%)", ylim=(0, 104))
+ax.legend(loc="upper left", bbox_to_anchor=(1, 1))

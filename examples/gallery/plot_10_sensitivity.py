@@ -1,0 +1,20 @@
+"""
+How long robots tell and how far they see matter; the rest can't be told from chance
+====================================================================================
+
+Five fields of the scenario varied at once over a Latin hypercube of 150 points, 20 swarms of 20 robots and
+10 tasks at each: rank correlations with the share of the swarms that are right after 1,000 steps, with 95 %
+intervals.
+"""
+
+import feasibee
+from feasibee.study.sensitivity import draw_sensitivities, sensitivities
+from feasibee.study.space import dimensions
+
+scenario = feasibee.Scenario(tasks={"count": 10})
+space = dimensions(
+    scenario,
+    ["sensing.range=1:5", "walk.mean_run", "decision.exploration", "decision.gain", "radio.loss=0:0.5"],
+)
+found, places, shares = sensitivities(scenario, space, points=150, runs=20, seed=1)
+figure = draw_sensitivities(found)

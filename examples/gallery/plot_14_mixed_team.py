@@ -1,0 +1,44 @@
+"""
+A team with robots to spare can be short of one skill
+=====================================================
+
+Twenty robots, six casualties, each to be lifted by two of them, and three relays to set up. Porters lift,
+all-rounders lift or relay, scouts, the rest, do neither. The exact truth, and who is missing: by Hall's
+theorem, infeasible tasks always show in some set of skills that more places ask for than there are robots
+that have one.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.colors import ListedColormap
+
+import feasibee
+from feasibee.feasibility import explain
+
+
+def team(porters, all_rounders):
+    """Return a team of 20 with so many of each, and what it is asked to do."""
+    robots = {"porter": (porters, ["lift"]), "all-rounder": (all_rounders, ["lift", "relay"])}
+    robots["scout"] = (20 - porters - all_rounders, [])
+    tasks = {"casualty": (6, {"lift": 2}), "relay": (3, {"relay": 1})}
+    return feasibee.Scenario(
+        robots={"classes": [{"name": n, "count": c, "skills": s} for n, (c, s) in robots.items()]},
+        tasks={"classes": [{"name": n, "count": c, "needs": d} for n, (c, d) in tasks.items()]},
+    )
+
+
+names = ["feasible", "relay", "lift, relay"]
+verdicts = [[explain(team(x, y)).violator for x in range(15)] for y in range(7)]
+shown = [[0 if v is None else names.index(", ".join(v.skills)) for v in row] for row in verdicts]
+_, ax = plt.subplots(figsize=(6.8, 3.4), layout="constrained")
+colours = ListedColormap(["#0072B2", "#D55E00", "#F2BE9B"])
+ax.pcolormesh(np.arange(16) - 0.5, np.arange(8) - 0.5, shown, cmap=colours, vmin=0, vmax=2, edgecolor="w")
+handles = [plt.Rectangle((0, 0), 1, 1, color=colours(k)) for k in range(3)]
+labels = ["feasible", "too few that relay", "too few that lift or relay"]
+ax.legend(handles, labels, bbox_to_anchor=(1, 0.5), loc="center left")
+ax.set(xlabel="porters", ylabel="all-rounders")
+
+# %%
+# With three all-rounders and eight porters:
+
+print(verdicts[3][8])

@@ -1,0 +1,42 @@
+"""
+The controller runs without the simulator
+=========================================
+
+Twenty controllers of :mod:`feasibee.robot`, which needs the standard library only, and a stand-in for the
+world in which a robot meets another in six steps of ten and a task in three. On real robots, ``observe``
+gets what the camera counts, and ``hear`` what the radio brings. :doc:`/deploying` says what else a robot
+needs.
+"""
+
+import random
+
+import matplotlib.pyplot as plt
+
+from feasibee.robot import Controller
+from feasibee.strategies import STRATEGIES
+
+random.seed(3)
+robots = [
+    Controller(
+        STRATEGIES["dmmd"],
+        opinion=random.getrandbits(1),
+        draw_duration=lambda mean: int(mean * random.expovariate(1.0)) + 1,
+        draw_choice=lambda: (random.random(), random.random()),
+    )
+    for _ in range(20)
+]
+feasible = []
+for _ in range(300):
+    messages = [robot.message() for robot in robots]
+    for me, robot in enumerate(robots):
+        robot.observe(robots=random.random() < 0.6, tasks=random.random() < 0.3)
+        sender = random.randrange(20)  # who happens to be near
+        if sender != me and messages[sender] and robot.listens:
+            robot.hear(sender, messages[sender])
+    for robot in robots:
+        robot.end_step()
+    feasible.append(sum(robot.opinion == 1 for robot in robots))
+
+_, ax = plt.subplots(figsize=(6.4, 3), layout="constrained")
+ax.step(range(1, 301), feasible)
+ax.set(xlabel="time (steps)", ylabel="robots that hold feasible", ylim=(-0.5, 20.5))
