@@ -246,7 +246,7 @@ class Swarm:
         )
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """Return where the tasks are, x and y, as robots are in a `Snapshot`."""
+        """Return where the tasks are, x and y, in the units of a snapshot."""
         tasks = self._state.tasks
         return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
 
