@@ -7,7 +7,7 @@ import html
 import io
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,8 @@ from feasibee.scenario import Scenario
 from feasibee.stats import Interval, paired_difference, pareto, wilson
 from feasibee.strategies import STRATEGIES
 
+FIRST = 0.7
+"""The share of the work that isn't at the opposite truth, about."""
 SURE = 0.95
 """The share of the swarms that one waits for."""
 
@@ -40,11 +42,14 @@ class Trial:
         What came of it.
     difference : Interval
         By how much more often the swarm is right at the end than without the change.
+    opposite : Outcome, optional
+        What came of it where the truth is the other.
     """
 
     name: str
     outcome: Outcome
     difference: Interval
+    opposite: Outcome | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ class Assessment:
         What was changed to see what limits the swarm, the most helpful first.
     strategies : list of Trial
         The other strategies, the best first.
+    opposite : Outcome or None
+        The scenario with so many tasks that the truth is the other; None if robots or tasks have classes.
     """
 
     scenario: Scenario
@@ -79,6 +86,16 @@ class Assessment:
     wait: int | None
     limits: list[Trial]
     strategies: list[Trial]
+    opposite: Outcome | None
+
+    @property
+    def better(self) -> list[Trial]:
+        """The strategies that are right clearly more often here, and not clearly less often at the opposite."""
+        return [
+            trial
+            for trial in self.strategies
+            if trial.difference.low > 0 and not _is_worse(trial.opposite, self.opposite)
+        ]
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain tables, for programs."""
@@ -92,6 +109,7 @@ class Assessment:
             "first_decision_right": self.outcome.first._asdict(),
             "right_in_95_percent_from_step": self.wait,
             "bits_per_robot_and_step": float(self.outcome.bits.mean()),
+            "opposite": _opposite_as_dict(self.opposite),
             "limits": [_as_dict(trial) for trial in self.limits],
             "strategies": [_as_dict(trial) for trial in self.strategies],
         }
@@ -114,6 +132,9 @@ def assess(
 ) -> Assessment:
     """Simulate a swarm, changes to it, and other strategies, all on the same worlds.
 
+    A swarm that always gave one answer would be right in all worlds of one truth. So the swarm, and the
+    strategies that do better, are also simulated at the reciprocal ratio of robots to tasks.
+
     Parameters
     ----------
     scenario : Scenario
@@ -131,9 +152,15 @@ def assess(
     others = _other_strategies(scenario)
     changed = _changes(scenario)
     kinds = {"as it is": scenario, **changed, **others}
-    outcomes = {each.contender: each for each in compare(kinds, (), runs, seed, threads, progress)}
+    first, second = _parts(progress)
+    outcomes = {each.contender: each for each in compare(kinds, (), runs, seed, threads, first)}
     base = outcomes["as it is"]
     right, held = int(base.right.sum()), int(base.agreed.sum())
+    strategies = _ranked(others, outcomes, base)
+    better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
+    tasks = _opposite_tasks(scenario)
+    turned = compare({"as it is": scenario, **better}, tasks, runs, seed, threads, second) if tasks else []
+    opposite = {each.contender: each for each in turned}
     return Assessment(
         scenario,
         explain(scenario),
@@ -143,8 +170,28 @@ def assess(
         wilson(runs - held, runs),
         wait_for(base),
         _ranked(changed, outcomes, base),
-        _ranked(others, outcomes, base),
+        [replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
+        opposite.get("as it is"),
     )
+
+
+def _parts(progress: Callable[[float], None] | None) -> tuple[Callable[[float], None] | None, ...]:
+    """Split the progress in two."""
+    if progress is None:
+        return None, None
+    return lambda share: progress(FIRST * share), lambda share: progress(FIRST + (1 - FIRST) * share)
+
+
+def _opposite_tasks(scenario: Scenario) -> tuple[int, ...]:
+    """Return the number of tasks at the reciprocal ratio, where the truth is the other."""
+    robots, tasks = scenario.robots.count, scenario.tasks.count
+    if scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
+        return ()
+    return (robots + 1,) if tasks == robots else (round(robots * robots / tasks),)
+
+
+def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
+    return one is not None and other is not None and paired_difference(one.right, other.right).high < 0
 
 
 def wait_for(outcome: Outcome, share: float = SURE) -> int | None:
@@ -207,7 +254,12 @@ def _as_dict(trial: Trial) -> dict[str, Any]:
         "difference": trial.difference._asdict(),
         "right_in_95_percent_from_step": wait_for(trial.outcome),
         "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
+        "opposite": _opposite_as_dict(trial.opposite),
     }
+
+
+def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
+    return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
 
 
 def words(assessment: Assessment) -> list[str]:
@@ -245,6 +297,15 @@ def _expectation_in_words(assessment: Assessment) -> str:
     return (
         f"With {strategy}, after {steps} steps, of {assessment.outcome.runs} simulated swarms "
         f"{', '.join(shares)}. {waiting} The first answer that they agree on is right in {first}."
+        + _opposite_in_words(assessment.opposite)
+    )
+
+
+def _opposite_in_words(opposite: Outcome | None) -> str:
+    if opposite is None:
+        return ""
+    return (
+        f" With {opposite.tasks} tasks, where the truth is the other, {percent(opposite.accuracy)} are right."
     )
 
 
@@ -252,26 +313,27 @@ def _limits_in_words(assessment: Assessment) -> str:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
     if not helps:
         told = "None of the changes that were tried makes it right clearly more often"
-        return f"{told}: what limits it is the strategy." if _better(assessment) else f"{told}."
+        return f"{told}: what limits it is the strategy." if assessment.better else f"{told}."
     told = "; ".join(f"{trial.name}: {points(trial.difference)}" for trial in helps)
     return f"What limits it (change in the share of right swarms, 95 % interval): {told}."
 
 
 def _strategies_in_words(assessment: Assessment) -> str:
-    better = _better(assessment)
+    better = assessment.better
     if not better:
         return "No other strategy is right clearly more often here."
     own = assessment.outcome.bits.mean()
     told = "; ".join(
         f"{trial.name}: {points(trial.difference)}, {trial.outcome.bits.mean():.3g} bits a robot and step"
         + (f", 95 % right from step {step}" if (step := wait_for(trial.outcome)) is not None else "")
+        + (
+            f", with {other.tasks} tasks right in {percent(other.accuracy)}"
+            if (other := trial.opposite)
+            else ""
+        )
         for trial in _chosen(better)
     )
     return f"Strategies that do better here (now {own:.3g} bits), from few bits to many: {told}."
-
-
-def _better(assessment: Assessment) -> list[Trial]:
-    return [trial for trial in assessment.strategies if trial.difference.low > 0]
 
 
 def _chosen(better: Sequence[Trial]) -> list[Trial]:
