@@ -173,8 +173,10 @@ def test_what_the_page_is_sent_is_what_simulate_computes(world):
     assert frame["bits"] == expected.bits_sent[0]
 
 
-def test_places_headings_and_marks_are_the_swarms(port):
+@pytest.mark.parametrize("boundary", ["torus", "walls"])
+def test_places_headings_and_marks_are_the_swarms(port, boundary):
     changes = {
+        "arena.boundary": boundary,
         "faults.stopped": 0.2,
         "faults.byzantine": 0.2,
         "faults.stubborn": 0.1,
@@ -236,7 +238,7 @@ def results(tmp_path_factory):
     tables = {
         "runs": 30,
         "seed": 5,
-        "scenario": {"run": {"steps": 400}},
+        "scenario": {"run": {"steps": 130}},
         "sweep": {"tasks.count": [16, 24], "radio.loss": [0.0, 0.2]},
     }
     sweep(study_of(tables, folder), folder / "results", crews.threads(1))
@@ -267,6 +269,8 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
 
 def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     assert OFFERED == PICKS
+    with Journal(results) as journal:
+        assert any((journal.columns(row.id)[:, 1] == -1).any() for row in journal.points)
     found = {}
     for pick in PICKS:
         try:
