@@ -299,6 +299,27 @@ def test_a_strategys_file_that_has_changed_isnt_replayed(tmp_path):
         programme.scenario_of(None)
 
 
+def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_path):
+    file = tmp_path / "mine.py"
+    text = "def quality(robots_seen, tasks_seen):\n    return 1.0 / (robots_seen - 4)\n"
+    text += "def dissemination(quality, gain):\n    return gain\n"
+    file.write_text(text + "def decide(mind, inbox):\n    return mind.opinion\n")
+    with serving_at(Programme(Scenario(decision={"strategy": str(file)}))) as port, Page(port) as page:
+        page.open()
+        told = page.answer("error", type="advance", steps=1000)["problems"][0]["text"]
+        assert "mine.py: fails after step" in told
+        assert page.open(changes={"decision.strategy": "dmmd"})["step"] == 0
+
+
+def test_an_error_of_the_program_ends_neither_page_nor_server(port, monkeypatch, caplog):
+    with Page(port) as page:
+        monkeypatch.setattr(serving, "plan_of", lambda *_: {}["nothing"])
+        assert page.problems(type="open") == [""]
+        monkeypatch.undo()
+        assert page.open()["step"] == 0
+    assert "an error in answering a page" in caplog.text
+
+
 WRONG = {
     "not JSON": "{",
     "no text": "",
@@ -339,6 +360,7 @@ REFUSED = {
     "decision": [{"strategy": "/tmp/evil.py"}],
     "a": [1],
     "tasks.": [1],
+    "robots.classes": [2, "x"],
     "preset": ["none", 3],
     "seed": [-1, "x", 1.5, str(2**64), "9" * 1000],
     "run": ["-1", 2**32, 0.5],
