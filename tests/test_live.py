@@ -173,8 +173,10 @@ def test_what_the_page_is_sent_is_what_simulate_computes(world):
     assert frame["bits"] == expected.bits_sent[0]
 
 
-def test_places_headings_and_marks_are_the_swarms(port):
+@pytest.mark.parametrize("boundary", ["torus", "walls"])
+def test_places_headings_and_marks_are_the_swarms(port, boundary):
     changes = {
+        "arena.boundary": boundary,
         "faults.stopped": 0.2,
         "faults.byzantine": 0.2,
         "faults.stubborn": 0.1,
@@ -236,7 +238,7 @@ def results(tmp_path_factory):
     tables = {
         "runs": 30,
         "seed": 5,
-        "scenario": {"run": {"steps": 400}},
+        "scenario": {"run": {"steps": 130}},
         "sweep": {"tasks.count": [16, 24], "radio.loss": [0.0, 0.2]},
     }
     sweep(study_of(tables, folder), folder / "results", crews.threads(1))
@@ -267,6 +269,8 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
 
 def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     assert OFFERED == PICKS
+    with Journal(results) as journal:
+        assert any((journal.columns(row.id)[:, 1] == -1).any() for row in journal.points)
     found = {}
     for pick in PICKS:
         try:
@@ -293,6 +297,27 @@ def test_a_strategys_file_that_has_changed_isnt_replayed(tmp_path):
     file.write_text(text.replace("0.5", "0.25"))
     with pytest.raises(FeasibeeError, match="has changed since the sweep"):
         programme.scenario_of(None)
+
+
+def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_path):
+    file = tmp_path / "mine.py"
+    text = "def quality(robots_seen, tasks_seen):\n    return 1.0 / (robots_seen - 4)\n"
+    text += "def dissemination(quality, gain):\n    return gain\n"
+    file.write_text(text + "def decide(mind, inbox):\n    return mind.opinion\n")
+    with serving_at(Programme(Scenario(decision={"strategy": str(file)}))) as port, Page(port) as page:
+        page.open()
+        told = page.answer("error", type="advance", steps=1000)["problems"][0]["text"]
+        assert "mine.py: fails after step" in told
+        assert page.open(changes={"decision.strategy": "dmmd"})["step"] == 0
+
+
+def test_an_error_of_the_program_ends_neither_page_nor_server(port, monkeypatch, caplog):
+    with Page(port) as page:
+        monkeypatch.setattr(serving, "plan_of", lambda *_: {}["nothing"])
+        assert page.problems(type="open") == [""]
+        monkeypatch.undo()
+        assert page.open()["step"] == 0
+    assert "an error in answering a page" in caplog.text
 
 
 WRONG = {
@@ -335,6 +360,7 @@ REFUSED = {
     "decision": [{"strategy": "/tmp/evil.py"}],
     "a": [1],
     "tasks.": [1],
+    "robots.classes": [2, "x"],
     "preset": ["none", 3],
     "seed": [-1, "x", 1.5, str(2**64), "9" * 1000],
     "run": ["-1", 2**32, 0.5],

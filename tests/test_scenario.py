@@ -1169,3 +1169,8 @@ def test_the_schema_refuses_what_a_single_field_must_not_be():
         assert accepts(schema, table_of(path, value), schema) == takes_more_to_see, (path, value)
     for path, value in {**OTHER_VALUES, **UNSET}.items():
         assert accepts(schema, table_of(path, value), schema), (path, value)
+
+
+def test_a_change_within_what_another_change_made_no_table_is_told():
+    with pytest.raises(ScenarioError, match=r"leads through something that isn't there"):
+        Scenario().replace({"robots.classes": 2, "robots.classes.0.count": 3})

@@ -143,6 +143,13 @@ def test_buttons_do_the_same(visit, port):
     page.get_by_role("button", name="Play", exact=True).click()
     expect(page.locator("#now")).not_to_have_text("1")
     page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.get_by_role("button", name="One step").click()
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    page.wait_for_timeout(300)
+    there = step_of(page)
+    page.wait_for_timeout(300)
+    assert step_of(page) == there
     page.get_by_role("button", name="Faster").click()
     page.get_by_role("button", name="Slower").click()
     page.get_by_role("button", name="Restart").click()

@@ -40,7 +40,7 @@ def with_changes(
                 table[int(last)] = value
             else:
                 table[last] = value
-        except (LookupError, TypeError, ValueError):
+        except (AttributeError, LookupError, TypeError, ValueError):
             rule = "leads through something that isn't there"
             problems.append(Problem(path, value, rule, f"give {'.'.join(way)} first"))
     return changed, problems

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import mimetypes
 import os
 import socket
@@ -39,6 +40,8 @@ QUEUE: Final = 8
 PATIENCE: Final = 0.05
 """Seconds for which a swarm advances before the server looks at its page again."""
 TRY_LATER = 1013
+
+LOG: Final = logging.getLogger("uvicorn.error")
 
 Result = TypeVar("Result")
 
@@ -86,6 +89,13 @@ async def _serve(page: WebSocket, session: Session, programme: Programme) -> Non
             except MemoryError:
                 text = "not enough memory; take fewer robots or tasks"
                 await page.send_json(problems_of(FeasibeeError(text)))
+            except (WebSocketDisconnect, RuntimeError):
+                raise
+            except Exception:  # an error of the program ends neither the page nor the server
+                LOG.exception("an error in answering a page")
+                await page.send_json(
+                    problems_of(FeasibeeError("an error of feasibee; the terminal has more"))
+                )
     except (WebSocketDisconnect, RuntimeError):
         if (
             page.application_state is WebSocketState.CONNECTED

@@ -104,6 +104,19 @@ def _number(name: str, value: str | int | float, limit: int, problems: list[Prob
     return 0
 
 
+def _play(swarm: Swarm, steps: int) -> None:
+    from feasibee.engine.runner import FAILURES
+
+    strategy = swarm.scenario.strategy
+    try:
+        swarm.advance(steps)
+    except FAILURES as error:
+        if not strategy.source:
+            raise
+        rule = f"fails after step {swarm.step}: {error}"
+        raise FeasibeeError(f"{strategy.name}: {rule}; try its functions in Python") from None
+
+
 class Session:
     """The swarm of one page."""
 
@@ -144,7 +157,7 @@ class Session:
         chunk = 1
         while swarm.step < until and time.monotonic() < end:
             before = time.monotonic()
-            swarm.advance(min(chunk, until - swarm.step))
+            _play(swarm, min(chunk, until - swarm.step))
             chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
         return swarm.step >= until
 

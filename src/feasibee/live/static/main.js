@@ -115,7 +115,9 @@ const answers = {
   },
   error(message) {
     veil("");
-    player.asked = false;
+    if (wanted) player.asked = false; // the swarm before goes on
+    else player.halt();
+    reflectPlay();
     wanted = null;
     controls.refuse(message.problems);
   },

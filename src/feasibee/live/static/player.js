@@ -43,6 +43,12 @@ export class Player {
     if (!this.playing) this.target = Math.min(Math.ceil(this.head), this.last);
   }
 
+  // Stay here: there is nothing more to come.
+  halt() {
+    this.playing = this.asked = false;
+    this.target = this.head;
+  }
+
   step() {
     this.playing = false;
     this.target = Math.min(Math.floor(this.head + 1e-9) + 1, this.last);
