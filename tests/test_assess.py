@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from feasibee import FeasibeeError, Scenario
-from feasibee.assess import assess, wait_for, words, write_report
+from feasibee import FeasibeeError, Scenario, truth
+from feasibee.assess import _turned, assess
+from feasibee.assessment import Trial, wait_for, words, write_report
 from feasibee.cli import main
 from feasibee.compare import compare
+from feasibee.stats import paired_difference
 from feasibee.study.sensitivity import latin_hypercube, sensitivities, spearman
 from feasibee.study.space import Dimension, dimensions
 from feasibee.study.tune import tune
@@ -48,6 +51,43 @@ def test_what_has_no_meaning_in_a_world_is_not_tried():
     assert {"a perfect sensor", "no message lost", "no faulty robot"} <= {
         trial.name for trial in found.limits
     }
+
+
+def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
+    """A swarm that always says feasible is always right here, and never there: it isn't named."""
+    rule = tmp_path / "yes.py"
+    rule.write_text(
+        "def quality(r, t):\n    return 1.0\ndef dissemination(q, g):\n    return g\n"
+        "def decide(mind, inbox):\n    return 1\n"
+    )
+    found = assess(SHORT, runs=30, seed=2)
+    (other,) = compare({"as it is": SHORT.replace({"tasks.count": 50})}, (), 30, 2)
+    assert found.opposite is not None
+    np.testing.assert_array_equal(found.opposite.right, other.right)
+    assert not other.feasible
+    yes = SHORT.replace({"decision.strategy": str(rule)})
+    here, there = compare({"yes": yes}, (8, 50), 30, 2)
+    assert here.right.all()
+    assert not there.right.any()
+    trial = Trial("yes", here, paired_difference(here.right, found.outcome.right), there)
+    assert trial.difference.low > 0
+    with_yes = replace(found, strategies=[trial, *found.strategies])
+    assert [each.name for each in with_yes.better] == [each.name for each in found.better]
+    assert "With 50 tasks, where the truth is the other, " in words(found)[1]
+    assert found.to_dict()["opposite"]["tasks"] == 50
+
+
+@pytest.mark.parametrize(("robots", "tasks", "others"), [(20, 20, 21), (20, 19, 21), (20, 21, 19), (2, 9, 1)])
+def test_the_opposite_is_at_the_reciprocal_ratio(robots, tasks, others):
+    here = Scenario(robots={"count": robots}, tasks={"count": tasks})
+    (there,) = _turned({"": here}).values()
+    assert there.tasks.count == others
+    assert truth(there) != truth(here)
+
+
+def test_a_mixed_team_has_no_opposite():
+    team = Scenario(tasks={"classes": [{"name": "lift", "count": 3, "needs": {"arm": 1}}]})
+    assert _turned({"": team}) == {}
 
 
 def test_how_long_to_wait_is_until_the_last_lapse(assessment):

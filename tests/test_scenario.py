@@ -450,6 +450,11 @@ def test_the_edge_of_what_is_possible_is_possible(path, value):
     assert at(Scenario(**table_of(path, value)).to_dict(), path) == value
 
 
+def test_a_field_without_a_default_that_is_missing_is_told():
+    with pytest.raises(ScenarioError, match=r"^tasks\.classes\.0\.needs = .*: is missing; write it beside"):
+        Scenario(tasks={"classes": [{"name": "lift", "count": 3}]})
+
+
 def test_an_unknown_section_is_told_with_a_suggestion():
     (problem,) = problems_of({"taks": {"count": 5}})
     assert (problem.path, problem.value) == ("taks", {"count": 5})

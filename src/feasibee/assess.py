@@ -2,125 +2,21 @@
 
 from __future__ import annotations
 
-import base64
-import html
-import io
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from matplotlib.figure import Figure
-
+from feasibee.assessment import Assessment, Trial, wait_for
 from feasibee.compare import Outcome, compare
-from feasibee.display import folded, framed
 from feasibee.errors import ScenarioError
-from feasibee.feasibility import Verdict, explain
-from feasibee.files import whole_file
-from feasibee.frontier import draw_against_bits, draw_against_time
+from feasibee.feasibility import explain
 from feasibee.scenario import Scenario
-from feasibee.stats import Interval, paired_difference, pareto, wilson
+from feasibee.stats import paired_difference, wilson
 from feasibee.strategies import STRATEGIES
 
 FIRST = 0.7
 """The share of the work that isn't at the opposite truth, about."""
-SURE = 0.95
-"""The share of the swarms that one waits for."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A change to the scenario, tried on the same worlds.
-
-    Parameters
-    ----------
-    name : str
-        What is changed.
-    outcome : Outcome
-        What came of it.
-    difference : Interval
-        By how much more often the swarm is right at the end than without the change.
-    opposite : Outcome, optional
-        What came of it where the truth is the other.
-    """
-
-    name: str
-    outcome: Outcome
-    difference: Interval
-    opposite: Outcome | None = None
-
-
-@dataclass(frozen=True)
-class Assessment:
-    """What is to be expected of a swarm.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What was assessed.
-    verdict : Verdict
-        The truth, with its proof.
-    outcome : Outcome
-        The scenario as it is.
-    right, wrong, split : Interval
-        Share of the swarms in which, at the last step, more than the threshold's share of the robots holds
-        the true opinion, the other one, or neither.
-    wait : int or None
-        The step from which on 95 % of the swarms are right to the end; None: there is none.
-    limits : list of Trial
-        What was changed to see what limits the swarm, the most helpful first.
-    strategies : list of Trial
-        The other strategies, the best first.
-    opposite : Outcome or None
-        The scenario with so many tasks that the truth is the other; None if robots or tasks have classes.
-    """
-
-    scenario: Scenario
-    verdict: Verdict
-    outcome: Outcome
-    right: Interval
-    wrong: Interval
-    split: Interval
-    wait: int | None
-    limits: list[Trial]
-    strategies: list[Trial]
-    opposite: Outcome | None
-
-    @property
-    def better(self) -> list[Trial]:
-        """The strategies that are right clearly more often here, and not clearly less often at the opposite."""
-        return [
-            trial
-            for trial in self.strategies
-            if trial.difference.low > 0 and not _is_worse(trial.opposite, self.opposite)
-        ]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return it as plain tables, for programs."""
-        return {
-            "scenario": self.scenario.to_dict(),
-            "scenario_hash": self.scenario.hash,
-            "runs": self.outcome.runs,
-            "steps": self.scenario.run.steps,
-            "truth": self.verdict.to_dict(),
-            **{name: getattr(self, name)._asdict() for name in ("right", "wrong", "split")},
-            "first_decision_right": self.outcome.first._asdict(),
-            "right_in_95_percent_from_step": self.wait,
-            "bits_per_robot_and_step": float(self.outcome.bits.mean()),
-            "opposite": _opposite_as_dict(self.opposite),
-            "limits": [_as_dict(trial) for trial in self.limits],
-            "strategies": [_as_dict(trial) for trial in self.strategies],
-        }
-
-    def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
-        said = "".join(f"<p>{html.escape(each)}</p>" for each in words(self))
-        tables = folded("strategies", _html_table(self.strategies)) + folded(
-            "changes", _html_table(self.limits)
-        )
-        return framed(said + tables + folded("scenario", self.scenario._repr_html_()))
 
 
 def assess(
@@ -158,9 +54,8 @@ def assess(
     right, held = int(base.right.sum()), int(base.agreed.sum())
     strategies = _ranked(others, outcomes, base)
     better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
-    tasks = _opposite_tasks(scenario)
-    turned = compare({"as it is": scenario, **better}, tasks, runs, seed, threads, second) if tasks else []
-    opposite = {each.contender: each for each in turned}
+    turned = _turned({"as it is": scenario, **better})
+    opposite = {each.contender: each for each in compare(turned, (), runs, seed, threads, second)}
     return Assessment(
         scenario,
         explain(scenario),
@@ -182,23 +77,17 @@ def _parts(progress: Callable[[float], None] | None) -> tuple[Callable[[float], 
     return lambda share: progress(FIRST * share), lambda share: progress(FIRST + (1 - FIRST) * share)
 
 
-def _opposite_tasks(scenario: Scenario) -> tuple[int, ...]:
-    """Return the number of tasks at the reciprocal ratio, where the truth is the other."""
-    robots, tasks = scenario.robots.count, scenario.tasks.count
-    if scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
-        return ()
-    return (robots + 1,) if tasks == robots else (round(robots * robots / tasks),)
-
-
-def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
-    return one is not None and other is not None and paired_difference(one.right, other.right).high < 0
-
-
-def wait_for(outcome: Outcome, share: float = SURE) -> int | None:
-    """Return the step from which on this share of the swarms is right, to the end; None: there is none."""
-    short = np.flatnonzero(outcome.right_at < share * outcome.runs)
-    step = int(short[-1]) + 1 if short.size else 0
-    return step if step < outcome.right_at.size else None
+def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
+    """Return the scenarios that can be had at the reciprocal ratio, where the truth is the other."""
+    turned = {}
+    for name, scenario in kinds.items():
+        robots, tasks = scenario.robots.count, scenario.tasks.count
+        others = robots + 1 if tasks == robots else max(1, round(robots * robots / tasks))
+        if scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
+            continue
+        with suppress(ScenarioError):  # such as more tasks than a census has room for
+            turned[name] = scenario.replace({"tasks.count": others})
+    return turned
 
 
 def _ranked(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Outcome) -> list[Trial]:
@@ -245,164 +134,3 @@ def _changes(scenario: Scenario) -> dict[str, Scenario]:
         except ScenarioError:  # such as a range that would reach round the torus
             continue
     return changed
-
-
-def _as_dict(trial: Trial) -> dict[str, Any]:
-    return {
-        "name": trial.name,
-        "right": trial.outcome.accuracy._asdict(),
-        "difference": trial.difference._asdict(),
-        "right_in_95_percent_from_step": wait_for(trial.outcome),
-        "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
-        "opposite": _opposite_as_dict(trial.opposite),
-    }
-
-
-def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
-    return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
-
-
-def words(assessment: Assessment) -> list[str]:
-    """Return the assessment in plain words, a paragraph each."""
-    return [
-        _truth_in_words(assessment),
-        _expectation_in_words(assessment),
-        _limits_in_words(assessment),
-        _strategies_in_words(assessment),
-    ]
-
-
-def _truth_in_words(assessment: Assessment) -> str:
-    robots, verdict = assessment.scenario.robots.count, assessment.verdict
-    if verdict.violator is None:
-        free = robots - sum(verdict.assignment.values())
-        return f"The tasks are feasible: each place has a robot of its own, and {free} robots are left over."
-    skills, demand, able = verdict.violator
-    named = f" that can {' or '.join(skills)}" if assessment.scenario.tasks.classes else ""
-    return f"The tasks are infeasible: they need {demand} robots{named}, and there are {able}."
-
-
-def _expectation_in_words(assessment: Assessment) -> str:
-    steps, strategy = assessment.scenario.run.steps, assessment.scenario.decision.strategy
-    shares = [
-        f"{percent(getattr(assessment, name))} {told}"
-        for name, told in (("right", "hold that answer"), ("wrong", "the wrong one"), ("split", "none"))
-    ]
-    waiting = (
-        f"From step {assessment.wait} on, 95 % of them are right."
-        if assessment.wait is not None
-        else "At no step are 95 % of them right for good."
-    )
-    first = percent(assessment.outcome.first)
-    return (
-        f"With {strategy}, after {steps} steps, of {assessment.outcome.runs} simulated swarms "
-        f"{', '.join(shares)}. {waiting} The first answer that they agree on is right in {first}."
-        + _opposite_in_words(assessment.opposite)
-    )
-
-
-def _opposite_in_words(opposite: Outcome | None) -> str:
-    if opposite is None:
-        return ""
-    return (
-        f" With {opposite.tasks} tasks, where the truth is the other, {percent(opposite.accuracy)} are right."
-    )
-
-
-def _limits_in_words(assessment: Assessment) -> str:
-    helps = [trial for trial in assessment.limits if trial.difference.low > 0]
-    if not helps:
-        told = "None of the changes that were tried makes it right clearly more often"
-        return f"{told}: what limits it is the strategy." if assessment.better else f"{told}."
-    told = "; ".join(f"{trial.name}: {points(trial.difference)}" for trial in helps)
-    return f"What limits it (change in the share of right swarms, 95 % interval): {told}."
-
-
-def _strategies_in_words(assessment: Assessment) -> str:
-    better = assessment.better
-    if not better:
-        return "No other strategy is right clearly more often here."
-    own = assessment.outcome.bits.mean()
-    told = "; ".join(
-        f"{trial.name}: {points(trial.difference)}, {trial.outcome.bits.mean():.3g} bits a robot and step"
-        + (f", 95 % right from step {step}" if (step := wait_for(trial.outcome)) is not None else "")
-        + (
-            f", with {other.tasks} tasks right in {percent(other.accuracy)}"
-            if (other := trial.opposite)
-            else ""
-        )
-        for trial in _chosen(better)
-    )
-    return f"Strategies that do better here (now {own:.3g} bits), from few bits to many: {told}."
-
-
-def _chosen(better: Sequence[Trial]) -> list[Trial]:
-    """Return those that no other beats in both bits and right swarms, and the one that is right soonest."""
-    bits = [float(trial.outcome.bits.mean()) for trial in better]
-    best = pareto(bits, [trial.outcome.accuracy.estimate for trial in better])[-3:]
-    soonest = min(range(len(better)), key=lambda place: wait_for(better[place].outcome) or math.inf)
-    return [better[place] for place in sorted({*best, soonest}, key=bits.__getitem__)]
-
-
-def percent(share: Interval) -> str:
-    """Return a share with its interval."""
-    return f"{100 * share.estimate:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
-
-
-def points(difference: Interval) -> str:
-    """Return a difference of shares with its interval, in points."""
-    middle, low, high = (100 * value for value in difference)
-    return f"{middle:+.1f} points ({low:+.1f} to {high:+.1f})"
-
-
-def write_report(assessment: Assessment, path: Path) -> None:
-    """Write the assessment as one HTML page with its figures in it."""
-    chosen = [assessment.outcome, *(trial.outcome for trial in assessment.strategies)]
-    totals = {each.contender: (float(each.bits.mean()), each.accuracy) for each in chosen}
-    shares = {each.contender: each.right_at[None, :] / each.runs for each in chosen[:7]}
-    figures = {
-        "How right the swarms would be if stopped at each step, as it is and with the best strategies": (
-            draw_against_time(shares)
-        ),
-        "Right swarms against bits on the air": draw_against_bits(totals),
-    }
-    body = "".join(f"<p>{html.escape(each)}</p>" for each in words(assessment))
-    body += "".join(
-        f"<figure>{_image(drawn)}<figcaption>{title}</figcaption></figure>"
-        for title, drawn in figures.items()
-    )
-    body += "<h2>Strategies</h2>" + _html_table(assessment.strategies)
-    body += "<h2>Changes</h2>" + _html_table(assessment.limits)
-    body += f"<h2>Scenario</h2><pre>{html.escape(assessment.scenario.to_toml())}</pre>"
-    text = PAGE.replace("{body}", body).replace("{hash}", assessment.scenario.hash[:12])
-    with whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def _image(drawn: Figure) -> str:
-    buffer = io.BytesIO()
-    drawn.savefig(buffer, format="png", dpi=150)
-    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
-
-
-def _html_table(trials: list[Trial]) -> str:
-    rows = "".join(
-        f"<tr><td>{html.escape(trial.name)}</td><td>{percent(trial.outcome.accuracy)}</td>"
-        f"<td>{points(trial.difference)}</td><td>{trial.outcome.bits.mean():.3g}</td></tr>"
-        for trial in trials
-    )
-    head = "<tr><th></th><th>right at the end</th><th>difference</th><th>bits a robot and step</th></tr>"
-    return f"<table>{head}{rows}</table>"
-
-
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>feasibee: assessment</title><style>
-:root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; }
-img { max-width: 100%; background: white; } figure { margin: 1.5rem 0; }
-table { border-collapse: collapse; width: 100%; } td, th { text-align: left; padding: .2rem .6rem; }
-tr + tr { border-top: 1px solid color-mix(in srgb, currentColor 25%, transparent); }
-pre { overflow-x: auto; font-size: 13px; }
-</style></head><body><h1>Would this swarm decide rightly?</h1>{body}<p>Scenario {hash}.</p></body></html>
-"""

@@ -314,6 +314,8 @@ def _problem(details: ErrorDetails) -> Problem:
         return Problem(path, details["input"], "unknown key", _suggestion(path))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
+    if kind == "missing":
+        return Problem(path, details["input"], "is missing", "write it beside what is there")
     rule = details["msg"]
     for theirs, ours in _WORDS.items():
         rule = rule.replace(theirs, ours)

@@ -58,7 +58,7 @@ def assess(
     """
     keep_matplotlib_in_cache()
     from feasibee.assess import assess as simulate_all
-    from feasibee.assess import words, write_report
+    from feasibee.assessment import words, write_report
     from feasibee.files import check_writable
 
     fields = {
