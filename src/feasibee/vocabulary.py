@@ -72,6 +72,9 @@ PAIR: Final = 256
 ATTEMPTS: Final = 256
 """How often a place is drawn before a thing is put where there is room for sure."""
 
+LONGEST: Final = 2**30
+"""Steps that are drawn for a phase at most: a strategy of one's own may ask for any number."""
+
 SEED_LIMIT: Final = 2**64
 RUN_LIMIT: Final = 2**32
 

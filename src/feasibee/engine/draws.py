@@ -16,6 +16,7 @@ import math
 from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.compile import kernel, subroutine
+from feasibee.vocabulary import LONGEST
 
 
 @subroutine
@@ -41,7 +42,7 @@ def philox(counter0, counter1, counter2, counter3, key0, key1):
 def duration(word, mean):
     """Return max(1, ceil(x)) for the exponential x = -mean log u, u = (word + 1) / 2**32 (model.md 3.4)."""
     length = -mean * math.log((float64(word) + 1.0) * (1.0 / 4294967296.0))
-    return int32(max(1.0, math.ceil(length)))
+    return int32(max(1.0, math.ceil(min(length, float64(LONGEST)))))
 
 
 @subroutine

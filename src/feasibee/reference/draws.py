@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from feasibee.vocabulary import exact
+from feasibee.vocabulary import LONGEST, exact
 
 TURN = 2**32
 """One more than the largest word; a full turn of a heading."""
@@ -27,7 +27,7 @@ def philox(seed: int, run: int, robot: int, counter: int, purpose: int) -> tuple
 def duration(word: int, mean: float) -> int:
     """Return an exponential duration in whole steps, at least 1 (model.md 3.4)."""
     uniform = (word + 1) / TURN
-    return max(1, math.ceil(-mean * math.log(uniform)))
+    return min(max(1, math.ceil(-mean * math.log(uniform))), LONGEST)
 
 
 def cos_sin(heading: int) -> tuple[float, float]:
