@@ -58,8 +58,6 @@ class History:
     shares: list[tuple[float, float]] = field(default_factory=list)
     decision: int = UNDECIDED
     decision_step: int = -1
-    places: NDArray[np.float64] | None = None
-    moves: NDArray[np.float64] | None = None
 
     def note(self, swarm: Swarm) -> None:
         """Look at a swarm at its present step."""
@@ -68,11 +66,6 @@ class History:
         self.shares.append((swarm.feasible_count / counted, swarm.infeasible_count / counted))
         if self.decision == UNDECIDED and swarm.decision != UNDECIDED:
             self.decision, self.decision_step = swarm.decision, swarm.step
-        places = swarm.positions
-        if self.places is not None:
-            size = np.array(swarm.scenario.arena.size)
-            self.moves = (places - self.places + size / 2) % size - size / 2  # the shortest way round a torus
-        self.places = places
 
 
 def frame(
@@ -157,7 +150,7 @@ class Painter:
         """Draw the present step of a swarm of this scenario."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
         arena = self.ground.copy()
-        self._robots(arena, swarm, history)
+        self._robots(arena, swarm)
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
         self._edge(pen)
@@ -189,14 +182,14 @@ class Painter:
             _press(ground, stamp, x, y)
         return ground
 
-    def _robots(self, arena: Image.Image, swarm: Swarm, history: History | None) -> None:
+    def _robots(self, arena: Image.Image, swarm: Swarm) -> None:
         """Stamp the robots, with their copies beyond the edges of a torus."""
         opinions = swarm.opinions.astype(np.int64) + 1
         looks = opinions + 3 * swarm.disseminating + 6 * swarm.counted
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
         spots = self._images(swarm.positions, reach, np.arange(len(looks)))
-        if history is not None and history.moves is not None and self.radius >= DETAILED_RADIUS * DRAWN:
-            self._noses(arena, spots, history.moves)
+        if self.radius >= DETAILED_RADIUS * DRAWN:
+            self._noses(arena, spots, swarm.headings)
         stamps = [
             _robot(look % 3 - 1, look // 3 % 2 == 1, look >= 6, round(8 * self.radius) / 8, self.theme)
             for look in range(12)
@@ -206,11 +199,11 @@ class Painter:
             _press(arena, stamps[chosen[robot]], x, y)
 
     def _noses(
-        self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], moves: NDArray[np.float64]
+        self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], headings: NDArray[np.float64]
     ) -> None:
-        """Draw a tick where each robot that moved went in the last step, to a 64th of a turn."""
-        turns = np.round(np.arctan2(moves[:, 1], moves[:, 0]) / np.pi * 32) * np.pi / 32
-        reach = NOSE * self.radius * moves.any(axis=1)
+        """Draw a tick where each robot goes, to a 64th of a turn; none if it stands still for good."""
+        turns = np.round(headings / np.pi * 32) * np.pi / 32
+        reach = NOSE * self.radius * (headings != 0)
         ahead = np.stack([reach * np.cos(turns), -reach * np.sin(turns)], axis=1).round().tolist()
         pen = ImageDraw.Draw(arena)
         thick = max(2, round(0.28 * self.radius))
