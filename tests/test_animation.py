@@ -15,8 +15,8 @@ from PIL import Image, ImageColor
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.animation import AFTER_DECISION, animate, frame
 from feasibee.cli import main
-from feasibee.frames import DRAWN, History, Painter
-from feasibee.palette import COLOURS, ROBOT_BAR
+from feasibee.frames import DRAWN, LIGHT, History, Painter
+from feasibee.palette import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
 WORLDS = {
@@ -65,9 +65,9 @@ def agreement(picture, swarm):
     side = np.array(swarm.scenario.arena.size)
     shown = [
         close(
-            # above the middle, where infeasible has its bar
+            # above the middle, where infeasible has its hole
             picture.getpixel(
-                tuple(map(int, in_frame(swarm, picture.width, places[robot] + np.array([0, 0.3]))))
+                tuple(map(int, in_frame(swarm, picture.width, places[robot] + np.array([0, 0.36]))))
             ),
             rgb(COLOURS[NAMES[int(swarm.opinions[robot])]]),
         )
@@ -134,7 +134,7 @@ def test_an_opinion_has_a_shape_beside_its_colour():
             x, y = in_frame(swarm, 1000, place)
             opinion = int(swarm.opinions[robot])
             seen.add(opinion)
-            middle = ROBOT_BAR if opinion == 0 else COLOURS[NAMES[opinion]]
+            middle = LIGHT.paper if opinion == 0 else COLOURS[NAMES[opinion]]
             assert close(picture.getpixel((int(x), int(y))), rgb(middle))
     assert seen == {0, 1}
 
@@ -149,7 +149,7 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
     picture, seen = frame(swarm, size=1200), []
     for place, (dx, dy), disseminates in zip(swarm.positions, moved, swarm.disseminating, strict=True):
         others = np.sort(np.hypot(*(swarm.positions - place).T))
-        if disseminates or others[1] < 2 or not (1 < place).all() or not (place < 39).all():
+        if disseminates or others[1] < 2 or not (place > 1).all() or not (place < 39).all():
             continue  # its ring has the colour of its opinion, or something else is near
         turn = np.arctan2(dy, dx) + np.pi / 2 * np.arange(4)
         around = place + 0.72 * np.stack([np.cos(turn), np.sin(turn)], axis=1)  # beyond the disc
@@ -166,7 +166,7 @@ def test_robots_that_are_not_counted_are_pale():
     swarm = Swarm(Scenario(tasks={"count": 0}, faults={"byzantine": 0.5}), seed=1)
     picture = frame(swarm, size=600)
     for place, counted in zip(swarm.positions, swarm.counted, strict=True):
-        x, y = in_frame(swarm, 600, place + np.array([0, 0.3]))
+        x, y = in_frame(swarm, 600, place + np.array([0, 0.36]))
         full = any(close(picture.getpixel((int(x), int(y))), rgb(each)) for each in COLOURS.values())
         assert full == counted
 

@@ -18,7 +18,7 @@ from PIL import GifImagePlugin, Image, ImageColor
 from feasibee.errors import FeasibeeError
 from feasibee.files import check_writable, whole_file
 from feasibee.frames import DARK, LIGHT, History, Painter, frame
-from feasibee.palette import COLOURS, ROBOT_BAR, TASK
+from feasibee.palette import COLOURS, TASK
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, simulate_record
 from feasibee.swarm import Swarm
@@ -204,7 +204,7 @@ def _colours_of(picture: Image.Image) -> list[int]:
     """Return what is drawn in on a paper like that of a picture, and what soft edges need in between."""
     theme = LIGHT if picture.getpixel((0, 0)) == ImageColor.getrgb(LIGHT.paper) else DARK
     pairs = [(theme.paper, each) for each in (theme.ink, theme.faint, TASK, *COLOURS.values())]
-    pairs += [(ROBOT_BAR, COLOURS["infeasible"]), (theme.ink, TASK)]
+    pairs.append((theme.ink, TASK))
     mixed = {
         tuple(round(one + (other - one) * part / 3) for one, other in zip(*ends, strict=True)): None
         for ends in (tuple(ImageColor.getrgb(each) for each in pair) for pair in pairs)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.palette import COLOURS, ROBOT_BAR, TASK
-from feasibee.vocabulary import DECISIONS, NO_OPINION
+from feasibee.palette import COLOURS, TASK
+from feasibee.vocabulary import DECISIONS, INFEASIBLE, NO_OPINION
 
 LONGEST = 80
 """Characters of a value that are shown."""
@@ -169,11 +169,9 @@ def draw_arena(
             colour = COLOURS[name]
             if detailed and tells:
                 parts += [_dots(spots, 2.8 * radius, colour), _dots(spots, 2.4 * radius, "#fff")]
-            parts.append(_dots(spots, 2 * radius, colour))
-            if detailed and name == "infeasible":
-                parts.append(_dots(spots, 0.4 * radius, ROBOT_BAR, 1.24 * radius))
-            if detailed and opinion == NO_OPINION:
-                parts.append(_dots(spots, 1.1 * radius, "#fff"))
+            parts.append(_dots(spots, (1.4 if opinion == NO_OPINION else 2.0) * radius, colour))
+            if opinion == INFEASIBLE:
+                parts.append(_dots(spots, 0.96 * radius, "#fff"))
     thick = 16 if walls else 4
     border = (
         f'<rect x="{-thick / 2}" y="{-thick / 2}" width="{width + thick}" height="{height + thick}" '
@@ -206,13 +204,12 @@ def _places(
     return listed
 
 
-def _dots(spots: list[list[int]], width: float, colour: str, length: float = 0) -> str:
-    """Return discs, or bars, as strokes of one path: the short way to say where many things are."""
+def _dots(spots: list[list[int]], width: float, colour: str) -> str:
+    """Return discs as strokes of one path: the short way to say where many things are."""
     if not spots:
         return ""
-    path = "".join(f"M{x - length / 2:g} {y}h{length:g}" for x, y in spots)
-    cap = "butt" if length else "round"
-    return f'<path d="{path}" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="{cap}" fill="none"/>'
+    path = "".join(f"M{x} {y}h0" for x, y in spots)
+    return f'<path d="{path}" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="round" fill="none"/>'
 
 
 def _triangles(spots: list[list[int]], radius: int, detailed: bool) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from feasibee.feasibility import truth
-from feasibee.palette import COLOURS, ROBOT_BAR, TASK
+from feasibee.palette import COLOURS, TASK
 from feasibee.scenario import Scenario
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
@@ -327,7 +327,7 @@ def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
 def _robot(opinion: int, disseminating: bool, counted: bool, radius: float, theme: Theme) -> Stamp:
     """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count in the decision.
 
-    Beside the colour: feasible is plain, infeasible has a bar, none is hollow; a ring disseminates.
+    Beside the colour: feasible is full, infeasible hollow, none small; a ring disseminates.
     """
     detailed = radius >= DETAILED_RADIUS * DRAWN
     side = 2 * DRAWN * int(np.ceil((RING * radius + 1) / DRAWN))
@@ -345,12 +345,9 @@ def _robot(opinion: int, disseminating: bool, counted: bool, radius: float, them
     if detailed and disseminating:
         disc(RING, colour)
         disc(RING - 0.18, theme.paper)
-    disc(1.0, colour)
-    if detailed and opinion == NO_OPINION:
-        disc(0.55, theme.paper)
-    if opinion == INFEASIBLE:  # of a dot it is too small to see, and makes it lighter
-        long, wide = 0.62 * unit, 0.2 * unit
-        pen.rectangle((centre - long, centre - wide, centre + long, centre + wide), ROBOT_BAR)
+    disc(0.7 if opinion == NO_OPINION else 1.0, colour)
+    if opinion == INFEASIBLE:  # of a dot the hole is too small to see, and makes it lighter
+        disc(0.48, theme.paper)
     return _stamp(large, radius)
 
 

@@ -6,5 +6,3 @@ from typing import Final
 
 COLOURS: Final = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 TASK: Final = "#E69F00"
-ROBOT_BAR: Final = "#FFFFFF"
-"""A robot that thinks *infeasible* has a bar across, as a sign that says no entry: shape beside hue."""
