@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib.metadata import version
 from typing import Any, NoReturn
@@ -23,6 +24,10 @@ INTERRUPTED = 130
 
 class Commands(click.Group):
     """The commands, with feasibee's errors as lines and exit status 2."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Return the commands in the order in which they were added, not by their letters."""
+        return list(self.commands)
 
     def invoke(self, context: click.Context) -> Any:
         """Run a command."""
@@ -79,4 +84,5 @@ for command in (
     scenario,
     schema,
 ):
+    command.short_help = re.split(r"[:,.]", command.help or "")[0]  # a line has no room for more
     main.add_command(command)

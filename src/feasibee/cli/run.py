@@ -52,7 +52,7 @@ def run(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    """Simulate one scenario many times and say what the swarms decided.
+    """Simulate one scenario many times, and say what the swarms decided.
 
     FILE is a scenario in TOML; without one, the paper's defaults.
 

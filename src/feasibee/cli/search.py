@@ -60,7 +60,7 @@ def tune(
     out: Path,
     as_json: bool,
 ) -> None:
-    """Search for the parameters with which the swarm is right most often within a given time.
+    """Search for good parameters: those with which the swarm is right most often within a given time.
 
     What is gained is judged on fresh runs, since the best of many trials has also been lucky. Needs
     feasibee[tune].

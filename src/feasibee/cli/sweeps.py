@@ -301,7 +301,7 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
 @_folder
 @click.argument("parts", nargs=-1, required=True, type=click.Path(file_okay=False, path_type=Path))
 def merge(folder: Path, parts: tuple[Path, ...]) -> None:
-    """Bring the runs of several journals, such as those of a job array, into one.
+    """Merge journals: bring the runs of several, such as those of a job array, into one.
 
     \b
     Example:
