@@ -149,7 +149,7 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
     picture, seen = frame(swarm, size=1200), []
     for place, (dx, dy), disseminates in zip(swarm.positions, moved, swarm.disseminating, strict=True):
         others = np.sort(np.hypot(*(swarm.positions - place).T))
-        if disseminates or others[1] < 2 or not (1 < place).all() or not (place < 39).all():
+        if disseminates or others[1] < 2 or not (place > 1).all() or not (place < 39).all():
             continue  # its ring has the colour of its opinion, or something else is near
         turn = np.arctan2(dy, dx) + np.pi / 2 * np.arange(4)
         around = place + 0.72 * np.stack([np.cos(turn), np.sin(turn)], axis=1)  # beyond the disc
