@@ -1,7 +1,7 @@
 """The arena in a notebook: the page's canvas code, and the kernel in place of the server.
 
-A view asks for each step when it needs it, and gets a frame of `feasibee.live.messages`; so nothing queues up,
-and a view that nobody plays costs nothing. Needs ``feasibee[widget]``.
+A view asks for each step when it needs it, and gets a frame of `feasibee.live.messages`; so nothing queues
+up, and a view that nobody plays costs nothing. Needs ``feasibee[widget]``.
 """
 
 from __future__ import annotations
