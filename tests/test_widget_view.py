@@ -175,13 +175,17 @@ def test_the_arena_is_drawn_in_the_colours_of_the_system(show, scheme):
     assert share(canvas, GROUNDS["dark"]) > 0.8
 
 
-def test_a_problem_is_told_and_a_view_that_is_gone_does_nothing(show):
+def test_a_problem_or_a_lost_kernel_is_told_and_a_view_that_is_gone_does_nothing(show):
     page = show(Arena(SCENARIO))
     expect(step_of(page)).to_have_text("0")
     page.evaluate("model.send({ step: -1 })")
     expect(page.locator(".note")).to_contain_text("message = {'step': -1}: must be")
     page.get_by_role("button", name="Step").click()
     expect(page.locator(".note")).to_have_text("")
+    expect(step_of(page)).to_have_text("1")
+    page.evaluate("() => { model.send = () => { throw new Error('Cannot send'); }; }")
+    page.get_by_role("button", name="Step").click()
+    expect(page.locator(".note")).to_contain_text("Waiting for the kernel")
     page.evaluate("window.end()")
     assert page.evaluate("handlers.size") == 0
 

@@ -66,11 +66,16 @@ function render({ model, el }) {
   const ended = new AbortController();
   let swarm = "", pending = 0, past = 0, late = 0, stale = true;
 
+  const wait = () => say(".note", "Waiting for the kernel. If it was restarted, run this cell again.");
   const want = (step) => {
     player.asked = true;
-    model.send({ swarm, step });
     clearTimeout(late);
-    late = setTimeout(() => say(".note", "Waiting for the kernel. If it was restarted, run this cell again."), PATIENCE);
+    late = setTimeout(wait, PATIENCE);
+    try {
+      model.send({ swarm, step });
+    } catch {
+      wait(); // JupyterLab refuses to send to a kernel that is gone
+    }
   };
   const player = new Player((steps) => want(player.latest.step + steps));
   const arena = new Arena($("canvas"), {});
