@@ -1,0 +1,101 @@
+"""The arena in notebooks: what the kernel answers, and what the page's modules become."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import sys
+
+import pytest
+
+from feasibee import FeasibeeError, Scenario, Swarm
+from feasibee.live.messages import frame_of, tasks_of
+from feasibee.live.programme import Programme
+from feasibee.live.session import Plan, Session
+from feasibee.widget import MODULES, STATIC, SWARMS_LIMIT, Arena, joined_modules
+
+SCENARIO = Scenario(tasks={"count": 12}, run={"steps": 50})
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Give a function that sends an arena what a view would, and returns what goes back."""
+
+    def ask(arena, content):
+        answers = []
+        monkeypatch.setattr(arena, "send", lambda *answer: answers.append(answer))
+        arena._handle_custom_msg(content, [])
+        (answer,) = answers
+        return answer
+
+    return ask
+
+
+def frame_at(step, seed=3, run=5):
+    swarm = Swarm(SCENARIO, seed, run)
+    swarm.advance(step)
+    return frame_of(swarm, 0, step + 1)
+
+
+def test_a_view_gets_the_steps_that_it_asks_for(asked):
+    arena = Arena(SCENARIO, seed=3, run=5)
+    assert arena._tasks == tasks_of(Swarm(SCENARIO, 3, 5), 0)
+    for step in (0, 1, 7, 50, 4):  # also back
+        assert asked(arena, {"swarm": "a", "step": step}) == ({"swarm": "a"}, [frame_at(step)])
+        assert asked(arena, {"swarm": "b", "step": 2}) == ({"swarm": "b"}, [frame_at(2)])
+
+
+def test_old_swarms_are_let_go_and_played_again(asked):
+    arena = Arena(SCENARIO, seed=3, run=5)
+    for name in range(3 * SWARMS_LIMIT):
+        asked(arena, {"swarm": str(name), "step": 1})
+    assert len(arena._swarms) == SWARMS_LIMIT
+    assert asked(arena, {"swarm": "0", "step": 9}) == ({"swarm": "0"}, [frame_at(9)])
+
+
+@pytest.mark.parametrize(
+    "content",
+    [{}, [], None, {"swarm": "a"}, *({"swarm": "a", "step": step} for step in (-1, 51, 1.0, "1", None))],
+)
+def test_what_is_no_message_gets_an_error_and_no_frame(asked, content):
+    (answer,) = asked(Arena(SCENARIO), content)
+    assert answer["problem"].startswith("message = ")
+    assert "step: 0 to 50" in answer["problem"]
+    assert "run this cell again" in answer["problem"]
+
+
+def test_the_world_is_told_as_to_the_page():
+    scenario = Scenario(arena={"side": (30.0, 20.0), "boundary": "walls"})
+    session = Session(Programme(scenario))
+    session.begin(Plan(scenario, 0, 0, 0))
+    opened, world = session.opened(), Arena(scenario)._world
+    assert world == {name: opened[name] for name in world}
+
+
+def test_a_run_that_there_is_not_is_refused():
+    with pytest.raises(FeasibeeError, match="seed = -1"):
+        Arena(seed=-1)
+
+
+def test_the_modules_become_one():
+    joined = joined_modules()
+    assert not re.search(r"^\s*import\b", joined, re.MULTILINE)
+    assert re.findall(r"^export.*", joined, re.MULTILINE) == ["export default { render };"]
+    names = re.findall(r"^(?:async )?(?:function|class) (\w+)", joined, re.MULTILINE)
+    for line in re.findall(r"^(?:const|let) (.+)", joined, re.MULTILINE):
+        names += re.findall(r"(?:^|, )(\w+) = ", line)
+    assert {"decode", "Crowd", "Arena", "Player", "SPEEDS", "DISSEMINATING", "render"} <= set(names)
+    assert len(names) == len(set(names))
+
+
+def test_modules_come_after_those_that_they_import():
+    for number, name in enumerate(MODULES):
+        text = (STATIC / f"{name}.js").read_text("utf-8")
+        assert set(re.findall(r'from "\./(\w+)\.js"', text)) <= set(MODULES[:number])
+
+
+def test_without_anywidget_it_says_what_to_install(monkeypatch):
+    monkeypatch.delitem(sys.modules, "feasibee.widget")
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    with pytest.raises(FeasibeeError, match=r"install feasibee\[widget\]"):
+        importlib.import_module("feasibee.widget")

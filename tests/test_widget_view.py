@@ -1,0 +1,201 @@
+"""The arena in notebooks in a real browser: a page that plays the notebook, and the widget's own Python."""
+
+from __future__ import annotations
+
+import base64
+import io
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from feasibee import Scenario, simulate
+from feasibee.widget import Arena, joined_modules
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+
+playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed")
+if BROWSER is None:
+    pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is in PATH", allow_module_level=True)
+expect = playwright_api.expect
+
+SCENARIO = Scenario(tasks={"count": 50}, run={"steps": 200})
+NOTEBOOK = """async ({ esm, state, tasks }) => {
+  const within = (text) => {  // like Jupyter's buffers, part of a larger one
+    const bytes = Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
+    const all = new Uint8Array(bytes.length + 3);
+    all.set(bytes, 3);
+    return new DataView(all.buffer, 3);
+  };
+  const handlers = new Map();
+  window.model = {
+    get: (name) => (name === "_tasks" ? within(tasks) : state[name]),
+    set(name, value) {
+      state[name] = value;
+      handlers.get(`change:${name}`)?.();
+    },
+    save_changes: () => window.save({ step: state.step, speed: state.speed }),
+    on: (what, does) => handlers.set(what, does),
+    off: (what, does) => handlers.get(what) === does && handlers.delete(what),
+    async send(content) {
+      const [answer, buffers] = await window.ask(content);
+      handlers.get("msg:custom")?.(answer, buffers.map(within));
+    },
+  };
+  window.handlers = handlers;
+  const blob = URL.createObjectURL(new Blob([esm], { type: "text/javascript" }));
+  const widget = (await import(blob)).default, el = document.createElement("div");
+  window.end = widget.render({ model, el });
+  await new Promise((done) => setTimeout(done, 50));  // notebooks show it later
+  document.body.append(el);
+}"""
+GROUNDS = {"light": (253, 253, 252), "dark": (12, 15, 17)}
+FEASIBLE, TASKS = (0, 114, 178), (230, 159, 0)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright_api.sync_playwright() as playwright:
+        options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
+        running = playwright.chromium.launch(executable_path=BROWSER, args=options)
+        yield running
+        running.close()
+
+
+@pytest.fixture
+def show(browser):
+    """Give a function that shows an arena; at the end, no page may have said an error on its console."""
+    contexts, errors = [], []
+
+    def heard(message):
+        if message.type in ("error", "warning"):
+            errors.append(message.text)
+
+    def shown(arena, **options):
+        context = browser.new_context(**options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", heard)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+
+        def ask(content):
+            answers = []
+            arena.send = lambda message, buffers=(): answers.append((message, buffers))
+            arena._handle_custom_msg(content, [])
+            ((message, buffers),) = answers
+            return [message, [base64.b64encode(each).decode() for each in buffers]]
+
+        page.expose_function("ask", ask)
+        page.expose_function("save", arena.set_state)
+        state = {name: getattr(arena, name) for name in ("_world", "step", "speed")}
+        tasks = base64.b64encode(arena._tasks).decode()
+        page.evaluate(NOTEBOOK, {"esm": joined_modules(), "state": state, "tasks": tasks})
+        return page
+
+    yield shown
+    for context in contexts:
+        context.close()
+    assert not errors
+
+
+def share(canvas, colour):
+    """Return how much of a canvas has a colour."""
+    picture = np.asarray(Image.open(io.BytesIO(canvas.screenshot())).convert("RGB"))
+    return (picture == colour).all(axis=2).mean()
+
+
+def step_of(page):
+    return page.locator("[data-count=step]")
+
+
+def test_buttons_and_keys_step_play_pause_and_restart(show):
+    arena = Arena(SCENARIO, seed=1)
+    page = show(arena)
+    expect(step_of(page)).to_have_text("0")
+    page.get_by_role("button", name="Step").click()
+    expect(step_of(page)).to_have_text("1")
+    page.locator(".frame").focus()
+    for key, step in ((".", "2"), ("ArrowRight", "3")):
+        page.keyboard.press(key)
+        expect(step_of(page)).to_have_text(step)
+    page.wait_for_timeout(100)
+    assert arena.step == 3
+    page.keyboard.press(" ")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    expect(step_of(page)).not_to_have_text("3")
+    page.get_by_role("button", name="Pause").click()
+    page.wait_for_timeout(300)
+    there = step_of(page).inner_text()
+    page.wait_for_timeout(300)
+    assert there == step_of(page).inner_text() == str(arena.step)
+    page.keyboard.press("r")
+    expect(step_of(page)).to_have_text("0")
+
+
+def test_it_plays_to_the_end_and_says_what_simulate_says(show):
+    arena = Arena(SCENARIO, seed=1)
+    expected = simulate(SCENARIO, 1, 1, curves=True)
+    page = show(arena)
+    expect(page.locator(".outcome")).to_have_text("not decided (truth: infeasible)")
+    slider = page.get_by_role("slider", name="Speed")
+    slider.focus()
+    for _ in range(12):
+        page.keyboard.press("ArrowRight")
+    expect(slider).to_have_attribute("aria-valuetext", "3,000 steps / s")
+    page.get_by_role("button", name="Play").click()
+    expect(step_of(page)).to_have_text("200")
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    assert arena.speed == 3000
+    assert expected.decision[0] == 0
+    decided = f"decided infeasible at step {int(expected.decision_step[0])}: right"
+    expect(page.locator(".outcome")).to_have_text(decided)
+    assert page.locator("[data-count=feasible]").inner_text() == str(int(expected.feasible_count[0, -1]))
+    page.get_by_role("button", name="Play").click()
+    expect(step_of(page)).not_to_have_text("200")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_arena_is_drawn_in_the_colours_of_the_system(show, scheme):
+    arena = Arena(SCENARIO, seed=1)
+    arena.step = 9  # where a view begins
+    page = show(arena, color_scheme=scheme, reduced_motion="reduce")
+    expect(step_of(page)).to_have_text("9")
+    canvas = page.locator("canvas")
+    assert share(canvas, GROUNDS[scheme]) > 0.8
+    assert share(canvas, TASKS) > 0.005
+    assert (share(canvas, FEASIBLE) > 0.005) == (scheme == "light")
+    before = canvas.screenshot()
+    page.get_by_role("button", name="Step").click()
+    expect(step_of(page)).to_have_text("10")
+    assert canvas.screenshot() != before
+    page.evaluate("document.body.dataset.jpThemeLight = 'false'")  # as JupyterLab says it
+    page.wait_for_timeout(100)
+    assert share(canvas, GROUNDS["dark"]) > 0.8
+
+
+def test_a_problem_or_a_lost_kernel_is_told_and_a_view_that_is_gone_does_nothing(show):
+    page = show(Arena(SCENARIO))
+    expect(step_of(page)).to_have_text("0")
+    page.evaluate("model.send({ step: -1 })")
+    expect(page.locator(".note")).to_contain_text("message = {'step': -1}: must be")
+    page.get_by_role("button", name="Step").click()
+    expect(page.locator(".note")).to_have_text("")
+    expect(step_of(page)).to_have_text("1")
+    page.evaluate("() => { model.send = () => { throw new Error('Cannot send'); }; }")
+    page.get_by_role("button", name="Step").click()
+    expect(page.locator(".note")).to_contain_text("Waiting for the kernel")
+    page.evaluate("window.end()")
+    assert page.evaluate("handlers.size") == 0
+
+
+def test_it_fits_a_narrow_page_and_everything_has_a_name(show):
+    page = show(Arena(Scenario(arena={"side": (40.0, 20.0)})), viewport={"width": 360, "height": 600})
+    expect(step_of(page)).to_have_text("0")
+    box = page.locator("canvas").bounding_box()
+    assert box["x"] + box["width"] <= 360
+    assert box["width"] == pytest.approx(2 * box["height"], rel=0.02)
+    assert page.locator("html").evaluate("each => each.scrollWidth") <= 360
+    for role, name in (("img", "20 robots and 20 tasks"), ("slider", "Speed"), ("group", "Swarm")):
+        expect(page.get_by_role(role, name=name)).to_be_visible()
