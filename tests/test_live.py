@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import socket
 import struct
-import threading
 import time
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from serving import serving_at
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
@@ -63,21 +62,6 @@ WORLDS = {
     "of knowledge": {"decision.strategy": "census", "robots.count": 40},
     "without first opinions": {"decision.strategy": "cross-inhibition"},
 }
-
-
-@contextmanager
-def serving_at(programme, port=0):
-    """Run a server in a thread; give its port."""
-    with serving.listen("127.0.0.1", port) as listening:
-        server = serving.server_of(programme, "127.0.0.1")
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
-        thread.start()
-        try:
-            yield listening.getsockname()[1]
-        finally:
-            server.should_exit = True
-            thread.join(10)
-            assert not thread.is_alive()
 
 
 @pytest.fixture(scope="module")

@@ -4,51 +4,18 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
-import threading
-from contextlib import contextmanager
 
 import pytest
+from serving import serving_at
 
 from feasibee import Scenario, simulate
-from feasibee.live import server as serving
 from feasibee.live.programme import Programme, of_folder
 from feasibee.study import crews
 from feasibee.study.journal import Journal
 from feasibee.study.plan import study_of
 from feasibee.study.sweep import sweep
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
-
-playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed")
-if BROWSER is None:
-    pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is in PATH", allow_module_level=True)
-expect = playwright_api.expect
-
-
-@contextmanager
-def serving_at(programme, port=0):
-    """Run a server in a thread; give its port."""
-    with serving.listen("127.0.0.1", port) as listening:
-        server = serving.server_of(programme, "127.0.0.1")
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
-        thread.start()
-        try:
-            yield listening.getsockname()[1]
-        finally:
-            server.should_exit = True
-            thread.join(10)
-            assert not thread.is_alive()
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with playwright_api.sync_playwright() as playwright:
-        options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-        running = playwright.chromium.launch(executable_path=BROWSER, args=options)
-        yield running
-        running.close()
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import shutil
 
 import numpy as np
 import pytest
@@ -13,13 +12,7 @@ from PIL import Image
 from feasibee import Scenario, simulate
 from feasibee.widget import Arena, joined_modules
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
-
-playwright_api = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed")
-if BROWSER is None:
-    pytest.skip(f"no browser: none of {', '.join(BROWSERS)} is in PATH", allow_module_level=True)
-expect = playwright_api.expect
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
 SCENARIO = Scenario(tasks={"count": 50}, run={"steps": 200})
 NOTEBOOK = """async ({ esm, state, tasks }) => {
@@ -53,15 +46,6 @@ NOTEBOOK = """async ({ esm, state, tasks }) => {
 }"""
 GROUNDS = {"light": (253, 253, 252), "dark": (12, 15, 17)}
 FEASIBLE, TASKS = (0, 114, 178), (230, 159, 0)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with playwright_api.sync_playwright() as playwright:
-        options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-        running = playwright.chromium.launch(executable_path=BROWSER, args=options)
-        yield running
-        running.close()
 
 
 @pytest.fixture

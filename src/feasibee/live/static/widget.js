@@ -59,7 +59,7 @@ function bytesOf(view) {
 
 function render({ model, el }) {
   const shadow = el.attachShadow({ mode: "open" });
-  shadow.innerHTML = SHAPE;
+  shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: nothing else is markup
   const $ = (selector) => shadow.querySelector(selector), root = $(".arena"), speed = $("input");
   const world = model.get("_world"), [width, height] = world.size;
   const calm = matchMedia("(prefers-reduced-motion: reduce)"), dark = matchMedia("(prefers-color-scheme: dark)");
