@@ -251,6 +251,16 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
             assert frame["decision"] == frame["first_decision"]
 
 
+def test_a_long_list_has_as_many_runs_of_each_point(results, monkeypatch):
+    monkeypatch.setattr("feasibee.live.programme.LISTED", 10)
+    programme = of_folder(results, "all")
+    assert programme.found > 10
+    with Journal(results) as journal:
+        expected = {row.id: [0, 1] for row in journal.points}  # four points: ten runs are two of each
+    listed = {point: [each.run for each in programme.replays if each.point == point] for point in expected}
+    assert listed == expected
+
+
 def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     assert OFFERED == PICKS
     with Journal(results) as journal:

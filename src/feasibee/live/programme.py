@@ -45,7 +45,7 @@ class Programme:
     points : mapping of int to Row
         Those of a journal.
     replays : sequence of Replay
-        Runs of these points, the first `LISTED`.
+        Runs of these points, at most `LISTED`, as many of each.
     found : int
         How many there are.
     pick : str
@@ -140,13 +140,16 @@ def of_folder(folder: Path, pick: str) -> Programme:
     """
     with Journal(folder) as journal:
         points = {row.id: row for row in journal.points}
-        replays: list[Replay] = []
+        chosen: dict[int, list[Replay]] = {}
         found = 0
         for row in points.values():
             columns = journal.columns(row.id)[:, :3]
-            chosen = columns[_is_picked(columns[:, 1], row.truth, pick)]
-            found += len(chosen)
-            replays += [Replay(row.id, *numbers) for numbers in chosen[: LISTED - len(replays)].tolist()]
+            picked = columns[_is_picked(columns[:, 1], row.truth, pick)]
+            found += len(picked)
+            if len(picked):
+                chosen[row.id] = [Replay(row.id, *numbers) for numbers in picked[:LISTED].tolist()]
+    each = max(1, LISTED // max(1, len(chosen)))  # of every point, so that no one fills the list
+    replays = [replay for runs in chosen.values() for replay in runs[:each]][:LISTED]
     if not replays:
         which = "runs" if pick == "all" else f"runs that are {pick}"
         raise FeasibeeError(f"{folder}: has no {which}; choose another --pick: {', '.join(PICKS)}")

@@ -176,7 +176,7 @@ const replayKey = (point, run) => `${point} ${run}`;
 function listReplays({ replays, pick, found }) {
   $("replays").hidden = !replays.length;
   const kinds = { wrong: "decided wrong", right: "decided right", undecided: "didn't decide", all: "there are" };
-  $("replays-title").textContent = `${number(found)} runs that ${kinds[pick] ?? `decided ${pick}`}${found > replays.length ? `; the first ${replays.length}` : ""}`;
+  $("replays-title").textContent = `${number(found)} runs that ${kinds[pick] ?? `decided ${pick}`}${found > replays.length ? `; ${replays.length} of them` : ""}`;
   $("replay-list").replaceChildren(
     ...replays.map((replay) => {
       const item = document.createElement("li"), button = document.createElement("button");
