@@ -104,6 +104,7 @@ def test_words_json_and_page(assessment, tmp_path):
     write_report(assessment, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert page.count("data:image/png;base64,") == 2
+    assert page.count("<th>right with 50 tasks</th>") == 1
     assert "http" not in page  # one page by itself
 
 

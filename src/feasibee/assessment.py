@@ -6,7 +6,7 @@ import base64
 import html
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -269,13 +269,23 @@ def _image(drawn: Figure) -> str:
 
 
 def _html_table(trials: list[Trial]) -> str:
+    turned = {trial.opposite.tasks for trial in trials if trial.opposite}
+    columns: dict[str, Callable[[Trial], str]] = {
+        "": lambda trial: html.escape(trial.name),
+        "right at the end": lambda trial: percent(trial.outcome.accuracy),
+        "difference": lambda trial: points(trial.difference),
+        **{f"right with {tasks} tasks": _opposite_share for tasks in turned},
+        "bits a robot and step": lambda trial: f"{trial.outcome.bits.mean():.3g}",
+    }
+    head = "".join(f"<th>{name}</th>" for name in columns)
     rows = "".join(
-        f"<tr><td>{html.escape(trial.name)}</td><td>{percent(trial.outcome.accuracy)}</td>"
-        f"<td>{points(trial.difference)}</td><td>{trial.outcome.bits.mean():.3g}</td></tr>"
-        for trial in trials
+        f"<tr>{''.join(f'<td>{shown(trial)}</td>' for shown in columns.values())}</tr>" for trial in trials
     )
-    head = "<tr><th></th><th>right at the end</th><th>difference</th><th>bits a robot and step</th></tr>"
-    return f"<table>{head}{rows}</table>"
+    return f"<table><tr>{head}</tr>{rows}</table>"
+
+
+def _opposite_share(trial: Trial) -> str:
+    return percent(trial.opposite.accuracy) if trial.opposite else ""
 
 
 PAGE = """<!doctype html>
