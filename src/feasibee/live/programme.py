@@ -80,7 +80,10 @@ class Programme:
         scenario = Scenario.model_validate(row.scenario.to_dict())
         if scenario.hash != row.hash:
             name = scenario.decision.strategy
-            raise FeasibeeError(f"{name}: has changed since the sweep; put back the file as it was then")
+            raise FeasibeeError(
+                f"{name}: has changed since the sweep; put back the file as it was, which is in the journal "
+                "(SELECT text FROM sources)"
+            )
         return scenario
 
     def seed_of(self, point: int | None) -> int:
