@@ -96,6 +96,7 @@ class Params(NamedTuple):
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
     for_life: bool  # else once an exploration
+    only_counts: bool  # whether robots ask nothing of what is in sight: none is missed, known or of a class
     miss: np.uint64  # a probability, times 2**32
     loss: np.uint64  # likewise
     false_robots: float  # a step

@@ -110,7 +110,7 @@ def sense_many(params, state):
             looking = uint32(looking & uint32(looking - uint32(1)))
 
 
-@subroutine
+@passage
 def sense_beyond(params, state):
     """Sense in any swarm (model.md 6.3, 6.5, 6.6): what a robot sees in a step it knows before it hears."""
     publish(params, state)
@@ -127,7 +127,7 @@ def sense_beyond(params, state):
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
 
 
-@subroutine
+@kernel
 def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
@@ -152,14 +152,21 @@ def look(params, state, i, robot_bits, task_bits, limit):
 
 @passage
 def look_closely(params, state, i):
-    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3)."""
+    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
+
+    Where nothing of that is asked, things are only counted: a third off a step.
+    """
     x, y = state.robots[X, i], state.robots[Y, i]
     cells = state.robot_cells
+    robots_seen, tasks_seen = params.count_self - 1, int64(0)  # a robot is in its own sight
     first, last = block(cells, params.robot_grid, x, y)
     while first < last:
         close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
             last - first
         )
+        if params.only_counts:
+            robots_seen += popcount(close)
+            close = uint32(0)
         while close:
             other = int64(cells.points[LABEL, first + lowest(close)] >> int32(2))
             if other == i:
@@ -178,6 +185,9 @@ def look_closely(params, state, i):
         close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
             last - first
         )
+        if params.only_counts:
+            tasks_seen += popcount(close)
+            close = uint32(0)
         while close:
             task = int64(cells.points[LABEL, first + lowest(close)])
             seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.miss)
@@ -186,6 +196,9 @@ def look_closely(params, state, i):
                 see(params, state, i, params.robots + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
+    if params.only_counts:
+        state.counts[ROBOTS_SEEN, i] += robots_seen
+        state.counts[TASKS_SEEN, i] += tasks_seen
     if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
         see_falsely(params, state, i)
 
