@@ -112,6 +112,8 @@ def place(cells, cell, x, y, label):
 @kernel
 def block(cells, grid, x, y):
     """Return first and last place (the last excluded) of the points in the block nearest to a place."""
+    if grid.bits == 0:
+        return int64(0), cells.start[1]
     side = 1 << grid.bits
     left = int64(uint32(x)) - (grid.width >> (grid.bits + 1))
     low = int64(uint32(y)) - (grid.height >> (grid.bits + 1))

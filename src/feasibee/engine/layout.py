@@ -140,7 +140,7 @@ class State(NamedTuple):
     """
 
     robots: Int32s  # (X to IDENTITY, robot)
-    sets: Words  # (OPINIONS to COMMITTED, word of robots)
+    sets: Words  # (OPINIONS to LISTENING, word of robots)
     counts: Int64s  # (ROBOTS_SEEN to FEASIBLE_VOTES, robot)
     few: Words  # (SIGHT to HEARD_FEASIBLE, robot), up to 32 robots
     seen: Int64s  # (robot, class of robots and then of tasks), if there are several
@@ -182,6 +182,7 @@ SPEAKING = 9  # who of those that disseminate has something to say
 SAID = 10  # who of these says *feasible*
 NEUTRAL = 11  # who has no opinion
 COMMITTED = 12  # who has committed to its opinion
+LISTENING = 13  # who hears in this step, with what is beyond the paper
 
 ROBOTS_SEEN = 0  # n_obs of this exploration
 TASKS_SEEN = 1  # m_obs
@@ -250,7 +251,7 @@ def empty_state(params: Params, kinds: Kinds, slots: int, memory: int = 0) -> St
     values = params.value_scale > 0
     state = State(
         robots=np.zeros((IDENTITY + 1, padded), np.int32),
-        sets=np.zeros((COMMITTED + 1, words), np.uint32),
+        sets=np.zeros((LISTENING + 1, words), np.uint32),
         counts=np.zeros((FEASIBLE_VOTES + 1, padded), np.int64),
         few=np.zeros((HEARD_FEASIBLE + 1, WORD), np.uint32),
         seen=np.zeros((padded if params.mixed or params.knowledge else 0, classes), np.int64),

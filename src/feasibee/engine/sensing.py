@@ -23,6 +23,7 @@ from feasibee.engine.layout import (
     LABEL,
     LABELS,
     LIARS,
+    LISTENING,
     PHASE_LEFT,
     ROBOTS_SEEN,
     RUN,
@@ -120,6 +121,7 @@ def sense_beyond(params, state):
         while looking:
             look_closely(params, state, int64(32 * w + lowest(looking)))
             looking = uint32(looking & uint32(looking - uint32(1)))
+    note_listeners(params, state)
     for w in range(state.sets.shape[1]):
         speaking = state.sets[SPEAKING, w]
         while speaking:
@@ -271,6 +273,20 @@ def speak(params, state, i):
         first += 32
 
 
+@passage
+def note_listeners(params, state):
+    """Note who hears in this step, whose time has been taken from its phase already."""
+    for w in range(state.sets.shape[1]):
+        listening = state.sets[WORKING, w]
+        if params.listens_for != ALWAYS:
+            listening &= state.sets[DISSEMINATING, w]
+        if params.listens_for > WHILE_DISSEMINATING:
+            for j in range(32):
+                early = state.robots[PHASE_LEFT, 32 * w + j] >= params.listens_for
+                listening &= ~uint32(uint32(early) << uint32(j))
+        state.sets[LISTENING, w] = listening
+
+
 @kernel
 def speak_maybe(params, state, i):
     """Send a robot's message, true or false, to those in radio range that work and don't lose it."""
@@ -284,9 +300,11 @@ def speak_maybe(params, state, i):
     first, last = block(state.robot_cells, params.robot_grid, x, y)
     while first < last:
         close = near(params, points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
+        if params.robots <= 32:  # they stand in their order, so that those who don't hear are dropped at once
+            close &= state.sets[LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
         while close:
             j = int64(points[LABEL, first + lowest(close)] >> int32(2))
-            can_hear = j != i and listens(params, state, j) and has(state.sets[WORKING], j)
+            can_hear = j != i and has(state.sets[LISTENING], j)
             if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.loss):
                 if params.knowledge:
                     merge(params, state, j, i)
@@ -294,16 +312,6 @@ def speak_maybe(params, state, i):
                     hear(params, state, j, message, value)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-
-
-@kernel
-def listens(params, state, i):
-    """Tell whether a robot hears in this step, whose time has been taken from its phase already."""
-    if params.listens_for == ALWAYS:
-        return True
-    if not has(state.sets[DISSEMINATING], i):
-        return False
-    return params.listens_for == WHILE_DISSEMINATING or state.robots[PHASE_LEFT, i] < params.listens_for
 
 
 @kernel
