@@ -96,7 +96,8 @@ class Params(NamedTuple):
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
     for_life: bool  # else once an exploration
-    only_counts: bool  # whether robots ask nothing of what is in sight: none is missed, known or of a class
+    only_counts: bool  # whether robots count what they see and no more: no classes, no knowledge
+    counts_all: bool  # whether they count all in sight besides: nothing is missed, or known already
     miss: np.uint64  # a probability, times 2**32
     loss: np.uint64  # likewise
     false_robots: float  # a step

@@ -160,13 +160,15 @@ def look_closely(params, state, i):
     """
     x, y = state.robots[X, i], state.robots[Y, i]
     cells = state.robot_cells
-    robots_seen, tasks_seen = params.count_self - 1, int64(0)  # a robot is in its own sight
+    robots_seen = tasks_seen = int64(0)
+    if params.counts_all:
+        robots_seen = params.count_self - 1  # it is in its own sight
     first, last = block(cells, params.robot_grid, x, y)
     while first < last:
         close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
             last - first
         )
-        if params.only_counts:
+        if params.counts_all:
             robots_seen += popcount(close)
             close = uint32(0)
         while close:
@@ -175,7 +177,10 @@ def look_closely(params, state, i):
                 visible = params.count_self == 1
             else:
                 visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.miss)
-            if visible and is_new(params, state, i, other):
+            new = visible and is_new(params, state, i, other)
+            if params.only_counts:
+                robots_seen += new
+            elif new:
                 see(
                     params, state, i, int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other]), True
                 )
@@ -187,13 +192,16 @@ def look_closely(params, state, i):
         close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
             last - first
         )
-        if params.only_counts:
+        if params.counts_all:
             tasks_seen += popcount(close)
             close = uint32(0)
         while close:
             task = int64(cells.points[LABEL, first + lowest(close)])
             seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.miss)
-            if seen and is_new(params, state, i, 32 * state.sets.shape[1] + task):
+            new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
+            if params.only_counts:
+                tasks_seen += new
+            elif new:
                 kind = int64(state.kinds.of[params.robots + task])
                 see(params, state, i, params.robots + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))

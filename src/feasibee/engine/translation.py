@@ -85,11 +85,13 @@ def _senses(scenario: Scenario) -> dict[str, Any]:
     """Return the numbers of what robots see and hear."""
     sensing, radio = scenario.sensing, scenario.radio
     id_bits = radio.id_bits or max(1, (scenario.robots.count - 1).bit_length())
+    only_counts = not (_is_mixed(scenario) or scenario.strategy.knowledge)
     return {
         "count_self": int(sensing.count_self),
         "unique": sensing.observation == "unique",
         "for_life": sensing.memory == "life",
-        "only_counts": sensing.miss == 0 and sensing.observation == "repeated" and not (_is_mixed(scenario) or scenario.strategy.knowledge),
+        "only_counts": only_counts,
+        "counts_all": only_counts and sensing.miss == 0 and sensing.observation == "repeated",
         "miss": _probability(sensing.miss),
         "loss": _probability(radio.loss),
         "false_robots": sensing.false_robots,
