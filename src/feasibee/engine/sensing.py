@@ -156,61 +156,68 @@ def look(params, state, i, robot_bits, task_bits, limit):
 def look_closely(params, state, i):
     """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
 
-    Where nothing of that is asked, things are only counted: a third off a step.
+    Where nothing of that is asked, things are only counted, which takes a third off a step.
     """
-    x, y = state.robots[X, i], state.robots[Y, i]
-    cells = state.robot_cells
-    robots_seen = tasks_seen = int64(0)
-    if params.counts_all:
-        robots_seen = params.count_self - 1  # it is in its own sight
-    first, last = block(cells, params.robot_grid, x, y)
+    robots = look_at_robots(params, state, i, state.robots[X, i], state.robots[Y, i])
+    tasks = look_at_tasks(params, state, i, state.robots[X, i], state.robots[Y, i])
+    if params.only_counts:
+        state.counts[ROBOTS_SEEN, i] += robots
+        state.counts[TASKS_SEEN, i] += tasks
+    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
+        see_falsely(params, state, i)
+
+
+@passage
+def look_at_robots(params, state, i, x, y):
+    """Let a robot look at the robots in sight; return how many it counts, if it only counts."""
+    points = state.robot_cells.points
+    total = params.count_self - 1 if params.counts_all else int64(0)  # it is in its own sight
+    first, last = block(state.robot_cells, params.robot_grid, x, y)
     while first < last:
-        close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
-            last - first
-        )
+        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
         if params.counts_all:
-            robots_seen += popcount(close)
+            total += popcount(close)
             close = uint32(0)
         while close:
-            other = int64(cells.points[LABEL, first + lowest(close)] >> int32(2))
+            other = int64(points[LABEL, first + lowest(close)] >> int32(2))
             if other == i:
                 visible = params.count_self == 1
             else:
                 visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.miss)
             new = visible and is_new(params, state, i, other)
             if params.only_counts:
-                robots_seen += new
+                total += new
             elif new:
-                see(
-                    params, state, i, int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other]), True
-                )
+                identity, kind = int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other])
+                see(params, state, i, identity, kind, True)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-    cells = state.task_cells
-    first, last = block(cells, params.task_grid, x, y)
+    return total
+
+
+@passage
+def look_at_tasks(params, state, i, x, y):
+    """Let a robot look at the tasks in sight; return how many it counts, if it only counts."""
+    points = state.task_cells.points
+    total = int64(0)
+    first, last = block(state.task_cells, params.task_grid, x, y)
     while first < last:
-        close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
-            last - first
-        )
+        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
         if params.counts_all:
-            tasks_seen += popcount(close)
+            total += popcount(close)
             close = uint32(0)
         while close:
-            task = int64(cells.points[LABEL, first + lowest(close)])
+            task = int64(points[LABEL, first + lowest(close)])
             seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.miss)
             new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
             if params.only_counts:
-                tasks_seen += new
+                total += new
             elif new:
                 kind = int64(state.kinds.of[params.robots + task])
                 see(params, state, i, params.robots + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-    if params.only_counts:
-        state.counts[ROBOTS_SEEN, i] += robots_seen
-        state.counts[TASKS_SEEN, i] += tasks_seen
-    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
-        see_falsely(params, state, i)
+    return total
 
 
 @kernel
