@@ -11,20 +11,8 @@ from __future__ import annotations
 from numba import int64, uint32, uint64
 
 from feasibee.engine.compile import kernel
-from feasibee.engine.instructions import popcount, within
+from feasibee.engine.instructions import popcount, within, within_on
 from feasibee.engine.layout import LABEL, X, Y
-
-
-@kernel
-def within_wrapping(grid, xs, ys, first, x, y, limit):
-    """Do the same on a torus whose sides differ, so that 32 bits don't wrap by themselves."""
-    near = uint32(0)
-    for j in range(32):
-        point = uint64(uint64(first) + uint64(j))
-        dx = shortest(int64(uint32(xs[point])) - int64(uint32(x)), grid.width)
-        dy = shortest(int64(uint32(ys[point])) - int64(uint32(y)), grid.height)
-        near |= uint32((uint32(1) << uint32(j)) if uint64(dx * dx + dy * dy) < limit else uint32(0))
-    return near
 
 
 @kernel
@@ -42,7 +30,7 @@ def near(params, xs, ys, first, x, y, limit):
     """Return which of the 32 points from ``first`` on are near a place, on any arena."""
     if params.wraps:
         return within(xs, ys, first, x, y, limit)
-    return within_wrapping(params.robot_grid, xs, ys, first, x, y, limit)
+    return within_on(xs, ys, first, x, y, limit, params.width, params.height)
 
 
 @kernel
@@ -63,6 +51,12 @@ def fill(cells, grid, xs, ys, labels, count):
     # Read once: the compiler must assume that writing to the cells changes the grid.
     side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
     start = cells.start
+    if side == 1:  # one cell holds all, in their order; sorting them took a tenth of a step beyond the paper
+        start[0], start[1] = 0, count
+        points = cells.points
+        for i in range(count):
+            points[X, i], points[Y, i], points[LABEL, i] = xs[i], ys[i], labels[i]
+        return
     for cell in range(side * (side + 1) + 2):
         start[cell] = 0
     for i in range(count):
@@ -73,10 +67,9 @@ def fill(cells, grid, xs, ys, labels, count):
         start[upper + 2] += 1
         if column == 0:
             start[upper + side + 2] += 1
-        if side > 1:
-            start[lower + 2] += 1
-            if column == 0:
-                start[lower + side + 2] += 1
+        start[lower + 2] += 1
+        if column == 0:
+            start[lower + side + 2] += 1
     for cell in range(side * (side + 1)):
         start[cell + 2] += start[cell + 1]
     for i in range(count):
@@ -87,10 +80,9 @@ def fill(cells, grid, xs, ys, labels, count):
         place(cells, upper, xs[i], ys[i], labels[i])
         if column == 0:
             place(cells, upper + side, xs[i], ys[i], labels[i])
-        if side > 1:
-            place(cells, lower, xs[i], ys[i], labels[i])
-            if column == 0:
-                place(cells, lower + side, xs[i], ys[i], labels[i])
+        place(cells, lower, xs[i], ys[i], labels[i])
+        if column == 0:
+            place(cells, lower + side, xs[i], ys[i], labels[i])
 
 
 @kernel
@@ -106,6 +98,8 @@ def place(cells, cell, x, y, label):
 @kernel
 def block(cells, grid, x, y):
     """Return first and last place (the last excluded) of the points in the block nearest to a place."""
+    if grid.bits == 0:
+        return int64(0), cells.start[1]
     side = 1 << grid.bits
     left = int64(uint32(x)) - (grid.width >> (grid.bits + 1))
     low = int64(uint32(y)) - (grid.height >> (grid.bits + 1))
@@ -114,7 +108,7 @@ def block(cells, grid, x, y):
     if low < 0:
         low += grid.height
     cell = cell_of(low, grid.scale_y) * (side + 1) + cell_of(left, grid.scale_x)
-    return cells.start[cell], cells.start[cell + min(2, side)]
+    return cells.start[cell], cells.start[cell + 2]
 
 
 @kernel

@@ -13,7 +13,7 @@ import math
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import draw, philox
 from feasibee.engine.instructions import lowest, popcount
 from feasibee.engine.layout import (
@@ -138,7 +138,7 @@ def side_of(params, thing):
     return first + ((params.tasks + 31) >> 5), number - params.tasks
 
 
-@subroutine
+@passage
 def publish(params, state):
     """Fix what each robot tells in this step, and count its bits."""
     for w in range(state.sets.shape[1]):

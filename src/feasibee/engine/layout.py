@@ -96,6 +96,8 @@ class Params(NamedTuple):
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
     for_life: bool  # else once an exploration
+    only_counts: bool  # whether robots count what they see and no more: no classes, no knowledge
+    counts_all: bool  # whether they count all in sight besides: nothing is missed, or known already
     miss: np.uint64  # a probability, times 2**32
     loss: np.uint64  # likewise
     false_robots: float  # a step
@@ -139,7 +141,7 @@ class State(NamedTuple):
     """
 
     robots: Int32s  # (X to IDENTITY, robot)
-    sets: Words  # (OPINIONS to COMMITTED, word of robots)
+    sets: Words  # (OPINIONS to LISTENING, word of robots)
     counts: Int64s  # (ROBOTS_SEEN to FEASIBLE_VOTES, robot)
     few: Words  # (SIGHT to HEARD_FEASIBLE, robot), up to 32 robots
     seen: Int64s  # (robot, class of robots and then of tasks), if there are several
@@ -181,6 +183,7 @@ SPEAKING = 9  # who of those that disseminate has something to say
 SAID = 10  # who of these says *feasible*
 NEUTRAL = 11  # who has no opinion
 COMMITTED = 12  # who has committed to its opinion
+LISTENING = 13  # who hears in this step, with what is beyond the paper
 
 ROBOTS_SEEN = 0  # n_obs of this exploration
 TASKS_SEEN = 1  # m_obs
@@ -249,7 +252,7 @@ def empty_state(params: Params, kinds: Kinds, slots: int, memory: int = 0) -> St
     values = params.value_scale > 0
     state = State(
         robots=np.zeros((IDENTITY + 1, padded), np.int32),
-        sets=np.zeros((COMMITTED + 1, words), np.uint32),
+        sets=np.zeros((LISTENING + 1, words), np.uint32),
         counts=np.zeros((FEASIBLE_VOTES + 1, padded), np.int64),
         few=np.zeros((HEARD_FEASIBLE + 1, WORD), np.uint32),
         seen=np.zeros((padded if params.mixed or params.knowledge else 0, classes), np.int64),

@@ -7,7 +7,7 @@ import math
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.cells import block, first_bits, near, shortest
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import direction, duration, philox
 from feasibee.engine.instructions import lowest
 from feasibee.engine.layout import (
@@ -61,9 +61,12 @@ def tick(state):
         state.sets[ENDING, w] = ending
 
 
-@subroutine
+@passage
 def move_where_clear(params, state):
     """Move each robot whose way is clear; the others are blocked, stay, and will turn (model.md 6.2)."""
+    if params.wraps and not (params.walls or params.avoid_collisions):
+        move_freely(state)  # those that have stopped have no speed
+        return
     for w in range(state.sets.shape[1]):
         blocked = uint32(0)
         left = state.sets[WORKING, w]

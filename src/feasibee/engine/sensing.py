@@ -23,6 +23,7 @@ from feasibee.engine.layout import (
     LABEL,
     LABELS,
     LIARS,
+    LISTENING,
     PHASE_LEFT,
     ROBOTS_SEEN,
     RUN,
@@ -110,7 +111,7 @@ def sense_many(params, state):
             looking = uint32(looking & uint32(looking - uint32(1)))
 
 
-@subroutine
+@passage
 def sense_beyond(params, state):
     """Sense in any swarm (model.md 6.3, 6.5, 6.6): what a robot sees in a step it knows before it hears."""
     publish(params, state)
@@ -120,6 +121,7 @@ def sense_beyond(params, state):
         while looking:
             look_closely(params, state, int64(32 * w + lowest(looking)))
             looking = uint32(looking & uint32(looking - uint32(1)))
+    note_listeners(params, state)
     for w in range(state.sets.shape[1]):
         speaking = state.sets[SPEAKING, w]
         while speaking:
@@ -127,7 +129,7 @@ def sense_beyond(params, state):
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
 
 
-@subroutine
+@kernel
 def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
@@ -152,42 +154,70 @@ def look(params, state, i, robot_bits, task_bits, limit):
 
 @passage
 def look_closely(params, state, i):
-    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3)."""
-    x, y = state.robots[X, i], state.robots[Y, i]
-    cells = state.robot_cells
-    first, last = block(cells, params.robot_grid, x, y)
+    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
+
+    Where nothing of that is asked, things are only counted, which takes a third off a step.
+    """
+    robots = look_at_robots(params, state, i, state.robots[X, i], state.robots[Y, i])
+    tasks = look_at_tasks(params, state, i, state.robots[X, i], state.robots[Y, i])
+    if params.only_counts:
+        state.counts[ROBOTS_SEEN, i] += robots
+        state.counts[TASKS_SEEN, i] += tasks
+    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
+        see_falsely(params, state, i)
+
+
+@passage
+def look_at_robots(params, state, i, x, y):
+    """Let a robot look at the robots in sight; return how many it counts, if it only counts."""
+    points = state.robot_cells.points
+    total = params.count_self - 1 if params.counts_all else int64(0)  # it is in its own sight
+    first, last = block(state.robot_cells, params.robot_grid, x, y)
     while first < last:
-        close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
-            last - first
-        )
+        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
+        if params.counts_all:
+            total += popcount(close)
+            close = uint32(0)
         while close:
-            other = int64(cells.points[LABEL, first + lowest(close)] >> int32(2))
+            other = int64(points[LABEL, first + lowest(close)] >> int32(2))
             if other == i:
                 visible = params.count_self == 1
             else:
                 visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.miss)
-            if visible and is_new(params, state, i, other):
-                see(
-                    params, state, i, int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other]), True
-                )
+            new = visible and is_new(params, state, i, other)
+            if params.only_counts:
+                total += new
+            elif new:
+                identity, kind = int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other])
+                see(params, state, i, identity, kind, True)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-    cells = state.task_cells
-    first, last = block(cells, params.task_grid, x, y)
+    return total
+
+
+@passage
+def look_at_tasks(params, state, i, x, y):
+    """Let a robot look at the tasks in sight; return how many it counts, if it only counts."""
+    points = state.task_cells.points
+    total = int64(0)
+    first, last = block(state.task_cells, params.task_grid, x, y)
     while first < last:
-        close = near(params, cells.points[X], cells.points[Y], first, x, y, params.sight_limit) & first_bits(
-            last - first
-        )
+        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
+        if params.counts_all:
+            total += popcount(close)
+            close = uint32(0)
         while close:
-            task = int64(cells.points[LABEL, first + lowest(close)])
+            task = int64(points[LABEL, first + lowest(close)])
             seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.miss)
-            if seen and is_new(params, state, i, 32 * state.sets.shape[1] + task):
+            new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
+            if params.only_counts:
+                total += new
+            elif new:
                 kind = int64(state.kinds.of[params.robots + task])
                 see(params, state, i, params.robots + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
-        see_falsely(params, state, i)
+    return total
 
 
 @kernel
@@ -258,6 +288,20 @@ def speak(params, state, i):
         first += 32
 
 
+@passage
+def note_listeners(params, state):
+    """Note who hears in this step, whose time has been taken from its phase already."""
+    for w in range(state.sets.shape[1]):
+        listening = state.sets[WORKING, w]
+        if params.listens_for != ALWAYS:
+            listening &= state.sets[DISSEMINATING, w]
+        if params.listens_for > WHILE_DISSEMINATING:
+            for j in range(32):
+                early = state.robots[PHASE_LEFT, 32 * w + j] >= params.listens_for
+                listening &= ~uint32(uint32(early) << uint32(j))
+        state.sets[LISTENING, w] = listening
+
+
 @kernel
 def speak_maybe(params, state, i):
     """Send a robot's message, true or false, to those in radio range that work and don't lose it."""
@@ -271,9 +315,11 @@ def speak_maybe(params, state, i):
     first, last = block(state.robot_cells, params.robot_grid, x, y)
     while first < last:
         close = near(params, points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
+        if params.robots <= 32:  # they stand in their order, so that those who don't hear are dropped at once
+            close &= state.sets[LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
         while close:
             j = int64(points[LABEL, first + lowest(close)] >> int32(2))
-            can_hear = j != i and listens(params, state, j) and has(state.sets[WORKING], j)
+            can_hear = j != i and has(state.sets[LISTENING], j)
             if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.loss):
                 if params.knowledge:
                     merge(params, state, j, i)
@@ -281,16 +327,6 @@ def speak_maybe(params, state, i):
                     hear(params, state, j, message, value)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
-
-
-@kernel
-def listens(params, state, i):
-    """Tell whether a robot hears in this step, whose time has been taken from its phase already."""
-    if params.listens_for == ALWAYS:
-        return True
-    if not has(state.sets[DISSEMINATING], i):
-        return False
-    return params.listens_for == WHILE_DISSEMINATING or state.robots[PHASE_LEFT, i] < params.listens_for
 
 
 @kernel

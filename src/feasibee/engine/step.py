@@ -260,7 +260,7 @@ def rate(params, state, i, quality):
     state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
 
 
-@subroutine
+@passage
 def rate_beyond(params, state, quality):
     """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
     for w in range(state.sets.shape[1]):

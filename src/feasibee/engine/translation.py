@@ -39,7 +39,7 @@ def params_of(scenario: Scenario, seed: int) -> Params:
         robot_classes=max(1, len(scenario.robots.classes)),
         seed_low=np.uint32(seed & 0xFFFFFFFF),
         seed_high=np.uint32(seed >> 32),
-        mixed=bool(scenario.robots.classes or scenario.tasks.classes),
+        mixed=_is_mixed(scenario),
         together=scenario.robots.count <= WORD and is_paper(scenario),
         steps=scenario.run.steps,
         stop_at_decision=scenario.run.stop_at_decision,
@@ -85,10 +85,13 @@ def _senses(scenario: Scenario) -> dict[str, Any]:
     """Return the numbers of what robots see and hear."""
     sensing, radio = scenario.sensing, scenario.radio
     id_bits = radio.id_bits or max(1, (scenario.robots.count - 1).bit_length())
+    only_counts = not (_is_mixed(scenario) or scenario.strategy.knowledge)
     return {
         "count_self": int(sensing.count_self),
         "unique": sensing.observation == "unique",
         "for_life": sensing.memory == "life",
+        "only_counts": only_counts,
+        "counts_all": only_counts and sensing.miss == 0 and sensing.observation == "repeated",
         "miss": _probability(sensing.miss),
         "loss": _probability(radio.loss),
         "false_robots": sensing.false_robots,
@@ -97,6 +100,10 @@ def _senses(scenario: Scenario) -> dict[str, Any]:
         "id_bits": id_bits,
         "random_ids": radio.id_bits is not None,
     }
+
+
+def _is_mixed(scenario: Scenario) -> bool:
+    return bool(scenario.robots.classes or scenario.tasks.classes)
 
 
 def _controller(scenario: Scenario) -> dict[str, Any]:
