@@ -108,6 +108,14 @@ def test_words_json_and_page(assessment, tmp_path):
     assert "http" not in page  # one page by itself
 
 
+def test_words_fit_a_narrow_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    told = CliRunner().invoke(main, ["assess", "--runs", "5", "--steps", "20"]).stdout
+    assert "\u00a0" not in told
+    assert max(map(len, told.splitlines())) <= 40
+    assert not any(line.lstrip().startswith("%") for line in told.splitlines())
+
+
 def test_the_command_takes_short_options():
     done = CliRunner().invoke(
         main, ["assess", "--robots", "5", "--tasks", "6", "--arena", "8", "--steps", "20", "--runs", "3"]

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from feasibee.errors import FeasibeeError
+from feasibee.files import check_cache
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
@@ -138,6 +139,7 @@ def is_engine_compiled(scenario: Scenario) -> bool:
 
 def load_engine(scenario: Scenario) -> None:
     """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
+    check_cache()
     if not is_engine_compiled(scenario):
         print(
             "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
