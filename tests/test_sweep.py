@@ -838,6 +838,21 @@ def test_a_figure_says_which_runs_it_takes_together(twice, results):
     assert invoke("plot", results, "--x", "tasks.count", "--hue", "decision.strategy").stderr == ""
 
 
+def test_a_strategy_that_was_edited_is_another(tmp_path):
+    file = Path(__file__).parent / "../src/feasibee/strategies/voter.py"
+    own, folder = tmp_path / "own.py", tmp_path / "out"
+    for more in ("", "# edited\n"):
+        own.write_text(file.read_text() + more)
+        varied = {"decision.strategy": ["dmmd", str(own)]}
+        sweep(study(runs=2, sweep=varied), folder, crews.threads(1))
+    output_of("export", folder)
+    frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
+    assert frame["source"].fillna(0).tolist() == [0, 1, 2]
+    told = invoke("plot", folder, "--x", "decision.strategy").stderr
+    assert told == "feasibee: it takes runs together that differ in source\n"
+    assert invoke("plot", folder, "--x", "decision.strategy", "--hue", "source").stderr == ""
+
+
 def test_an_unbegun_point_has_a_status(tmp_path):
     with Journal(tmp_path, write=True) as journal:
         journal.add(study().points, 5)

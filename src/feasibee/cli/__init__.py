@@ -38,7 +38,9 @@ class Commands(click.Group):
             fail(str(error))
         except click.UsageError as error:
             path = error.ctx.command_path if error.ctx else context.command_path
-            fail(f"{error.format_message().rstrip('.')}. See '{path} --help'.")
+            message = error.format_message()
+            stop = "" if message.endswith((".", "?")) else "."
+            fail(f"{message}{stop} See '{path} --help'.")
         except MemoryError:
             fail("not enough memory; ask for fewer runs, steps or robots")
         except OSError as error:

@@ -28,6 +28,7 @@ from feasibee.vocabulary import MODEL_VERSION
 if TYPE_CHECKING:
     import pandas as pd
 
+SOURCE = "source"
 KINDS = ("csv", "parquet", "netcdf")
 
 
@@ -81,7 +82,8 @@ def _summary(row: Row, journal: Journal) -> Summary:
 def varied(journal: Journal) -> list[str]:
     """Return the fields that the study varies, in its order, and what else tells two points apart.
 
-    A journal may hold several studies, which vary the same fields and differ in another.
+    A journal may hold several studies, which vary the same fields and differ in another; or in the text of a
+    strategy's file, whose number is named ``source``.
     """
     points = journal.points
     fields = list(dict.fromkeys(path for row in points for path in row.values))
@@ -90,7 +92,7 @@ def varied(journal: Journal) -> list[str]:
         key = json.dumps([row.seed, *(held(row, path) for path in fields)])
         groups.setdefault(key, []).append(row)
     more = [
-        _differing([dict(_leaves(row.scenario.to_dict())) for row in group])
+        _differing([{**dict(_leaves(row.scenario.to_dict())), SOURCE: row.source} for row in group])
         for group in groups.values()
         if len(group) > 1
     ]
@@ -142,6 +144,8 @@ def frame(journal: Journal) -> pd.DataFrame:
 
 def held(row: Row, path: str) -> Any:
     """Return what a point has in a field that the study varies, or another study in the same journal."""
+    if path == SOURCE:
+        return row.source
     try:
         value = row.values[path] if path in row.values else value_at(row.scenario, path)
     except LookupError:
