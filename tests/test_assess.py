@@ -77,7 +77,9 @@ def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
     assert found.to_dict()["opposite"]["tasks"] == 50
 
 
-@pytest.mark.parametrize(("robots", "tasks", "others"), [(20, 20, 21), (20, 19, 21), (20, 21, 19), (2, 9, 1)])
+@pytest.mark.parametrize(
+    ("robots", "tasks", "others"), [(20, 20, 21), (20, 19, 21), (20, 21, 19), (2, 9, 1), (3, 0, 9)]
+)
 def test_the_opposite_is_at_the_reciprocal_ratio(robots, tasks, others):
     here = Scenario(robots={"count": robots}, tasks={"count": tasks})
     (there,) = _turned({"": here}).values()
@@ -108,6 +110,14 @@ def test_words_json_and_page(assessment, tmp_path):
     assert "http" not in page  # one page by itself
 
 
+def test_words_fit_a_narrow_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    told = CliRunner().invoke(main, ["assess", "--runs", "5", "--steps", "20"]).stdout
+    assert "\u00a0" not in told
+    assert max(map(len, told.splitlines())) <= 40
+    assert not any(line.lstrip().startswith("%") for line in told.splitlines())
+
+
 def test_the_command_takes_short_options():
     done = CliRunner().invoke(
         main, ["assess", "--robots", "5", "--tasks", "6", "--arena", "8", "--steps", "20", "--runs", "3"]
@@ -136,6 +146,21 @@ def test_ranges_are_read_and_checked():
     ):
         with pytest.raises(FeasibeeError):
             dimensions(Scenario(), [text])
+
+
+@pytest.mark.parametrize(
+    ("texts", "rule"),
+    [
+        (["decision.strategy=dmmd|nope|dmvd"], "decision.strategy = 'nope': must be"),
+        (["arena.side=wide|5"], "arena.side = 'wide': must be"),
+        (["decision.strategy"], "decision.strategy=a|b|c"),
+        (["decision.gain=1:9", "walk.mean_run", "decision.gain"], "names decision.gain twice"),
+    ],
+)
+def test_choices_that_cant_be_are_told(texts, rule):
+    with pytest.raises(FeasibeeError) as told:
+        dimensions(Scenario(), texts)
+    assert rule in str(told.value)
 
 
 def test_a_latin_hypercube_has_one_point_in_each_slice():

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -247,6 +248,11 @@ def test_a_table_says_counts_shares_and_steps():
     assert "feasible (true)" in words
     assert "infeasible (true)" not in words
     assert summary["scenario_hash"][:12] in words
+
+
+def test_one_robot_is_a_robot():
+    title = invoke("run", "--set", "robots.count=1", "--set", "tasks.count=1", "--runs", 1).stdout
+    assert "1 robot, 1 task, dmmd: 1 run " in title
 
 
 def test_a_table_says_when_a_quartile_was_not_reached():
@@ -540,10 +546,8 @@ def start(*arguments, code=None, **options):
     module = ["-m", "feasibee"] if code is None else ["-c", code]
     return subprocess.Popen(
         [sys.executable, *module, *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
         text=True,
-        **options,
+        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
     )
 
 
@@ -572,6 +576,18 @@ def test_a_reader_that_goes_away_leaves_no_traceback():
     process.stderr.close()
     process.wait(timeout=60)
     assert "Traceback" not in errors
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.parametrize("command", ["scenario", "truth"])
+def test_output_that_finds_no_room_is_told(command):
+    with Path("/dev/full").open("w") as full:
+        process = start(command, stdout=full)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert errors.splitlines() == [
+        "feasibee: the output: can't be written: No space left on device; free some room"
+    ]
 
 
 TELL_WHEN_IT_BEGINS = """

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from feasibee import Scenario, Swarm, decision_times
+from feasibee import FeasibeeError, Scenario, Swarm, decision_times
 from feasibee.simulation import simulate_record
 
 RUNS = 2000
@@ -110,3 +110,9 @@ def test_robots_walk_straight_runs_of_mean_ten_at_speed_one():
     headings = np.arctan2(moves[1:, :, 1][turned], moves[1:, :, 0][turned])
     counts, _ = np.histogram(headings, bins=16, range=(-np.pi, np.pi))
     assert np.abs(counts - headings.size / 16).max() < Z * np.sqrt(headings.size / 16)
+
+
+@pytest.mark.parametrize("steps", [-1, "1", 2.5, 2**40])
+def test_a_swarm_goes_whole_steps_forward(steps):
+    with pytest.raises(FeasibeeError, match=r"^steps = .*: must be a whole number from 0 to 2147483647"):
+        Swarm().advance(steps)

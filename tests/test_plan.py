@@ -365,7 +365,10 @@ def test_what_is_no_list_and_no_range(refused, given):
         ("{linspace = [0, 5, 2.5]}", "whole number of values"),
         ("{linspace = [0, 5, 0]}", "whole number of values"),
         ("{logspace = [1, 5, -1]}", "whole number of values"),
-        ("{linspace = [0, 5, 1e9]}", "whole number of values"),
+        (
+            "{linspace = [0, 5, 1e9]}",
+            "linspace = [0, 5, 1000000000.0]: must have a whole number of",
+        ),
     ],
 )
 def test_ranges_that_say_nothing(refused, given, rule):
@@ -418,6 +421,8 @@ def test_a_problem_of_the_common_scenario_is_told_once_with_its_file(study, tmp_
         ("tasks.count,radio.loss\n3,0.1\n\n4\n", "line 4 has 1 values, not 2"),
         ("tasks.count\n3,0.1\n", "line 2 has 2 values, not 1"),
         ("tasks.count,tasks.count\n3,4\n", "names a field twice"),
+        ("tasks.count;radio.loss\n3;0,5\n", "must be separated by commas"),
+        ("tasks.count\tradio.loss\n3\t0\n", "must be separated by commas"),
         (f"tasks.count\n{'1' * 200_000}\n", "not CSV in UTF-8"),
         ("tasks.count\n\xff\n".encode("latin-1"), "not CSV in UTF-8"),
         (None, "can't be read: No such file"),

@@ -1179,3 +1179,14 @@ def test_the_schema_refuses_what_a_single_field_must_not_be():
 def test_a_change_within_what_another_change_made_no_table_is_told():
     with pytest.raises(ScenarioError, match=r"leads through something that isn't there"):
         Scenario().replace({"robots.classes": 2, "robots.classes.0.count": 3})
+
+
+def test_numbers_of_an_array_are_numbers():
+    import numpy as np
+
+    plain = Scenario(robots={"count": 7, "avoid_collisions": True}, sensing={"range": 2.5})
+    arrays = {"count": np.arange(8)[7], "avoid_collisions": np.bool_(True)}
+    assert Scenario(robots=arrays, sensing={"range": np.float32(2.5)}) == plain
+    assert Scenario().replace({"tasks.count": np.int64(50)}) == Scenario(tasks={"count": 50})
+    with pytest.raises(ScenarioError, match="must be a whole number"):
+        Scenario(robots={"count": np.float64(7.5)})

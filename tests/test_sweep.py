@@ -425,6 +425,7 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
 
 def test_merging_what_is_no_sweep_is_refused(whole, tmp_path):
     assert "has no journal.sqlite" in refused("merge", tmp_path / "all", whole, tmp_path / "nope")
+    assert not (tmp_path / "all").exists()
     output_of("merge", tmp_path / "all", whole)  # the same again, without it
     assert everything(tmp_path / "all") == everything(whole)
 
@@ -779,7 +780,7 @@ def results(tmp_path_factory):
     (folder / "study.toml").write_text(TOML)
     told = output_of("sweep", folder / "study.toml", "--out", folder / "out", "--workers", 1)
     assert "144 runs in" in told
-    assert f"{folder / 'out'}/ has 144 runs of 6 points" in told
+    assert f"the study's 144 runs of 6 points are in {folder / 'out'}/" in told
     return folder / "out"
 
 
@@ -807,6 +808,49 @@ def test_status_in_words(results, monkeypatch):
     assert "144 runs of 6 points" in " ".join(told.split())
     assert told.count("infeasible") == 2
     assert told.count("voter") == 3
+
+
+@pytest.fixture
+def twice(tmp_path):
+    """A folder with the same study twice, the second with fewer steps and another seed."""
+    for changes in ({}, {"scenario": {**SMALL, "run": {"steps": 30}}}, {"seed": 6}):
+        sweep(study(runs=2, sweep={"tasks.count": [2, 5]}, **changes), tmp_path, crews.threads(1))
+    return tmp_path
+
+
+def test_what_tells_two_points_apart_has_a_column(twice, monkeypatch):
+    """Two studies may vary the same fields, and differ in another."""
+    monkeypatch.setenv("COLUMNS", "80")
+    rows = [line.split() for line in output_of("status", twice).splitlines() if "feasible" in line]
+    assert [row[:3] for row in rows] == [
+        [tasks, steps, seed] for steps, seed in (("40", "5"), ("30", "5"), ("40", "6")) for tasks in "25"
+    ]
+    output_of("export", twice)
+    assert exported("csv", twice / "runs.csv")["run.steps"].tolist() == [40] * 4 + [30] * 4 + [40] * 4
+
+
+def test_a_figure_says_which_runs_it_takes_together(twice, results):
+    told = invoke("plot", twice, "--x", "tasks.count").stderr
+    assert told == "feasibee: it takes runs together that differ in run.steps\n"
+    assert invoke("plot", twice, "--x", "tasks.count", "--hue", "run.steps").stderr == ""
+    told = invoke("plot", results, "--x", "tasks.count").stderr
+    assert told == "feasibee: it takes runs together that differ in decision.strategy\n"
+    assert invoke("plot", results, "--x", "tasks.count", "--hue", "decision.strategy").stderr == ""
+
+
+def test_a_strategy_that_was_edited_is_another(tmp_path):
+    file = Path(__file__).parent / "../src/feasibee/strategies/voter.py"
+    own, folder = tmp_path / "own.py", tmp_path / "out"
+    for more in ("", "# edited\n"):
+        own.write_text(file.read_text() + more)
+        varied = {"decision.strategy": ["dmmd", str(own)]}
+        sweep(study(runs=2, sweep=varied), folder, crews.threads(1))
+    output_of("export", folder)
+    frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
+    assert frame["source"].fillna(0).tolist() == [0, 1, 2]
+    told = invoke("plot", folder, "--x", "decision.strategy").stderr
+    assert told == "feasibee: it takes runs together that differ in source\n"
+    assert invoke("plot", folder, "--x", "decision.strategy", "--hue", "source").stderr == ""
 
 
 def test_an_unbegun_point_has_a_status(tmp_path):

@@ -82,7 +82,7 @@ def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
     turned = {}
     for name, scenario in kinds.items():
         robots, tasks = scenario.robots.count, scenario.tasks.count
-        others = robots + 1 if tasks == robots else max(1, round(robots * robots / tasks))
+        others = robots + 1 if tasks == robots else max(1, round(robots * robots / max(1, tasks)))
         if scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
             continue
         with suppress(ScenarioError):  # such as more tasks than a census has room for

@@ -7,6 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 from feasibee.errors import FeasibeeError
@@ -71,6 +72,21 @@ def cache_root() -> Path:
     import platformdirs
 
     return Path(os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False))
+
+
+@cache
+def check_cache() -> None:
+    """Raise an error if what is compiled couldn't be kept, as in a home that isn't there; look once."""
+    root = cache_root()
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            pass
+    except OSError as error:
+        why = error.strerror
+        raise FeasibeeError(
+            f"FEASIBEE_CACHE = {root}: can't be written: {why}; name a folder that you may write to"
+        ) from None
 
 
 def make_folder(path: str | Path) -> Path:

@@ -6,7 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, Strict, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
@@ -119,6 +128,18 @@ class Section(BaseModel):
     """A part of a scenario: no unknown keys, no silent conversions, no NaN, no change."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, given: Any) -> Any:
+        """Take numpy's numbers for Python's own: who varies a field takes its values from an array."""
+        if not isinstance(given, Mapping):
+            return given
+        return {key: value.item() if _is_scalar(value) else value for key, value in given.items()}
+
+
+def _is_scalar(value: object) -> bool:
+    return hasattr(value, "dtype") and getattr(value, "shape", None) == ()
 
 
 class Arena(Section):

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from feasibee.errors import FeasibeeError
+from feasibee.files import check_cache
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
@@ -108,7 +109,7 @@ def simulate_record(
     if not isinstance(scenario, Scenario):
         raise FeasibeeError(f"scenario = {scenario!r}: must be a Scenario; write Scenario(...)")
     runs, seed, first_run = check_numbers(runs, seed, first_run)
-    threads = processors() if threads is None else _whole("threads", threads, 1, 1024)
+    threads = processors() if threads is None else whole("threads", threads, 1, 1024)
     if curves and 4 * runs * (scenario.run.steps + 1) > CURVES_LIMIT:
         raise FeasibeeError(
             f"curves of {runs} runs x {scenario.run.steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; "
@@ -138,6 +139,7 @@ def is_engine_compiled(scenario: Scenario) -> bool:
 
 def load_engine(scenario: Scenario) -> None:
     """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
+    check_cache()
     if not is_engine_compiled(scenario):
         print(
             "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
@@ -156,9 +158,9 @@ def processors() -> int:
 
 def check_numbers(runs: int, seed: int, first_run: int = 0) -> tuple[int, int, int]:
     """Refuse numbers of runs that there aren't, and return the others as Python's own."""
-    runs = _whole("runs", runs, 1, RUN_LIMIT)
-    seed = _whole("seed", seed, 0, SEED_LIMIT - 1)
-    return runs, seed, _whole("first_run", first_run, 0, RUN_LIMIT - runs)
+    runs = whole("runs", runs, 1, RUN_LIMIT)
+    seed = whole("seed", seed, 0, SEED_LIMIT - 1)
+    return runs, seed, whole("first_run", first_run, 0, RUN_LIMIT - runs)
 
 
 def first_run_of(point: int, runs: int) -> int:
@@ -168,7 +170,7 @@ def first_run_of(point: int, runs: int) -> int:
     return point * RUNS_APART
 
 
-def _whole(name: str, value: int, low: int, high: int) -> int:
+def whole(name: str, value: int, low: int, high: int) -> int:
     """Return a whole number of any library as an int, if it is between two bounds."""
     try:
         number = low - 1 if isinstance(value, bool) else operator.index(value)

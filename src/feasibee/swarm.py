@@ -12,9 +12,10 @@ from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.simulation import check_numbers, load_engine
+from feasibee.simulation import check_numbers, load_engine, whole
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 
+STEPS_LIMIT = 2**31 - 1
 FIRST_STEPS = 1024
 """Room for counts, at first."""
 
@@ -93,7 +94,7 @@ class Swarm:
 
     def advance(self, steps: int = 1) -> None:
         """Let some steps pass."""
-        until = self.step + steps
+        until = self.step + whole("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(until)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import sys
 from importlib.metadata import version
@@ -37,9 +38,15 @@ class Commands(click.Group):
             fail(str(error))
         except click.UsageError as error:
             path = error.ctx.command_path if error.ctx else context.command_path
-            fail(f"{error.format_message()} See '{path} --help'.")
+            message = error.format_message()
+            stop = "" if message.endswith((".", "?")) else "."
+            fail(f"{message}{stop} See '{path} --help'.")
         except MemoryError:
             fail("not enough memory; ask for fewer runs, steps or robots")
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
+            fail(f"{error.filename or 'the output'}: can't be written: {error.strerror}; free some room")
         except KeyboardInterrupt:
             click.echo("feasibee: interrupted; no file was left half-written", err=True)
             sys.exit(INTERRUPTED)

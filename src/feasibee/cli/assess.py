@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from shutil import get_terminal_size
 
 import click
 
@@ -80,6 +81,12 @@ def assess(
         click.echo(json.dumps(assessment.to_dict(), indent=2))
         return
     for paragraph in words(assessment):
-        click.echo(click.wrap_text(paragraph, width=88) + "\n")
+        click.echo(_wrapped(paragraph) + "\n")
     if report is not None:
         click.echo(f"The page is {report}")
+
+
+def _wrapped(paragraph: str) -> str:
+    """Break a paragraph into lines for the terminal, never between a number and its %."""
+    width = min(88, get_terminal_size().columns)
+    return click.wrap_text(paragraph.replace(" %", "\u00a0%"), width).replace("\u00a0%", " %")

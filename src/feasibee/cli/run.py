@@ -174,10 +174,9 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    robots, tasks = scenario.robots.count, scenario.tasks.count
-    table = Table(
-        title=f"{robots} robots, {tasks} tasks, {scenario.decision.strategy}: {summary['runs']} runs"
-    )
+    robots = _counted(scenario.robots.count, "robot")
+    tasks, runs = _counted(scenario.tasks.count, "task"), _counted(summary["runs"], "run")
+    table = Table(title=f"{robots}, {tasks}, {scenario.decision.strategy}: {runs}")
     table.add_column("decision")
     for column in ("runs", "share", "95 % interval"):
         table.add_column(column, justify="right")
@@ -209,3 +208,7 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
             soft_wrap=True,
         )
     console.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"

@@ -88,8 +88,8 @@ def sweep(
     with _told(log) as progress:
         done = run_sweep(plan, out, crew, shard, progress)
     click.echo(
-        f"{done.runs_new} runs in {done.seconds:.1f} s; {out}/ has {done.runs_done} runs of "
-        f"{done.points} points. Look: feasibee status {out}"
+        f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
+        f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee status {out}"
     )
 
 
@@ -172,7 +172,7 @@ def status(folder: Path, as_json: bool) -> None:
       feasibee status results
     """
     from feasibee.study.journal import Journal
-    from feasibee.study.table import summaries, varied
+    from feasibee.study.table import held, summaries, varied
 
     with Journal(folder) as journal:
         points, fields = summaries(journal), varied(journal)
@@ -184,8 +184,10 @@ def status(folder: Path, as_json: bool) -> None:
     from rich.table import Column, Table
 
     total = sum(point.runs for point in points)
+    seeds = len({point.row.seed for point in points}) > 1
+    names = [*fields, "seed"] if seeds else fields
     table = Table(
-        *(Column(field.replace(".", ".\n"), overflow="fold") for field in fields),  # the numbers need room
+        *(Column(name.replace(".", ".\n"), overflow="fold") for name in names),  # the numbers need room
         box=SIMPLE_HEAD,
         pad_edge=False,
         collapse_padding=True,
@@ -196,7 +198,8 @@ def status(folder: Path, as_json: bool) -> None:
     for column in ("truth", "runs", "right", "interval", "undecided", "half by"):
         table.add_column(column, justify="right", no_wrap=True)
     for point in points:
-        values = [str(point.row.values.get(path, "")) for path in fields]
+        values = [_text(held(point.row, path)) for path in fields]
+        values += [str(point.row.seed)] if seeds else []
         accuracy = point.accuracy
         middle = "" if point.times.median is None else str(point.times.median)
         told = ["", "", "", middle]
@@ -209,6 +212,10 @@ def status(folder: Path, as_json: bool) -> None:
             ]
         table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *told)
     Console(highlight=False).print(table)
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else str(value)
 
 
 def _sequential(points: Sequence[Summary]) -> str:
@@ -282,19 +289,23 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     from feasibee.plots import save_figure
     from feasibee.study.figures import draw_lines, draw_map
     from feasibee.study.journal import Journal
-    from feasibee.study.table import summaries
+    from feasibee.study.table import alike, summaries, varied
 
     target = out or folder / "plot.png"
     if hue and y:
         raise FeasibeeError("--hue and --y: can't stand together; leave one of them out")
     with Journal(folder) as journal:
         points = [each for each in summaries(journal) if each.runs]
+        others = [field for field in varied(journal) if field not in (x, hue, y)]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
     check_figure("--out", target)
     drawn = draw_map(points, x, y, show) if y else draw_lines(points, x, hue, show)
     save_figure(drawn, target)
     click.echo(f"The figure is {target}")
+    over = alike([each.row for each in points], [field for field in (x, hue, y) if field], others)
+    if over:
+        click.echo(f"feasibee: it takes runs together that differ in {', '.join(over)}", err=True)
 
 
 @click.command()
@@ -310,6 +321,8 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
     from feasibee.files import make_folder
     from feasibee.study.journal import Journal
 
+    for part in parts:
+        Journal(part).close()  # refused before anything is written
     with Journal(make_folder(folder), write=True) as journal:
         for part in parts:
             with Journal(part) as other:

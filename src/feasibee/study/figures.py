@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from feasibee.errors import FeasibeeError
 from feasibee.plots import figure, spaced_by_ratio
 from feasibee.study.plan import value_at
-from feasibee.study.table import Summary, share
+from feasibee.study.table import SOURCE, Summary, share
 
 SHOWN = ("accuracy", "feasible", "infeasible", "undecided")
 MARKERS = "os^vDP<>Xhpd"
@@ -74,6 +74,8 @@ def draw_map(points: Sequence[Summary], x: str, y: str, show: str) -> Figure:
 
 def _value(point: Summary, path: str) -> Any:
     """Return what a point has in a field, whether the study varies it or not."""
+    if path == SOURCE:
+        return point.row.source or "built in"
     try:
         value = value_at(point.row.scenario, path)
     except LookupError:

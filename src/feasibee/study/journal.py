@@ -79,6 +79,8 @@ class Row(NamedTuple):
     scenario: Scenario
     until: dict[str, float] | None
     """The rule by which the number of runs was chosen, if they say it."""
+    source: int | None
+    """Number of the text of its strategy's file, if it has one."""
 
 
 class Journal:
@@ -131,7 +133,7 @@ class Journal:
         """All points, in the order in which they were added."""
         with self._told():
             rows = self._database.execute(
-                "SELECT id, hash, seed, truth, vary, scenario, until FROM points ORDER BY id"
+                "SELECT id, hash, seed, truth, vary, scenario, until, source FROM points ORDER BY id"
             ).fetchall()
         return [
             Row(
@@ -142,8 +144,9 @@ class Journal:
                 json.loads(vary),
                 _scenario(text),
                 json.loads(until or "null"),
+                source,
             )
-            for id_, hash_, seed, true, vary, text, until in rows
+            for id_, hash_, seed, true, vary, text, until, source in rows
         ]
 
     def add(self, points: Sequence[Point], seed: int, until: Until | None = None) -> list[int]:

@@ -221,7 +221,8 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
             )
         made = [float(each) for each in RANGES[kind](first, last, int(third))]
     else:
-        raise FeasibeeError(f"sweep.{path}: {kind} must have a whole number of values; such as [2, 200, 19]")
+        rule = f"must have a whole number of values, from 1 to {POINTS_LIMIT}; such as [2, 200, 19]"
+        raise FeasibeeError(f"sweep.{path}: {kind} = {list(numbers)}: {rule}")
     if _is_whole(base, path):
         made = list(dict.fromkeys(round(each) for each in made))
     if not made:
@@ -282,6 +283,9 @@ def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
     if len(rows) < 2:
         raise FeasibeeError(f"design = {str(path)!r}: has no row; write fields in line 1 and points below")
     header = [name.strip() for name in rows[0][1]]
+    if any(";" in name or "\t" in name for name in header):
+        rule = f"line 1 is {','.join(header)!r}: values must be separated by commas"
+        raise FeasibeeError(f"design = {str(path)!r}: {rule}; save it so")
     if len(set(header)) < len(header):
         raise FeasibeeError(f"design = {str(path)!r}: names a field twice in line 1; leave one of them out")
     whole = [_is_whole(base, name) for name in header]

@@ -49,7 +49,7 @@ class Dimension:
 
 
 def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
-    """Read fields to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true,false``.
+    """Read fields to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
 
     Raises
     ------
@@ -58,7 +58,12 @@ def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
     """
     if not texts:
         raise FeasibeeError("--over: names no field; such as --over decision.exploration,decision.gain")
-    return [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
+    found = [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
+    paths = [each.path for each in found]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise FeasibeeError(f"--over: names {path} twice; leave one of them out")
+    return found
 
 
 def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
@@ -80,7 +85,7 @@ def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
         raise FeasibeeError(f"{path} = {now}: has no usual range; give one, such as {path}=0:0.5")
     choices = tuple(each for each in get_args(kind) if isinstance(each, str))
     if not choices:
-        raise FeasibeeError(f"{path}: name its values, such as {path}=a,b,c")
+        raise FeasibeeError(f"{path}: name its values, such as {path}=a|b|c")
     return Dimension(path, choices=choices)
 
 
@@ -98,7 +103,11 @@ def _read(path: str, given: str, now: Any) -> Dimension:
 
 
 def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:
-    """Refuse a range whose ends the scenario refuses."""
+    """Refuse values, and a range whose ends, the scenario refuses."""
+    for value in dimension.choices:
+        scenario.replace({dimension.path: value})
+    if dimension.choices:
+        return dimension
     for share in (0.0, 1.0):
         try:
             scenario.replace({dimension.path: dimension.at(share)})

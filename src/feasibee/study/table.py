@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +28,7 @@ from feasibee.vocabulary import MODEL_VERSION
 if TYPE_CHECKING:
     import pandas as pd
 
+SOURCE = "source"
 KINDS = ("csv", "parquet", "netcdf")
 
 
@@ -79,8 +80,49 @@ def _summary(row: Row, journal: Journal) -> Summary:
 
 
 def varied(journal: Journal) -> list[str]:
-    """Return the fields that the study varies, in its order."""
-    return list(dict.fromkeys(path for row in journal.points for path in row.values))
+    """Return the fields that the study varies, in its order, and what else tells two points apart.
+
+    A journal may hold several studies, which vary the same fields and differ in another; or in the text of a
+    strategy's file, whose number is named ``source``.
+    """
+    points = journal.points
+    fields = list(dict.fromkeys(path for row in points for path in row.values))
+    groups: dict[str, list[Row]] = {}
+    for row in points:
+        key = json.dumps([row.seed, *(held(row, path) for path in fields)])
+        groups.setdefault(key, []).append(row)
+    more = [
+        _differing([{**dict(_leaves(row.scenario.to_dict())), SOURCE: row.source} for row in group])
+        for group in groups.values()
+        if len(group) > 1
+    ]
+    return list(dict.fromkeys([*fields, *(path for paths in more for path in paths)]))
+
+
+def _leaves(tables: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield all fields of a scenario by dotted path."""
+    for key, value in tables.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{way}{key}.")
+        else:
+            yield f"{way}{key}", value
+
+
+def _differing(scenarios: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the fields in which some scenarios aren't all the same."""
+    paths = dict.fromkeys(path for each in scenarios for path in each)
+    first = scenarios[0]
+    return [path for path in paths if any(each.get(path) != first.get(path) for each in scenarios)]
+
+
+def alike(points: Sequence[Row], shown: Sequence[str], others: Sequence[str]) -> list[str]:
+    """Return which other fields differ between points that are alike in those that a figure shows."""
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for row in points:
+        key = json.dumps([held(row, path) for path in shown])
+        groups.setdefault(key, []).append({path: held(row, path) for path in others})
+    found = {path for group in groups.values() for path in _differing(group)}
+    return [path for path in others if path in found]
 
 
 def frame(journal: Journal) -> pd.DataFrame:
@@ -88,7 +130,7 @@ def frame(journal: Journal) -> pd.DataFrame:
     import pandas as pd
 
     points, parts = journal.points, []
-    fields = {path: _column([_held(row, path) for row in points]) for path in varied(journal)}
+    fields = {path: _column([held(row, path) for row in points]) for path in varied(journal)}
     for number, row in enumerate(points):
         part = pd.DataFrame(journal.columns(row.id), columns=["run", *COLUMNS.split(", ")])
         part.insert(0, "point", row.id)
@@ -100,8 +142,10 @@ def frame(journal: Journal) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
-def _held(row: Row, path: str) -> Any:
+def held(row: Row, path: str) -> Any:
     """Return what a point has in a field that the study varies, or another study in the same journal."""
+    if path == SOURCE:
+        return row.source
     try:
         value = row.values[path] if path in row.values else value_at(row.scenario, path)
     except LookupError:
