@@ -84,7 +84,7 @@ def animate(
     >>> animate(feasibee.Scenario(), "run.gif", seed=1)  # doctest: +SKIP
     """
     path = Path(path)
-    _, seed, run = check_numbers(1, seed, run)
+    _, seed, run = check_numbers(1, seed, run, "run")
     _check(path, every, fps, size)
     start, end = _span(scenario, seed, run, steps)
     shown = [end] if path.suffix.lower() == ".png" else list(range(start, end + 1, every))

@@ -159,7 +159,8 @@ def _truth_in_words(assessment: Assessment) -> str:
     robots, verdict = assessment.scenario.robots.count, assessment.verdict
     if verdict.violator is None:
         free = robots - sum(verdict.assignment.values())
-        return f"The tasks are feasible: each place has a robot of its own, and {free} robots are left over."
+        left = "1 robot is" if free == 1 else f"{free} robots are"
+        return f"The tasks are feasible: each place has a robot of its own, and {left} left over."
     skills, demand, able = verdict.violator
     named = f" that can {' or '.join(skills)}" if assessment.scenario.tasks.classes else ""
     return f"The tasks are infeasible: they need {demand} robots{named}, and there are {able}."

@@ -156,11 +156,11 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def check_numbers(runs: int, seed: int, first_run: int = 0) -> tuple[int, int, int]:
+def check_numbers(runs: int, seed: int, first_run: int = 0, name: str = "first_run") -> tuple[int, int, int]:
     """Refuse numbers of runs that there aren't, and return the others as Python's own."""
     runs = whole("runs", runs, 1, RUN_LIMIT)
     seed = whole("seed", seed, 0, SEED_LIMIT - 1)
-    return runs, seed, whole("first_run", first_run, 0, RUN_LIMIT - runs)
+    return runs, seed, whole(name, first_run, 0, RUN_LIMIT - runs)
 
 
 def first_run_of(point: int, runs: int) -> int:

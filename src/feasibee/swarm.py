@@ -64,7 +64,7 @@ class Swarm:
     def __init__(
         self, scenario: Scenario | None = None, seed: int = 0, run: int = 0, *, room: int | None = None
     ) -> None:
-        _, seed, run = check_numbers(1, seed, run)
+        _, seed, run = check_numbers(1, seed, run, "run")
         self.scenario = Scenario() if scenario is None else scenario
         load_engine(self.scenario)
         from feasibee.engine import layout, runner, translation

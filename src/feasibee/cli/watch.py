@@ -86,5 +86,5 @@ def _programme(
                 f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run"
             )
         return of_folder(source, pick)
-    _, seed, run = check_numbers(1, seed or 0, run or 0)
+    _, seed, run = check_numbers(1, seed or 0, run or 0, "run")
     return Programme(read_scenario(source, changes), seed, run, source.name if source else "")
