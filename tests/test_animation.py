@@ -15,7 +15,7 @@ from PIL import Image, ImageColor
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.animation import AFTER_DECISION, animate, frame
 from feasibee.cli import main
-from feasibee.frames import DRAWN, LIGHT, History, Painter
+from feasibee.frames import DRAWN, LIGHT, Painter
 from feasibee.palette import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
@@ -105,14 +105,8 @@ def test_a_frame_of_a_swarm_of_ones_own(dark):
     assert picture.height % 2 == 0
     assert agreement(picture, swarm) == 1
     assert (sum(picture.getpixel((0, 0))) < 200) == dark
-    with_curve = frame(swarm, size=501, dark=dark, history=noted(swarm))
+    with_curve = frame(swarm, size=501, dark=dark, span=(12, 12))
     assert with_curve.height > picture.height
-
-
-def noted(swarm):
-    history = History()
-    history.note(swarm)
-    return history
 
 
 @pytest.mark.parametrize(("boundary", "copies"), [("torus", True), ("walls", False)])
@@ -171,15 +165,15 @@ def test_robots_that_are_not_counted_are_pale():
         assert full == counted
 
 
-def test_a_history_knows_when_the_swarm_decided():
+def test_the_swarm_knows_when_it_decided():
     scenario = WORLDS["torus"]
     found = simulate(scenario, 1, seed=1)
-    swarm, history = Swarm(scenario, seed=1), History()
+    swarm = Swarm(scenario, seed=1)
     for _ in range(200):
         swarm.advance()
-        history.note(swarm)
-    assert history.decision_step == found.decision_step[0]
-    assert history.decision == found.decision[0]
+    decision, decision_step = swarm.first_decision
+    assert decision_step == found.decision_step[0]
+    assert decision == found.decision[0]
 
 
 # --- What files hold ---
@@ -201,14 +195,12 @@ def test_a_gif_holds_every_frame_for_its_time(tmp_path):
     shown, durations, loop = frames_of(path)
     assert durations == [40, 40, 40, 2000]
     assert loop == 0
-    swarm, history = Swarm(WORLDS["torus"], seed=1), History()
+    swarm = Swarm(WORLDS["torus"], seed=1)
     painter = Painter(swarm.scenario, swarm.tasks, 240, span=(4, 16))
-    history.note(swarm)
     for step in range(1, 17):
         swarm.advance()
-        history.note(swarm)
         if step % 4 == 0:
-            drawn = np.asarray(painter.draw(swarm, history)).astype(int)
+            drawn = np.asarray(painter.draw(swarm)).astype(int)
             assert np.abs(drawn - shown[step // 4 - 1]).max(axis=2).mean() < 3  # but for soft edges
             assert np.abs(drawn - shown[step // 4 - 1]).max() < 100
 
@@ -249,7 +241,7 @@ def test_an_mp4_plays_everywhere(tmp_path, robots):
     reader = imageio_ffmpeg.read_frames(str(path))
     meta = next(reader)
     swarm = Swarm(scenario, seed=1)
-    drawn = frame(swarm, size=300, history=noted(swarm))
+    drawn = frame(swarm, size=300, span=(0, 0))
     assert (meta["codec"], meta["fps"], meta["size"]) == ("h264", 4, drawn.size)
     assert meta["pix_fmt"].startswith("yuv420p")
     shown = [np.frombuffer(each, np.uint8).reshape(drawn.height, drawn.width, 3) for each in reader]
@@ -336,10 +328,10 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
     out.write_text("before")
     draw = Painter.draw
 
-    def interrupted(self, swarm, history):
+    def interrupted(self, swarm):
         if swarm.step == 5:
             raise KeyboardInterrupt
-        return draw(self, swarm, history)
+        return draw(self, swarm)
 
     monkeypatch.setattr(Painter, "draw", interrupted)
     arguments = ["animate", "--steps", "5", "--size", "240", "--out", str(out)]

@@ -17,7 +17,7 @@ from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import check_writable, whole_file
-from feasibee.frames import DARK, LIGHT, History, Painter, frame
+from feasibee.frames import DARK, LIGHT, Painter, frame
 from feasibee.palette import COLOURS, TASK
 from feasibee.scenario import Scenario
 from feasibee.simulation import check_numbers, simulate_record
@@ -148,14 +148,11 @@ def _frames(
     progress: Callable[[float], None] | None,
 ) -> Iterator[Image.Image]:
     """Play the run and draw its frames, one at a time."""
-    swarm, history = Swarm(scenario, seed, run), History()
+    swarm = Swarm(scenario, seed, run)
     painter = Painter(scenario, swarm.tasks, size, dark, span)
-    history.note(swarm)
     for step in shown:
-        while swarm.step < step:
-            swarm.advance()
-            history.note(swarm)
-        yield painter.draw(swarm, history)
+        swarm.advance(step - swarm.step)
+        yield painter.draw(swarm)
         if progress is not None:
             progress((step + 1) / (shown[-1] + 1))
 

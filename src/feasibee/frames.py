@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
 
@@ -40,36 +39,8 @@ LIGHT = Theme("#FFFFFF", "#1F2328", "#B4BAC2")
 DARK = Theme("#14171C", "#E8EAED", "#565D67")
 
 
-@dataclass
-class History:
-    """What a swarm has thought so far, at the steps at which it was looked at.
-
-    Parameters
-    ----------
-    steps : list of int
-        When it was looked at.
-    shares : list of tuple of float
-        Share of the counted robots that thought *feasible*, and *infeasible*, then.
-    decision, decision_step : int
-        The first decision that was seen, and when; -1 and -1 before.
-    """
-
-    steps: list[int] = field(default_factory=list)
-    shares: list[tuple[float, float]] = field(default_factory=list)
-    decision: int = UNDECIDED
-    decision_step: int = -1
-
-    def note(self, swarm: Swarm) -> None:
-        """Look at a swarm at its present step."""
-        counted = max(1, int(swarm.counted.sum()))
-        self.steps.append(swarm.step)
-        self.shares.append((swarm.feasible_count / counted, swarm.infeasible_count / counted))
-        if self.decision == UNDECIDED and swarm.decision != UNDECIDED:
-            self.decision, self.decision_step = swarm.decision, swarm.step
-
-
 def frame(
-    swarm: Swarm, *, size: int = 480, dark: bool = False, history: History | None = None
+    swarm: Swarm, *, size: int = 480, dark: bool = False, span: tuple[int, int] | None = None
 ) -> Image.Image:
     """Draw a swarm at its present step.
 
@@ -81,8 +52,8 @@ def frame(
         Width of the picture in pixels.
     dark : bool
         Whether its background is dark.
-    history : History, optional
-        What it thought before, for the curve below the arena.
+    span : tuple of int, optional
+        First and last step of the curve below the arena; without it there is none.
 
     Returns
     -------
@@ -96,8 +67,7 @@ def frame(
     >>> frame(feasibee.Swarm(), size=300).width
     300
     """
-    span = (history.steps[0], history.steps[-1]) if history and history.steps else None
-    return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm, history)
+    return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm)
 
 
 class Painter:
@@ -128,6 +98,7 @@ class Painter:
         self.scenario, self.span = scenario, span
         self.theme = DARK if dark else LIGHT
         self.truth = FEASIBLE if truth(scenario) else INFEASIBLE
+        self.counted = scenario.counted(0), scenario.counted(scenario.faults.stop_step)
         width, height = scenario.arena.size
         whole = DRAWN * (size + size % 2)
         self.margin = max(4 * DRAWN, whole // 40)
@@ -146,7 +117,7 @@ class Painter:
         self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
         self.ground = self._ground(tasks)
 
-    def draw(self, swarm: Swarm, history: History | None = None) -> Image.Image:
+    def draw(self, swarm: Swarm) -> Image.Image:
         """Draw the present step of a swarm of this scenario."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
         arena = self.ground.copy()
@@ -154,9 +125,9 @@ class Painter:
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
         self._edge(pen)
-        self._words(drawn, pen, swarm, history or History())
-        if history is not None and self.span is not None:
-            self._curves(drawn, pen, history)
+        self._words(drawn, pen, swarm)
+        if self.span is not None:
+            self._curves(drawn, pen, swarm, *self.span)
         return drawn.reduce(DRAWN)
 
     def _font(self, inner: int) -> ImageFont.FreeTypeFont:
@@ -235,12 +206,12 @@ class Painter:
         box = (left - thick, top - thick, left + self.arena[0] + thick - 1, top + self.arena[1] + thick - 1)
         pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
 
-    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, history: History) -> None:
+    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm) -> None:
         """Write the step, the decision and the truth; the robots beside the counts are the legend."""
         left, right = self.margin, self.size[0] - self.margin
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
         pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
-        pen.text((right, first), self._outcome(swarm, history), self.theme.ink, self.font, "rm")
+        pen.text((right, first), self._outcome(swarm), self.theme.ink, self.font, "rm")
         pen.text((right, second), f"truth: {DECISIONS[self.truth]}", self.theme.ink, self.font, "rm")
         counted = int(swarm.counted.sum())
         counts = {FEASIBLE: swarm.feasible_count, INFEASIBLE: swarm.infeasible_count}
@@ -255,21 +226,19 @@ class Painter:
             _press(drawn, _robot(NO_OPINION, False, True, radius, self.theme), at + radius, second)
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
-    def _outcome(self, swarm: Swarm, history: History) -> str:
-        """Say whether the swarm has decided, when, and whether rightly."""
-        decision, step = history.decision, history.decision_step
-        if decision == UNDECIDED:
-            decision, step = swarm.decision, -1
+    def _outcome(self, swarm: Swarm) -> str:
+        """Say what the swarm has decided, and whether rightly; with a curve, what it did first, and when."""
+        decision, step = swarm.first_decision if self.span else (swarm.decision, -1)
         if decision == UNDECIDED:
             return "not decided"
         verdict = "right" if decision == self.truth else "wrong"
         return f"decided {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
 
-    def _curves(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, history: History) -> None:
+    def _curves(
+        self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, start: int, end: int
+    ) -> None:
         """Draw the share of each opinion over the steps, with the threshold, as far as it is known."""
         left, top, right, bottom = self.strip
-        assert self.span is not None
-        start, end = self.span
 
         def place(step: int, share: float) -> tuple[float, float]:
             return left + (right - left) * (step - start) / max(1, end - start), bottom - (
@@ -288,13 +257,14 @@ class Painter:
         below = bottom + 0.35 * self.line
         pen.text((left, below), str(start), self.theme.ink, small, "lm")
         pen.text((right, below), f"{end} steps", self.theme.ink, small, "rm")
-        stride = max(1, len(history.steps) // (2 * self.size[0]))
-        known = [number for number, step in enumerate(history.steps) if step >= start]
-        known = known[::stride] + known[-1:]
+        known = np.arange(start, swarm.step + 1)
+        known = np.append(known[:: max(1, (swarm.step + 1) // (2 * self.size[0]))], known[-1:])
+        counted = np.where(known < self.scenario.faults.stop_step, *self.counted)
         radius = round(0.32 * self.font.size)
-        for side, opinion in ((1, INFEASIBLE), (0, FEASIBLE)):
+        for counts, opinion in ((swarm.infeasible_counts, INFEASIBLE), (swarm.feasible_counts, FEASIBLE)):
             colour = COLOURS[DECISIONS[opinion]]
-            points = [place(history.steps[number], history.shares[number][side]) for number in known]
+            shares = counts[known] / np.maximum(1, counted)
+            points = [place(step, share) for step, share in zip(known.tolist(), shares.tolist(), strict=True)]
             if len(points) > 1:
                 pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
             if points:

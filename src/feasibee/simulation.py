@@ -6,6 +6,7 @@ import operator
 import os
 import sys
 from collections.abc import Callable
+from threading import Lock
 from typing import TYPE_CHECKING, Literal
 
 from feasibee.errors import FeasibeeError
@@ -129,6 +130,9 @@ def simulate_record(
     return record
 
 
+_loading = Lock()  # a second thread finds what the first has compiled
+
+
 def is_engine_compiled(scenario: Scenario) -> bool:
     """Tell whether the engine for a scenario has been compiled on this machine."""
     from feasibee.engine.compile import is_compiled
@@ -140,15 +144,16 @@ def is_engine_compiled(scenario: Scenario) -> bool:
 def load_engine(scenario: Scenario) -> None:
     """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
     check_cache()
-    if not is_engine_compiled(scenario):
-        print(
-            "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
-            file=sys.stderr,
-            flush=True,
-        )
-    from feasibee.engine.runner import engine_functions
+    with _loading:
+        if not is_engine_compiled(scenario):
+            print(
+                "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
+                file=sys.stderr,
+                flush=True,
+            )
+        from feasibee.engine.runner import engine_functions
 
-    engine_functions(scenario)
+        engine_functions(scenario)
 
 
 def processors() -> int:

@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 def scenario_options(command: Callable[..., None]) -> Callable[..., None]:
     """Let a command take a scenario: a file, and changes to it."""
     file = click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
-    changes = click.option(
-        "--set",
-        "changes",
-        multiple=True,
-        metavar="FIELD=VALUE",
-        shell_complete=complete_change,
-        help="Change a field, such as tasks.count=50.",
-    )
-    return file(changes(command))
+    return file(changes_option(command))
 
 
+changes_option = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="FIELD=VALUE",
+    shell_complete=complete_change,
+    help="Change a field, such as tasks.count=50.",
+)
 seed_option = click.option(
     "--seed", type=int, default=0, show_default=True, help="64 bits; the same seed, the same runs."
 )

@@ -175,7 +175,8 @@ def status(folder: Path, as_json: bool) -> None:
     from feasibee.study.table import held, summaries, varied
 
     with Journal(folder) as journal:
-        points, fields = summaries(journal), varied(journal)
+        points = summaries(journal)
+    fields = varied([point.row for point in points])
     if as_json:
         click.echo(json.dumps([_as_json(point) for point in points], indent=2))
         return
@@ -295,14 +296,15 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     if hue and y:
         raise FeasibeeError("--hue and --y: can't stand together; leave one of them out")
     with Journal(folder) as journal:
-        points = [each for each in summaries(journal) if each.runs]
-        others = [field for field in varied(journal) if field not in (x, hue, y)]
+        found = summaries(journal)
+    points = [each for each in found if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
     check_figure("--out", target)
     drawn = draw_map(points, x, y, show) if y else draw_lines(points, x, hue, show)
     save_figure(drawn, target)
     click.echo(f"The figure is {target}")
+    others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = alike([each.row for each in points], [field for field in (x, hue, y) if field], others)
     if over:
         click.echo(f"feasibee: it takes runs together that differ in {', '.join(over)}", err=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import read_scenario
+from feasibee.cli.options import changes_option, read_scenario
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -19,9 +19,7 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 
 @click.command()
 @click.argument("source", metavar="[FILE|FOLDER]", required=False, type=click.Path(path_type=Path))
-@click.option(
-    "--set", "changes", multiple=True, metavar="FIELD=VALUE", help="Change a field, such as tasks.count=50."
-)
+@changes_option
 @click.option("--seed", type=int, help="64 bits; by default 0, or that of the sweep.")
 @click.option("--run", type=int, help="Which run of that seed; by default 0, or the first that is picked.")
 @click.option(

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from threading import RLock
+from threading import Lock
 from typing import Any
 
 import llvmlite
@@ -17,7 +17,7 @@ import numpy
 from feasibee.files import cache_root
 
 CONFIG: Any = numba.config
-ONE_AT_A_TIME = RLock()
+ONE_AT_A_TIME = Lock()
 """numba's settings are those of all threads."""
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
 # function would otherwise touch every array's count atomically, which doubled the cost of a step.

@@ -15,7 +15,7 @@ from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from feasibee.engine import batch
-from feasibee.engine.compile import ONE_AT_A_TIME, entry
+from feasibee.engine.compile import entry
 from feasibee.engine.layout import Kinds, Params, empty_state, packed
 from feasibee.engine.translation import is_paper, kinds_of, params_of
 from feasibee.errors import FeasibeeError
@@ -35,8 +35,7 @@ Functions = tuple[Callable[..., Any], ...]
 
 def engine_functions(scenario: Scenario) -> Functions:
     """Compile what a scenario takes: how a run starts, how it goes on, and its strategy."""
-    with ONE_AT_A_TIME:  # a second thread finds what the first has compiled
-        return (*batch.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
+    return (*batch.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
 
 
 @cache

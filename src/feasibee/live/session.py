@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from threading import Lock
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
@@ -11,7 +10,6 @@ from feasibee.feasibility import explain
 from feasibee.live.messages import Open, frame_of, tasks_of
 from feasibee.live.programme import Programme
 from feasibee.scenario import Scenario
-from feasibee.simulation import load_engine
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
 
@@ -22,8 +20,6 @@ ROOM: Final = 256 * 2**20
 """Bytes of a swarm's state, beside what it takes in proportion to robots and tasks."""
 FILES: Final = ("robots.points", "tasks.points")
 """Fields that may name a file, which a page may not."""
-
-_compiling = Lock()  # two pages that begin at once would compile the same code twice
 
 
 class Plan(NamedTuple):
@@ -142,8 +138,6 @@ class Session:
 
     def begin(self, plan: Plan) -> None:
         """Put a swarm at step 0, in place of the one before; if that fails, the one before stays."""
-        with _compiling:
-            load_engine(plan.scenario)
         self._swarm = Swarm(plan.scenario, plan.seed, plan.run, room=ROOM)
         self._plan = plan
         self._generation += 1

@@ -79,13 +79,12 @@ def _summary(row: Row, journal: Journal) -> Summary:
     )
 
 
-def varied(journal: Journal) -> list[str]:
-    """Return the fields that the study varies, in its order, and what else tells two points apart.
+def varied(points: Sequence[Row]) -> list[str]:
+    """Return the fields that a study varies, in its order, and what else tells two of its points apart.
 
     A journal may hold several studies, which vary the same fields and differ in another; or in the text of a
     strategy's file, whose number is named ``source``.
     """
-    points = journal.points
     fields = list(dict.fromkeys(path for row in points for path in row.values))
     groups: dict[str, list[Row]] = {}
     for row in points:
@@ -130,7 +129,7 @@ def frame(journal: Journal) -> pd.DataFrame:
     import pandas as pd
 
     points, parts = journal.points, []
-    fields = {path: _column([held(row, path) for row in points]) for path in varied(journal)}
+    fields = {path: _column([held(row, path) for row in points]) for path in varied(points)}
     for number, row in enumerate(points):
         part = pd.DataFrame(journal.columns(row.id), columns=["run", *COLUMNS.split(", ")])
         part.insert(0, "point", row.id)
