@@ -5,11 +5,20 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import tracemalloc
 
 import pytest
 
 from feasibee import FeasibeeError, Scenario, simulate
-from feasibee.files import check_cache, make_folder, whole_file
+from feasibee.files import (
+    TABLE_LIMIT,
+    TEXT_LIMIT,
+    UnreadableError,
+    check_cache,
+    make_folder,
+    read_text,
+    whole_file,
+)
 
 
 def names(folder):
@@ -132,3 +141,65 @@ def test_a_cache_that_cant_be_is_told(tmp_path, monkeypatch):
             simulate(Scenario(), 1)
     finally:
         check_cache.cache_clear()
+
+
+# --- What a user names, read ---
+
+
+def why(path, **options):
+    with pytest.raises(UnreadableError, match="can't be read") as caught:
+        read_text(path, "a scenario in TOML", **options)
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).endswith("; name a scenario in TOML")
+    return caught.value.why
+
+
+def test_text_comes_with_newlines_and_without_a_mark_of_its_order(tmp_path):
+    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbfone\r\ntwo\rthree\n")
+    assert read_text(tmp_path / "a.toml", "a file") == "one\ntwo\nthree\n"
+
+
+@pytest.mark.parametrize("device", ["/dev/zero", "/dev/urandom", "/dev/null", "/dev/tty"])
+def test_a_device_is_never_opened(device):
+    assert why(device) in ("it isn't a plain file", "No such file or directory")
+
+
+def test_a_pipe_is_never_opened_which_would_wait(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to("pipe")
+    assert why(tmp_path / "pipe") == why(tmp_path / "link") == "it isn't a plain file"
+
+
+def test_a_file_has_as_many_bytes_as_allowed_and_no_more(tmp_path):
+    path = tmp_path / "large.toml"
+    path.write_bytes(b" " * TEXT_LIMIT)
+    assert len(read_text(path, "a file")) == TEXT_LIMIT
+    path.write_bytes(b" " * (TEXT_LIMIT + 1))
+    assert why(path) == "it has more than 1 MiB"
+    assert len(read_text(path, "a file", TABLE_LIMIT)) == TEXT_LIMIT + 1
+
+
+def test_a_sparse_file_of_a_terabyte_takes_no_memory(tmp_path):
+    with (tmp_path / "sparse").open("wb") as file:
+        file.truncate(2**40)
+    tracemalloc.start()
+    assert why(tmp_path / "sparse") == "it has more than 1 MiB"
+    assert tracemalloc.get_traced_memory()[1] < 8 * TEXT_LIMIT
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("data", "rule"), [(b"\xff", "not UTF-8 text"), (b"a\0b", "it holds a NUL, as no text does")]
+)
+def test_what_isnt_text_is_refused(tmp_path, data, rule):
+    (tmp_path / "data").write_bytes(data)
+    assert why(tmp_path / "data") == rule
+
+
+@pytest.mark.parametrize(
+    "name", ["a\0b", "\ud800", "x" * 5000, "a/" * 3000, "loop", ".", "file/below", "none"]
+)
+def test_a_name_that_no_file_can_have_is_refused(tmp_path, name):
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "file").touch()
+    assert why(tmp_path / name)

@@ -1,13 +1,32 @@
-"""What can go wrong for a user: each error says path, value, rule and remedy."""
+"""What can go wrong for a user: each error says path, value, rule and remedy, in one short line."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import itertools
+from collections.abc import Iterable
+from reprlib import Repr
+from typing import Any, NamedTuple
+
+LINE_LIMIT = 400
+"""Characters of a line of an error: a longer one loses its middle, and keeps its beginning and its remedy."""
+PART_LIMIT = 100
+"""Characters of a path or a value within it."""
+PROBLEMS_SHOWN = 20
+PROBLEMS_LIMIT = 100
+"""Problems of one scenario that are looked for: a file may have millions, and nobody reads them."""
 
 
 class FeasibeeError(Exception):
-    """An error of the input or the surroundings, not of the program; the command line exits with 2."""
+    """An error of the input or the surroundings, not of the program; the command line exits with 2.
+
+    Parameters
+    ----------
+    message : str
+        Which may quote what a user wrote: it becomes one printable line of at most `LINE_LIMIT` characters.
+    """
+
+    def __init__(self, message: str = "") -> None:
+        super().__init__(one_line(message))
 
 
 class Problem(NamedTuple):
@@ -23,18 +42,8 @@ class Problem(NamedTuple):
     """What to do."""
 
     def __str__(self) -> str:
-        path = self.path if self.path.isprintable() else repr(self.path)
-        shown = f"{path} = {_shown(self.value)}" if path else "scenario"
-        return f"{shown}: {self.rule}; {self.remedy}"
-
-
-def _shown(value: object) -> str:
-    """Return a value on a line, cut short if it is long."""
-    try:
-        text = repr(value)
-    except ValueError:  # Python prints no number of thousands of digits
-        return "a number too long to print"
-    return text if len(text) <= 100 else f"{text[:100]}..."
+        shown = f"{one_line(self.path, PART_LIMIT)} = {quoted(self.value)}" if self.path else "scenario"
+        return one_line(f"{shown}: {self.rule}; {self.remedy}")
 
 
 class ScenarioError(FeasibeeError):
@@ -42,14 +51,72 @@ class ScenarioError(FeasibeeError):
 
     Parameters
     ----------
-    problems : sequence of Problem
-        All that is wrong with it, not only the first.
+    problems : iterable of Problem
+        All that is wrong with it, not only the first; of more than `PROBLEMS_LIMIT`, so many.
     source : str, optional
         The file that it came from.
     """
 
-    def __init__(self, problems: Sequence[Problem], source: str = "") -> None:
-        self.problems = tuple(problems)
+    def __init__(self, problems: Iterable[Problem], source: str = "") -> None:
+        self.problems = tuple(itertools.islice(problems, PROBLEMS_LIMIT))
         self.source = source
-        prefix = f"{source}: " if source else ""
-        super().__init__("\n".join(f"{prefix}{problem}" for problem in self.problems))
+        Exception.__init__(self, "\n".join(self._lines()))
+
+    def __reduce__(self) -> tuple[type[ScenarioError], tuple[tuple[Problem, ...], str]]:
+        return type(self), (self.problems, self.source)  # a worker's error must reach the sweep whole
+
+    def _lines(self) -> Iterable[str]:
+        prefix = f"{one_line(self.source, 2 * PART_LIMIT)}: " if self.source else ""
+        for problem in self.problems[:PROBLEMS_SHOWN]:
+            yield f"{prefix}{problem}"
+        more = len(self.problems) - PROBLEMS_SHOWN
+        if more > 0:
+            least = "at least " if len(self.problems) == PROBLEMS_LIMIT else ""
+            yield f"{prefix}and {least}{more} more"
+
+
+def one_line(text: str, limit: int = LINE_LIMIT) -> str:
+    """Return text as one line that any terminal can show, without its middle if it is long."""
+    printable = "".join(
+        each if each.isprintable() else each.encode("unicode_escape").decode()
+        for each in _cut(text, 2 * limit)
+    )
+    return _cut(printable, limit)
+
+
+def quoted(value: object) -> str:
+    """Return a value as Python writes it, cut short if it is long or deep."""
+    try:
+        return one_line(_SHORT.repr(value), PART_LIMIT)
+    except ValueError:  # Python prints no number of thousands of digits
+        return "a number too long to print"
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape").decode()
+
+
+def _cut(text: str, limit: int) -> str:
+    half = limit // 2 - 2
+    return text if len(text) <= limit else f"{text[:half]}...{text[-half:]}"
+
+
+class _Short(Repr):
+    """Writes values as Python does, but no more of them than a line has room for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = self.maxlong = PART_LIMIT
+        self.maxlist = self.maxtuple = self.maxdict = self.maxset = 20
+        self.maxlevel = 3
+
+    def repr_dict(self, x: dict[Any, Any], level: int) -> str:
+        """Write a table in its order; reprlib would sort it."""
+        if level <= 0:
+            return "{...}"
+        some = itertools.islice(x.items(), self.maxdict)
+        pairs = [f"{self.repr1(key, level - 1)}: {self.repr1(value, level - 1)}" for key, value in some]
+        return f"{{{', '.join(pairs + ['...'] * (len(x) > self.maxdict))}}}"
+
+
+_SHORT = _Short()

@@ -4,13 +4,76 @@ from __future__ import annotations
 
 import csv
 import os
+import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, one_line
+
+TEXT_LIMIT = 2**20
+"""Bytes of a scenario, a study or a strategy: a thousand times what people write."""
+TABLE_LIMIT = 64 * 2**20
+"""Bytes of a table of points or of a design."""
+
+
+class UnreadableError(FeasibeeError):
+    """A file that can't be read as text; ``why`` says what is wrong with it, in a few words."""
+
+    why = ""
+
+
+def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
+    """Return the text of a plain file in UTF-8, its lines ending in newlines.
+
+    Whatever isn't a plain file is never opened: a pipe would wait, and a device has no end.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    what : str
+        What to name instead, such as ``"a scenario in TOML"``.
+    limit : int
+        Bytes that it may have.
+
+    Raises
+    ------
+    UnreadableError
+        If it isn't there or isn't a plain file, is larger, or isn't UTF-8.
+    """
+    text, why = _text_of(Path(path), limit)
+    if why:
+        error = UnreadableError(f"{one_line(str(path), 200)}: can't be read: {why}; name {what}")
+        error.why = why
+        raise error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _text_of(path: Path, limit: int) -> tuple[str, str]:
+    """Return the text of a file, or why it can't be had."""
+    try:
+        mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            return "", "it is a directory" if stat.S_ISDIR(mode) else "it isn't a plain file"
+        with path.open("rb") as file:
+            data = file.read(limit + 1)
+    except (OSError, ValueError) as error:
+        return "", why_not(error)
+    if len(data) > limit:
+        return "", f"it has more than {limit // 2**20} MiB"
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return "", "not UTF-8 text"
+    return text, "it holds a NUL, as no text does" if "\0" in text else ""
+
+
+def why_not(error: OSError | ValueError) -> str:
+    """Return in words why the system refuses a path; a ValueError is about a character in it, such as NUL."""
+    return (error.strerror or str(error)) if isinstance(error, OSError) else "it can't be a file's name"
 
 
 @contextmanager

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
-from pathlib import Path
 
-from feasibee.errors import Problem
+from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
+from feasibee.files import TABLE_LIMIT, UnreadableError, read_text
 from feasibee.sections import Point
 
 
@@ -21,25 +22,36 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], list[str], li
         The scenario's field that names it, for the problems.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        return (), [], [Problem(field, path, f"can't be read: {why}", "name a CSV file of x and y")]
+        text = read_text(path, "a CSV file of x and y", TABLE_LIMIT)
+    except UnreadableError as error:
+        return (), [], [Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")]
     points: list[Point] = []
     places: list[str] = []
     problems: list[Problem] = []
-    for line, row in enumerate(csv.reader(text.splitlines()), start=1):
-        cells = [cell.strip() for cell in row]
-        if not any(cells) or (line == 1 and cells[:2] == ["x", "y"]):
-            continue
-        try:
-            x, y = (float(cell) for cell in cells)
-        except ValueError:
-            x = y = math.nan
-        if math.isfinite(x) and math.isfinite(y):
-            points.append((x, y))
-            places.append(f"{path}, line {line}")
-        else:
+    reader = csv.reader(io.StringIO(text))
+    try:
+        for row in reader:
+            line, cells = reader.line_num, [cell.strip() for cell in row]
+            if not any(cells) or (line == 1 and cells[:2] == ["x", "y"]):
+                continue
+            point = _point(cells)
+            if point is not None:
+                points.append(point)
+                places.append(f"{path}, line {line}")
+                continue
             rule = f"line {line} must be two numbers, x and y"
-            problems.append(Problem(field, path, f"{rule}, not {','.join(row)!r}", "mend the line"))
+            problems.append(Problem(field, path, f"{rule}, not {quoted(','.join(row))}", "mend the line"))
+            if len(problems) >= PROBLEMS_LIMIT:
+                break
+    except csv.Error as error:
+        problems.append(Problem(field, path, f"isn't CSV: {error}", "name a CSV file of x and y"))
     return tuple(points), places, problems
+
+
+def _point(cells: list[str]) -> Point | None:
+    """Return two finite numbers; None if the cells aren't that."""
+    try:
+        x, y = (float(cell) for cell in cells)
+    except ValueError:
+        return None
+    return (x, y) if math.isfinite(x) and math.isfinite(y) else None

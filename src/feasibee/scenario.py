@@ -33,6 +33,7 @@ from feasibee.changes import with_changes
 from feasibee.display import show_scenario
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.feasibility import truth
+from feasibee.files import read_text
 from feasibee.points import read_points
 from feasibee.presets import PRESETS, with_preset
 from feasibee.rules import conflicts
@@ -199,12 +200,7 @@ class Scenario(BaseModel):
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a scenario from a TOML file."""
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-            raise FeasibeeError(f"{path}: can't be read: {why}; name a scenario in TOML") from None
-        return cls.from_toml(text, source=str(path))
+        return cls.from_toml(read_text(path, "a scenario in TOML"), source=str(path))
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Return this scenario with other values.

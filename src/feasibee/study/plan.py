@@ -16,6 +16,7 @@ A study file::
 from __future__ import annotations
 
 import csv
+import io
 import itertools
 import math
 import tomllib
@@ -26,7 +27,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.errors import FeasibeeError, Problem, ScenarioError, quoted
+from feasibee.files import TABLE_LIMIT, UnreadableError, read_text
 from feasibee.scenario import Scenario
 from feasibee.sections import Section
 from feasibee.simulation import check_numbers
@@ -106,9 +108,7 @@ class Study:
             With what is wrong with its points.
         """
         try:
-            tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        except OSError as error:
-            raise FeasibeeError(f"{path}: can't be read: {error.strerror}; name a study in TOML") from None
+            tables = tomllib.loads(read_text(path, "a study in TOML"))
         except (ValueError, RecursionError) as error:
             raise FeasibeeError(f"{path}: not TOML: {error}; mend it there") from None
         try:
@@ -274,12 +274,11 @@ def _check_size(points: int) -> None:
 def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
     """Yield the rows of a design table in CSV, whose header has the paths of fields."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            rows = [(reader.line_num, row) for row in reader if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        why = error.strerror if isinstance(error, OSError) else f"not CSV in UTF-8: {error}"
-        raise FeasibeeError(f"design = {str(path)!r}: can't be read: {why}; name a CSV file") from None
+        reader = csv.reader(io.StringIO(read_text(path, "a CSV file", TABLE_LIMIT)))
+        rows = [(reader.line_num, row) for row in reader if row]
+    except (UnreadableError, csv.Error) as error:
+        why = error.why if isinstance(error, UnreadableError) else f"not CSV: {error}"
+        raise FeasibeeError(f"design = {quoted(str(path))}: can't be read: {why}; name a CSV file") from None
     if len(rows) < 2:
         raise FeasibeeError(f"design = {str(path)!r}: has no row; write fields in line 1 and points below")
     header = [name.strip() for name in rows[0][1]]
