@@ -6,6 +6,7 @@ import json
 import socket
 import struct
 import time
+from hashlib import sha256
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from websockets.sync.client import connect
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.cli.watch import PICKS as OFFERED
+from feasibee.cli.watch import _programme
 from feasibee.live import server as serving
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
 from feasibee.live.programme import PICKS, Programme, of_folder
@@ -276,32 +278,68 @@ def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     assert found["all"] == found["feasible"] + found["infeasible"] + found["undecided"]
 
 
-def test_a_strategys_file_that_has_changed_isnt_replayed(tmp_path):
+OWN = """def quality(robots_seen, tasks_seen):
+    return 0.5
+def dissemination(quality, gain):
+    return gain
+def decide(mind, inbox):
+    return mind.opinion
+"""
+
+
+@pytest.fixture
+def own_sweep(tmp_path):
+    """A sweep of a strategy in a file, and that file."""
     file = tmp_path / "mine.py"
-    text = "def quality(robots_seen, tasks_seen):\n    return 0.5\n"
-    text += "def dissemination(quality, gain):\n    return gain\n"
-    text += "def decide(mind, inbox):\n    return mind.opinion\n"
-    file.write_text(text)
+    file.write_text(OWN)
     tables = {"runs": 3, "scenario": {"run": {"steps": 10}, "decision": {"strategy": "mine.py"}}}
     sweep(study_of(tables, tmp_path), tmp_path / "results", crews.threads(1))
-    programme = of_folder(tmp_path / "results", "all")
-    assert programme.scenario_of(None).strategy.source == text
+    return tmp_path / "results", file
+
+
+def test_a_strategys_text_of_a_journal_is_replayed_if_it_is_the_users_own_or_trusted(own_sweep):
+    folder, file = own_sweep
+    programme = of_folder(folder, "all")
     assert str(file) in programme.strategies
-    time.sleep(0.01)
-    file.write_text(text.replace("0.5", "0.25"))
-    with pytest.raises(FeasibeeError, match="has changed since the sweep"):
-        programme.scenario_of(None)
+    with serving_at(programme) as port, Page(port) as page:
+        assert page.open(changes={"decision.strategy": str(file)})["step"] == 0
+    marked = file.with_name("ran")
+    file.write_text(f"open({str(marked)!r}, 'w')\n{OWN}")
+    programme = of_folder(folder, "all")
+    assert programme.scenario_of(None).manifest.source == OWN
+    with serving_at(programme) as port, Page(port) as page:
+        told = page.answer("error", type="open")["problems"][0]["text"]
+        assert "isn't that of a file of yours" in told
+        assert "--trust" in told
+        assert page.open(changes={"decision.strategy": "dmmd"})["step"] == 0
+    with serving_at(of_folder(folder, "all", trust=True)) as port, Page(port) as page:
+        assert page.open(changes={"decision.strategy": str(file)})["step"] == 0
+        page.open(changes={"tasks.count": 30})
+    assert not marked.exists()
+
+
+def test_watch_names_the_texts_that_are_not_the_users_own(own_sweep, capsys):
+    folder, file = own_sweep
+    _programme(folder, (), None, None, "all", False)
+    assert capsys.readouterr().err == ""
+    file.unlink()
+    digest = sha256(OWN.encode()).hexdigest()
+    for trust, what in (
+        (False, "isn't replayed without --trust"),
+        (True, "runs the text that the sweep keeps"),
+    ):
+        _programme(folder, (), None, None, "all", trust)
+        assert capsys.readouterr().err == f"feasibee: {file}, SHA-256 {digest}: {what}\n"
 
 
 def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_path):
     file = tmp_path / "mine.py"
-    text = "def quality(robots_seen, tasks_seen):\n    return 1.0 / (robots_seen - 4)\n"
-    text += "def dissemination(quality, gain):\n    return gain\n"
-    file.write_text(text + "def decide(mind, inbox):\n    return mind.opinion\n")
+    file.write_text(OWN.replace("return 0.5", "return 1.0 / (robots_seen - 4.0) ** 2 / 9.0"))
     with serving_at(Programme(Scenario(decision={"strategy": str(file)}))) as port, Page(port) as page:
         page.open()
         told = page.answer("error", type="advance", steps=1000)["problems"][0]["text"]
-        assert "mine.py: fails after step" in told
+        assert told.startswith("mine.py, line 2: quality(4, ")
+        assert "fails: ZeroDivisionError" in told
         assert page.open(changes={"decision.strategy": "dmmd"})["step"] == 0
 
 

@@ -377,7 +377,7 @@ WRONG = [
     ("radio.range", 10.001, "half the side", "arena.side"),
     ("radio.range", "far", "number", "default"),
     ("decision.strategy", "dmdm", "one of dmmd, dmvd, dc, voter, majority, k-unanimity,", "dmmd"),
-    ("decision.strategy", "none.py", "is no file", "dmmd"),
+    ("decision.strategy", "none.py", "can't be read", "dmmd"),
     ("decision.strategy", 5, "string", "dmmd"),
     ("decision.parameters", 5, "table", "[decision.parameters]"),
     ("decision.dissemination_floor", -1, "≥ 0", "0"),

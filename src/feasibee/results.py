@@ -101,7 +101,7 @@ def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "model_version": MODEL_VERSION,
         "version": version("feasibee"),
         "python": platform.python_version(),
-        **({"strategy_source": scenario.strategy.source} if scenario.strategy.source else {}),
+        **({"strategy_source": scenario.manifest.source} if scenario.manifest.source else {}),
         "libraries": {name: version(name) for name in LIBRARIES},
     }
 
@@ -117,9 +117,19 @@ def recipe_of(dataset: xr.Dataset) -> dict[str, Any]:
     return found
 
 
-def scenario_of(dataset: xr.Dataset) -> Scenario:
-    """Return the scenario that a dataset was computed from."""
-    return Scenario.model_validate(recipe_of(dataset)["scenario"])
+def scenario_of(dataset: xr.Dataset, *, trust: bool = False) -> Scenario:
+    """Return the scenario that a dataset was computed from; nothing of the file is run.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `feasibee.simulate` or `open_results`.
+    trust : bool
+        Whether the text of a user's strategy that the dataset keeps may be run, if the scenario is simulated.
+        Without, it runs only if it equals the present file at its path.
+    """
+    recipe = recipe_of(dataset)
+    return Scenario.from_tables(recipe["scenario"], source=recipe.get("strategy_source"), trusted=trust)
 
 
 def save_results(dataset: xr.Dataset, path: str | Path) -> None:

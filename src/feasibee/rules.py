@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from feasibee.errors import Problem
-from feasibee.sections import strategy_of
+from feasibee.strategies.contract import Manifest
 from feasibee.vocabulary import exact
 
 Explicit = Mapping[str, Mapping[str, Any]]
@@ -19,7 +19,11 @@ KNOWLEDGE_LIMIT = 4 * 2**30
 
 
 def conflicts(
-    explicit: Explicit, given: Mapping[str, Any], places: Mapping[str, Sequence[str]], wrong: set[str]
+    explicit: Explicit,
+    given: Mapping[str, Any],
+    places: Mapping[str, Sequence[str]],
+    wrong: set[str],
+    manifest_of: Callable[[str], Manifest],
 ) -> Iterator[Problem]:
     """Find values that are fine alone but not together.
 
@@ -33,6 +37,8 @@ def conflicts(
         Where each point of a section stands, if a file named them.
     wrong : set of str
         The paths that are wrong by themselves; a rule that needs one of them is left out.
+    manifest_of : callable
+        Gives what the strategy of a name declares.
     """
     broken = {".".join(path.split(".")[:2]) for path in wrong}
 
@@ -48,7 +54,7 @@ def conflicts(
     if fit("decision.inbox", "decision.inbox_size"):
         yield from _inbox(explicit["decision"])
     if fit("decision.strategy"):
-        yield from _strategy(explicit, fit)
+        yield from _strategy(explicit, fit, manifest_of(explicit["decision"]["strategy"]))
     if not fit("arena.side", "arena.boundary"):
         return
     yield from _reaches(explicit, fit)
@@ -129,10 +135,9 @@ def _inbox(decision: Mapping[str, Any]) -> Iterator[Problem]:
         yield Problem("decision.inbox_size", decision["inbox_size"], rule, remedy)
 
 
-def _strategy(explicit: Explicit, fit: Any) -> Iterator[Problem]:
+def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Problem]:
     """Find settings that have no meaning for the strategy."""
     decision, sensing = explicit["decision"], explicit["sensing"]
-    strategy = strategy_of(decision["strategy"])
     if fit("decision.parameters"):
         for name in sorted(set(decision["parameters"]) - set(strategy.parameters)):
             rule = f"{strategy.name} has no such parameter"

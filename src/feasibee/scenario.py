@@ -6,15 +6,16 @@ A short text resolves to one complete form, which is hashed, stored and run. The
 from __future__ import annotations
 
 import copy
-import difflib
+import dataclasses
 import hashlib
 import json
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import tomli_w
 from pydantic import (
@@ -24,20 +25,22 @@ from pydantic import (
     ModelWrapValidatorHandler,
     PrivateAttr,
     ValidationError,
+    ValidationInfo,
     model_validator,
 )
-from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
 
 from feasibee.changes import with_changes
 from feasibee.display import show_scenario
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.feasibility import truth
 from feasibee.files import read_text
+from feasibee.plugins import manifest_of, strategy_of
 from feasibee.points import read_points
 from feasibee.presets import PRESETS, with_preset
+from feasibee.problems import problem_of
 from feasibee.rules import conflicts
 from feasibee.sections import (
+    SECTIONS,
     Arena,
     Decision,
     Faults,
@@ -48,9 +51,8 @@ from feasibee.sections import (
     Sensing,
     Tasks,
     Walk,
-    strategy_of,
 )
-from feasibee.strategies.contract import Strategy
+from feasibee.strategies.contract import Manifest, Strategy
 from feasibee.vocabulary import exact
 
 
@@ -91,7 +93,7 @@ class Scenario(BaseModel):
     decision: Decision = Decision()
     faults: Faults = Faults()
     run: Run = Run()
-    _strategy: Strategy = PrivateAttr()
+    _manifest: Manifest = PrivateAttr()
 
     if TYPE_CHECKING:  # pydantic takes a table for a section, which its derived signature doesn't say
 
@@ -112,7 +114,7 @@ class Scenario(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _check(cls, given: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+    def _check(cls, given: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
         """Gather the problems of single fields and of combinations, or resolve the defaults."""
         if isinstance(given, cls):
             return given
@@ -124,20 +126,21 @@ class Scenario(BaseModel):
         try:
             scenario = handler(given)
         except ValidationError as error:
-            problems += [_problem(details) for details in error.errors()]
-        problems += conflicts(_explicit(given), given, places, {problem.path for problem in problems})
+            problems += [problem_of(details) for details in error.errors()]
+        find: Callable[[str], Manifest] = partial(manifest_of, **(info.context or {}))
+        problems += conflicts(_explicit(given), given, places, {problem.path for problem in problems}, find)
         if problems:
             raise ScenarioError(problems)
-        scenario._resolve()
+        scenario._resolve(find(scenario.decision.strategy))
         return scenario
 
-    def _resolve(self) -> None:
+    def _resolve(self, manifest: Manifest) -> None:
         """Fill in what follows from other fields, without marking it as set."""
         self.__dict__["preset"] = None  # its values are in their places: it is no other scenario without
         if self.radio.range is None:
             self._put("radio", range=self.sensing.range)
-        self._strategy = strategy_of(self.decision.strategy)
-        parameters = {**self.strategy.parameters, **self.decision.parameters}
+        self._manifest = manifest
+        parameters = {**manifest.parameters, **self.decision.parameters}
         self._put("decision", parameters={name: float(value) for name, value in parameters.items()})
         for name in ("robots", "tasks"):
             section = getattr(self, name)
@@ -154,10 +157,30 @@ class Scenario(BaseModel):
     def __hash__(self) -> int:
         return hash(self.hash)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to other processes with the text of the strategy's file, whatever lies at its path there."""
+        tables = self.model_dump(exclude_unset=True)
+        return type(self).from_tables, (tables, None, self.manifest.source or None, self.manifest.trusted)
+
+    @property
+    def manifest(self) -> Manifest:
+        """What the strategy declares; a file as it was when the scenario was made."""
+        return self._manifest
+
     @property
     def strategy(self) -> Strategy:
-        """How opinions are rated, told and chosen; a file as it was when the scenario was made."""
-        return self._strategy
+        """How opinions are rated, told and chosen.
+
+        The text of a user's file runs when this is asked for first; it is the text that was at the path when
+        the scenario was made.
+        """
+        return strategy_of(self._manifest)
+
+    def with_trust(self) -> Self:
+        """Return this scenario with leave to run the text of its strategy's file, wherever that came from."""
+        copy = self.model_copy()
+        copy._manifest = dataclasses.replace(self.manifest, trusted=True)
+        return copy
 
     def counted(self, step: int) -> int:
         """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
@@ -179,8 +202,26 @@ class Scenario(BaseModel):
             raise FeasibeeError(f"{source or 'scenario'}: not TOML: {error}; mend it there") from None
 
     @classmethod
-    def from_tables(cls, tables: Mapping[str, Any], folder: Path | None = None) -> Self:
-        """Make a scenario of tables; files that they name are found from ``folder``."""
+    def from_tables(
+        cls,
+        tables: Mapping[str, Any],
+        folder: Path | None = None,
+        source: str | None = None,
+        trusted: bool = True,
+    ) -> Self:
+        """Make a scenario of tables.
+
+        Parameters
+        ----------
+        tables : mapping
+            Sections and their fields.
+        folder : path, optional
+            Where the files are that the tables name; by default in the working folder.
+        source : str, optional
+            The text of the strategy's file, if it was kept; by default the file is read.
+        trusted : bool
+            Whether that text may be run; else it must be that of a present file of the user's own.
+        """
         given = copy.deepcopy(dict(tables))
         for name, key, suffix in (
             ("robots", "points", ""),
@@ -195,7 +236,7 @@ class Scenario(BaseModel):
                 and table[key].endswith(suffix)
             ):
                 table[key] = str(folder / table[key])
-        return cls.model_validate(given)
+        return cls.model_validate(given, context={"source": source, "trusted": trusted})
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
@@ -209,11 +250,14 @@ class Scenario(BaseModel):
         ----------
         changes : mapping of str to value
             By dotted path, such as ``{"tasks.count": 50}``. What was left to its default stays so: a new
-            ``sensing.range`` takes an unset ``radio.range`` along.
+            ``sensing.range`` takes an unset ``radio.range`` along. The text of a strategy's file stays as
+            it is, unless ``decision.strategy`` is among the changes.
         """
+        keeps = "decision.strategy" not in changes and self.manifest.source
+        kept = {"source": self.manifest.source, "trusted": self.manifest.trusted} if keeps else None
         tables, problems = with_changes(self.model_dump(exclude_unset=True), changes)
         try:
-            changed = type(self).model_validate(tables)
+            changed = type(self).model_validate(tables, context=kept)
         except ScenarioError as error:
             raise ScenarioError([*problems, *error.problems]) from None
         if problems:
@@ -244,8 +288,8 @@ class Scenario(BaseModel):
         A strategy of the user's own counts by the text of its file, not by its path.
         """
         tables = self.to_dict()
-        if self.strategy.source:
-            tables["decision"]["strategy"] = self.strategy.source
+        if self.manifest.source:
+            tables["decision"]["strategy"] = self.manifest.source
         text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -253,8 +297,8 @@ class Scenario(BaseModel):
         """Return what a notebook shows."""
         notes = {
             f"{name}.{key}": each.description or ""
-            for name, field in _sections().items()
-            for key, each in cast(type[Section], field.annotation).model_fields.items()
+            for name, section in SECTIONS.items()
+            for key, each in section.model_fields.items()
         }
         return show_scenario(self.to_dict(), type(self)().to_dict(), notes, truth(self), self.hash)
 
@@ -283,12 +327,12 @@ def _with_points(
 def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the raw values laid over the defaults, for the rules about several fields."""
     explicit: dict[str, dict[str, Any]] = {}
-    for name, field in _sections().items():
+    for name, section in SECTIONS.items():
         table = given.get(name, {})
         if isinstance(table, Section):
             table = table.model_dump(exclude_unset=True)
         explicit[name] = {
-            **field.get_default(call_default_factory=True).model_dump(),
+            **section().model_dump(),
             **(table if isinstance(table, Mapping) else {}),
         }
     if explicit["radio"]["range"] is None:
@@ -299,75 +343,3 @@ def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
             explicit[name]["count"] = len(explicit[name]["points"])
     return explicit
-
-
-def _problem(details: ErrorDetails) -> Problem:
-    """Say in our words what pydantic found."""
-    path = ".".join(str(part) for part in details["loc"])
-    field = _field(path)
-    kind = details["type"]
-    if kind == "extra_forbidden":
-        return Problem(path, details["input"], "unknown key", _suggestion(path))
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
-    if kind == "missing":
-        return Problem(path, details["input"], "is missing", "write it beside what is there")
-    rule = details["msg"]
-    for theirs, ours in _WORDS.items():
-        rule = rule.replace(theirs, ours)
-    remedy = (
-        f"the paper uses {_toml(field.default)}" if field is not None and field.default is not None else ""
-    )
-    return Problem(path, details["input"], rule, remedy or "leave it out for the default")
-
-
-_WORDS = {
-    "Input should be": "must be",
-    "greater than or equal to": "≥",
-    "less than or equal to": "≤",
-    "greater than": ">",
-    "less than": "<",
-    "a valid integer": "a whole number",
-    "a valid boolean": "true or false",
-    "a valid ": "a ",
-    "Dictionary should have at least 1 item after validation": "must name a skill",
-    "Tuple should have at most": "must be at most",
-    "items after validation": "classes",
-}
-
-
-def _field(path: str) -> Any:
-    section, _, key = path.partition(".")
-    outer = _sections().get(section)
-    return cast(type[Section], outer.annotation).model_fields.get(key) if outer and outer.annotation else None
-
-
-def _sections() -> dict[str, FieldInfo]:
-    return {name: field for name, field in Scenario.model_fields.items() if name != "preset"}
-
-
-def fields() -> list[str]:
-    """Return the dotted paths of all fields of a scenario."""
-    return [
-        f"{name}.{key}"
-        for name, field in _sections().items()
-        for key in cast(type[Section], field.annotation).model_fields
-    ]
-
-
-def _suggestion(path: str) -> str:
-    """Name the field that was most likely meant."""
-    known = fields()
-    names = known if "." in path else list(Scenario.model_fields)
-    close = difflib.get_close_matches(path, names, 1, 0.6)
-    section = path.split(".", maxsplit=1)[0]
-    siblings = [name.split(".")[1] for name in known if name.startswith(f"{section}.")]
-    if close:
-        return f"did you mean {close[0]}?"
-    if "." in path and siblings:
-        return f"[{section}] has {', '.join(siblings)}"
-    return f"the sections are {', '.join(_sections())}"
-
-
-def _toml(value: object) -> str:
-    return json.dumps(value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import (
     AfterValidator,
@@ -13,15 +13,15 @@ from pydantic import (
     ConfigDict,
     Field,
     Strict,
+    ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
+from feasibee.plugins import manifest_of, registered
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import Strategy
-from feasibee.strategies.loading import load, registered
 from feasibee.vocabulary import exact
 
 Length = Annotated[float, Field(gt=0, le=1e6)]
@@ -78,21 +78,16 @@ def _as_listen(value: Any) -> Any:
     raise PydanticCustomError("listen", rule)
 
 
-def _known_strategy(name: str) -> str:
-    """Find a strategy, load it and try it."""
+def _known_strategy(name: str, info: ValidationInfo) -> str:
+    """Find a strategy and read what its file declares."""
     try:
-        strategy_of(name)
+        manifest_of(name, **(info.context or {}))
     except FeasibeeError as error:
         known = [*STRATEGIES, *registered()]
         found = name.endswith(".py") or name in known
         rule = str(error) if found else f"must be the path of a .py file, or one of {', '.join(known)}"
         raise PydanticCustomError("strategy", "{rule}", {"rule": rule}) from None
     return name
-
-
-def strategy_of(name: str) -> Strategy:
-    """Return the strategy of a name: a built-in one, that of a file, or another package's."""
-    return STRATEGIES[name] if name in STRATEGIES else load(name)
 
 
 def _short(value: float) -> float:
@@ -305,3 +300,22 @@ class Run(Section):
 
     steps: int = Field(1000, ge=1, le=1_000_000_000, description="Steps after which a run is undecided.")
     stop_at_decision: bool = Field(False, description="Whether a run ends at its decision.")
+
+
+SECTIONS: Final[Mapping[str, type[Section]]] = {
+    "arena": Arena,
+    "robots": Robots,
+    "tasks": Tasks,
+    "walk": Walk,
+    "sensing": Sensing,
+    "radio": Radio,
+    "decision": Decision,
+    "faults": Faults,
+    "run": Run,
+}
+"""The sections of a scenario, in their order there."""
+
+
+def fields() -> list[str]:
+    """Return the dotted paths of all fields of a scenario."""
+    return [f"{name}.{key}" for name, section in SECTIONS.items() for key in section.model_fields]

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 CURVES_LIMIT = 8 * 2**30
 """Bytes of curves in one call."""
 
+REPLAY_LIMIT = 10_000_000
+"""Pairs of robots and things, times steps, up to which the reference plays a failed run again: seconds."""
+
 RUNS_APART = 1_000_000
 """The points of a study have runs of their own, so many apart: they share no random numbers."""
 
@@ -126,8 +129,34 @@ def simulate_record(
     from feasibee.engine import runner
 
     record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
-    runner.simulate(scenario, seed, record, threads, chunk, progress)
+    try:
+        runner.simulate(scenario, seed, record, threads, chunk, progress)
+    except runner.RunError as failure:
+        raise failure_of(scenario, seed, failure.run, failure.error) from None
     return record
+
+
+def failure_of(scenario: Scenario, seed: int, run: int, error: Exception) -> Exception:
+    """Return what to raise for a strategy that failed in a run: in the user's terms, if it is the user's.
+
+    The engine knows the error only; the reference plays the run again, and knows line, arguments and value.
+    """
+    strategy = scenario.strategy
+    if not strategy.source:
+        return error
+    which = f"in run {run} of seed {seed}"
+    robots, things = scenario.robots.count, scenario.robots.count + scenario.tasks.count
+    if robots * things * scenario.run.steps <= REPLAY_LIMIT:
+        from feasibee import reference
+
+        try:
+            reference.simulate(scenario, 1, seed, run)
+        except FeasibeeError as told:
+            return FeasibeeError(f"{told} ({which})")
+    return FeasibeeError(
+        f"{strategy.name}: fails {which}: {error}; "
+        f'simulate(scenario, 1, {seed}, first_run={run}, backend="reference") says where'
+    )
 
 
 _loading = Lock()  # a second thread finds what the first has compiled

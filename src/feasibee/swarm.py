@@ -12,7 +12,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.simulation import check_numbers, load_engine, whole
+from feasibee.simulation import check_numbers, failure_of, load_engine, whole
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 
 STEPS_LIMIT = 2**31 - 1
@@ -69,7 +69,7 @@ class Swarm:
         load_engine(self.scenario)
         from feasibee.engine import layout, runner, translation
 
-        self._run, self._room = run, room
+        self._seed, self._run, self._room = seed, run, room
         self._layout = layout
         self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
         self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
@@ -102,20 +102,25 @@ class Swarm:
                 self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
 
     def _play(self, until: int) -> None:
+        from feasibee.engine.runner import FAILURES
+
         record = self._record
-        self._advance(
-            self._packed,
-            self._state,
-            until,
-            record.decision,
-            record.decision_step,
-            record.feasible_count[0],
-            record.infeasible_count[0],
-            record.account[0],
-            np.zeros(1, np.int64),
-            np.zeros(1, np.bool_),
-            *self._strategy,
-        )
+        try:
+            self._advance(
+                self._packed,
+                self._state,
+                until,
+                record.decision,
+                record.decision_step,
+                record.feasible_count[0],
+                record.infeasible_count[0],
+                record.account[0],
+                np.zeros(1, np.int64),
+                np.zeros(1, np.bool_),
+                *self._strategy,
+            )
+        except FAILURES as error:
+            raise failure_of(self.scenario, self._seed, self._run, error) from None
 
     def _make_room_for(self, step: int) -> None:
         """Lengthen the curves, each time to twice as much, so that a step costs the same at any step."""

@@ -29,6 +29,9 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
     show_default=True,
     help="Of a sweep: the runs that decided so.",
 )
+@click.option(
+    "--trust", is_flag=True, help="Of a sweep: run the strategies' texts that it keeps; read them before."
+)
 @click.option("--host", default="127.0.0.1", show_default=True, help="Where to listen.")
 @click.option("--port", type=click.IntRange(0, 65535), help="By default the first free one from 8765.")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
@@ -38,6 +41,7 @@ def watch(
     seed: int | None,
     run: int | None,
     pick: str,
+    trust: bool,
     host: str,
     port: int | None,
     no_browser: bool,
@@ -53,7 +57,7 @@ def watch(
       feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
       feasibee watch results --pick wrong
     """
-    programme = _programme(source, changes, seed, run, pick)
+    programme = _programme(source, changes, seed, run, pick, trust)
     try:
         from feasibee.live import server
     except ModuleNotFoundError as error:
@@ -72,7 +76,12 @@ def watch(
 
 
 def _programme(
-    source: Path | None, changes: tuple[str, ...], seed: int | None, run: int | None, pick: str
+    source: Path | None,
+    changes: tuple[str, ...],
+    seed: int | None,
+    run: int | None,
+    pick: str,
+    trust: bool,
 ) -> Programme:
     """Return what pages may show."""
     from feasibee.live.programme import Programme, of_folder
@@ -83,6 +92,18 @@ def _programme(
             raise FeasibeeError(
                 f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run"
             )
-        return of_folder(source, pick)
+        programme = of_folder(source, pick, trust)
+        _tell_texts(programme, trust)
+        return programme
     _, seed, run = check_numbers(1, seed or 0, run or 0, "run")
     return Programme(read_scenario(source, changes), seed, run, source.name if source else "")
+
+
+def _tell_texts(programme: Programme, trust: bool) -> None:
+    """Name the strategies whose text came with the sweep and isn't a present file of the user's own."""
+    from feasibee.plugins import digest_of, is_own
+
+    for manifest in {row.scenario.manifest: None for row in programme.points.values()}:
+        if not is_own(manifest):
+            what = "runs the text that the sweep keeps" if trust else "isn't replayed without --trust"
+            click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)

@@ -22,6 +22,7 @@ ONE_AT_A_TIME = Lock()
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
 # function would otherwise touch every array's count atomically, which doubled the cost of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
+CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": True}
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -45,18 +46,27 @@ def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
     return compiled
 
 
-def entry(signature: Any, careful: bool = False) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def careful(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a user's function, which raises what Python would; `entry` keeps what calls it."""
+    compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
+    return compiled
+
+
+def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Compile a function that Python calls, for one signature, and keep the code on disk.
 
-    A function that isn't ours is compiled with care: it raises what Python would.
+    Code that comes of a user's ``text`` is kept in a folder named after it, since numba tells functions
+    apart by their own lines only.
     """
-    options = {**OPTIONS, "error_model": "python", "boundscheck": True} if careful else OPTIONS
+    options, folder = OPTIONS, cache_folder()
+    if text:
+        options, folder = CAREFUL, folder / "own" / hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         # The cache folder is fixed while numba decorates; the user's own setting is put back at once.
         with ONE_AT_A_TIME:
             users_folder = CONFIG.CACHE_DIR
-            CONFIG.CACHE_DIR = str(cache_folder())
+            CONFIG.CACHE_DIR = str(folder)
             try:
                 compiled: Callable[..., Any] = numba.njit(signature, cache=True, **options)(function)
             finally:

@@ -15,18 +15,31 @@ from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from feasibee.engine import batch
-from feasibee.engine.compile import entry
+from feasibee.engine.compile import careful, entry
+from feasibee.engine.guards import guarded
 from feasibee.engine.layout import Kinds, Params, empty_state, packed
 from feasibee.engine.translation import is_paper, kinds_of, params_of
 from feasibee.errors import FeasibeeError
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.strategies.contract import Strategy
+from feasibee.trial import own_function
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
 FIRST_SLOTS = 64
 FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
 """What a user's strategy may raise."""
+
+
+class RunError(Exception):
+    """A strategy has raised an error in a run: the number of that run, and the error."""
+
+    def __init__(self, run: int, error: Exception) -> None:
+        super().__init__(run, error)
+        self.run = run
+        self.error = error
+
+
 POLL = 0.1  # seconds between two looks at the progress
 
 
@@ -45,11 +58,13 @@ def strategy_functions(strategy: Strategy) -> Functions:
 
 
 def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
+    function, signature = getattr(strategy, name), batch.SIGNATURES[name]
+    own = own_function(strategy, name)
+    if own is function:
+        return entry(signature)(function)
     try:
-        return entry(batch.SIGNATURES[name], careful=bool(strategy.source))(getattr(strategy, name))
+        return entry(signature, strategy.source)(guarded(name, careful(own)))
     except NumbaError as error:
-        if not strategy.source:
-            raise
         raise FeasibeeError(_explained(strategy, name, error)) from None
 
 
@@ -57,7 +72,7 @@ def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     """Say what doesn't compile, and in which line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
-    function = getattr(strategy, name)
+    function = own_function(strategy, name)
     file = re.escape(Path(function.__code__.co_filename).name)
     place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
     empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
@@ -93,6 +108,11 @@ def simulate(
         Runs a chunk; by default about 30 ms of work.
     progress : callable, optional
         Called now and then with the share of the work done, 0 to 1.
+
+    Raises
+    ------
+    RunError
+        If the strategy raises an error.
     """
     params = params_of(scenario, seed)
     kinds = kinds_of(scenario, params)
@@ -109,12 +129,9 @@ def simulate(
         ]
         try:
             _watch(futures, done, parts, params, progress)
-        except BaseException as error:
+        except BaseException:
             cancel[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
-            if scenario.strategy.source and isinstance(error, FAILURES):
-                name = scenario.strategy.name
-                raise FeasibeeError(f"{name}: fails in a run: {error}; try its functions in Python") from None
             raise
 
 
@@ -130,7 +147,7 @@ def _watch(
     pending = set(futures)
     while pending:
         finished, pending = wait(pending, timeout=POLL, return_when=FIRST_EXCEPTION)
-        for future in finished:
+        for future in (each for each in futures if each in finished):  # the first failure in order of runs
             future.result()
         if progress is not None:
             # A run that stops at its decision does fewer steps; a finished chunk counts in full.
@@ -169,18 +186,25 @@ def _play(
     whole = 0
     while whole < record.runs and not cancel[0]:
         rest = record.part(whole, record.runs)
-        whole += batch.play(
-            packed(params),
-            empty_state(params, kinds, slots[0], memory),
-            rest.first_run,
-            rest.decision,
-            rest.decision_step,
-            rest.feasible_count,
-            rest.infeasible_count,
-            rest.account,
-            done,
-            cancel,
-            *functions,
-        )
+        try:
+            whole += batch.play(
+                packed(params),
+                empty_state(params, kinds, slots[0], memory),
+                rest.first_run,
+                rest.decision,
+                rest.decision_step,
+                rest.feasible_count,
+                rest.infeasible_count,
+                rest.account,
+                done,
+                cancel,
+                *functions,
+            )
+        except FAILURES as error:
+            if rest.runs == 1:
+                raise RunError(rest.first_run, error) from error
+            for row in range(rest.runs):  # one at a time, to find the run that fails
+                _play(params, kinds, memory, rest.part(row, row + 1), functions, done, cancel, slots)
+            raise
         if whole < record.runs:
             slots[0] *= 2

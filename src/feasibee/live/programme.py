@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
+from feasibee.plugins import registered
 from feasibee.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.loading import registered
 from feasibee.study.journal import Journal, Row
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 
@@ -67,7 +67,7 @@ class Programme:
         Raises
         ------
         FeasibeeError
-            If there is no such point, or its strategy's file has changed since.
+            If there is no such point.
         """
         if point is None and not self.replays:
             return self.scenario
@@ -76,15 +76,7 @@ class Programme:
             raise FeasibeeError(
                 f"point = {point}: isn't in {self.title or 'a journal'}; choose a run listed there"
             )
-        row = self.points[point]
-        scenario = Scenario.model_validate(row.scenario.to_dict())
-        if scenario.hash != row.hash:
-            name = scenario.decision.strategy
-            raise FeasibeeError(
-                f"{name}: has changed since the sweep; put back the file as it was, which is in the journal "
-                "(SELECT text FROM sources)"
-            )
-        return scenario
+        return self.points[point].scenario
 
     def seed_of(self, point: int | None) -> int:
         """Return the seed of a point."""
@@ -92,7 +84,7 @@ class Programme:
 
     @property
     def strategies(self) -> list[str]:
-        """Names that a page may give: a file would be code, so only those that the command line named."""
+        """Names of all strategies that appear: built-in ones, other packages', and those of the scenarios."""
         named = [self.scenario, *(row.scenario for row in self.points.values())]
         names = [*STRATEGIES, *registered(), *(each.decision.strategy for each in named)]
         return list(dict.fromkeys(names))
@@ -126,7 +118,7 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
-def of_folder(folder: Path, pick: str) -> Programme:
+def of_folder(folder: Path, pick: str, trust: bool = False) -> Programme:
     """Return the programme of a sweep's folder: its runs that decided in a way.
 
     Parameters
@@ -135,6 +127,8 @@ def of_folder(folder: Path, pick: str) -> Programme:
         With a journal.
     pick : str
         One of `PICKS`; ``"wrong"`` are those whose first decision isn't as the truth.
+    trust : bool
+        Whether the texts of strategies that the journal keeps may be run, if they aren't the user's own.
 
     Raises
     ------
@@ -142,7 +136,7 @@ def of_folder(folder: Path, pick: str) -> Programme:
         If there is no journal, or no such run.
     """
     with Journal(folder) as journal:
-        points = {row.id: row for row in journal.points}
+        points = {row.id: _trusted(row) if trust else row for row in journal.points}
         chosen: dict[int, list[Replay]] = {}
         found = 0
         for row in points.values():
@@ -163,6 +157,10 @@ def of_folder(folder: Path, pick: str) -> Programme:
     return Programme(
         scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick
     )
+
+
+def _trusted(row: Row) -> Row:
+    return row._replace(scenario=row.scenario.with_trust())
 
 
 def _is_picked(decisions: Any, true: bool, pick: str) -> Any:

@@ -9,7 +9,9 @@ from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.feasibility import explain
 from feasibee.live.messages import Open, frame_of, tasks_of
 from feasibee.live.programme import Programme
+from feasibee.plugins import registered
 from feasibee.scenario import Scenario
+from feasibee.strategies import STRATEGIES
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
 
@@ -20,6 +22,7 @@ ROOM: Final = 256 * 2**20
 """Bytes of a swarm's state, beside what it takes in proportion to robots and tasks."""
 FILES: Final = ("robots.points", "tasks.points")
 """Fields that may name a file, which a page may not."""
+STRATEGY: Final = "decision.strategy"
 
 
 class Plan(NamedTuple):
@@ -40,7 +43,9 @@ def plan_of(asked: Open, programme: Programme) -> Plan:
         If there is no such run, or it isn't one for a page: all problems at once.
     """
     scenario = programme.scenario_of(asked.point)
-    problems = list(_forbidden(asked, programme))
+    if asked.changes.get(STRATEGY) == scenario.decision.strategy:
+        del asked.changes[STRATEGY]  # the text that it has, not whatever lies at that path now
+    problems = list(_forbidden(asked))
     seed = programme.seed_of(asked.point) if asked.seed is None else asked.seed
     run = programme.run if asked.run is None else asked.run
     numbers = (_number("seed", seed, SEED_LIMIT, problems), _number("run", run, RUN_LIMIT - 1, problems))
@@ -67,14 +72,15 @@ def last_step(scenario: Scenario) -> int:
     return min(scenario.run.steps, STEPS_LIMIT)
 
 
-def _forbidden(asked: Open, programme: Programme) -> Any:
+def _forbidden(asked: Open) -> Any:
     """Yield the changes that would open a file, which only the command line may name."""
+    strategies = [*STRATEGIES, *registered()]
     for path, value in asked.changes.items():
         if path in FILES and isinstance(value, str):
             rule = "can't be a file here"
             yield Problem(path, value, rule, "name it in the scenario on the command line")
-        elif path == "decision.strategy" and value not in programme.strategies:
-            rule = f"must be one of {', '.join(programme.strategies)}"
+        elif path == STRATEGY and value not in strategies:
+            rule = f"must be one of {', '.join(strategies)}"
             yield Problem(
                 path,
                 value,
@@ -98,19 +104,6 @@ def _number(name: str, value: str | int | float, limit: int, problems: list[Prob
         return number
     problems.append(Problem(name, value, f"must be a whole number from 0 to {limit - 1}", "choose one"))
     return 0
-
-
-def _play(swarm: Swarm, steps: int) -> None:
-    from feasibee.engine.runner import FAILURES
-
-    strategy = swarm.scenario.strategy
-    try:
-        swarm.advance(steps)
-    except FAILURES as error:
-        if not strategy.source:
-            raise
-        rule = f"fails after step {swarm.step}: {error}"
-        raise FeasibeeError(f"{strategy.name}: {rule}; try its functions in Python") from None
 
 
 class Session:
@@ -151,7 +144,7 @@ class Session:
         chunk = 1
         while swarm.step < until and time.monotonic() < end:
             before = time.monotonic()
-            _play(swarm, min(chunk, until - swarm.step))
+            swarm.advance(min(chunk, until - swarm.step))
             chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
         return swarm.step >= until
 

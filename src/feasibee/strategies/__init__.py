@@ -20,11 +20,10 @@ from feasibee.strategies import (
     tally,
     voter,
 )
-from feasibee.strategies.contract import Strategy
-from feasibee.strategies.loading import of_module
+from feasibee.strategies.contract import Strategy, strategy_of_module
 
 STRATEGIES: Final[dict[str, Strategy]] = {
-    name: of_module(name, module)
+    name: strategy_of_module(name, module)
     for name, module in {
         "dmmd": dmmd,
         "dmvd": dmvd,

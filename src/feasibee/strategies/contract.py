@@ -9,7 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import Any, Final, NamedTuple
+
+ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "quality": ("robots_seen", "tasks_seen"),
+    "dissemination": ("quality", "gain"),
+    "decide": ("mind", "inbox"),
+    "say": ("mind",),
+    "value": ("mind",),
+}
+"""The functions of a strategy's file, and the arguments of each."""
+REQUIRED: Final = ("quality", "dissemination", "decide")
+CONSTANTS: Final[Mapping[str, str]] = {
+    "PARAMETERS": "parameters",
+    "MEMORY": "memory",
+    "VALUE_BITS": "value_bits",
+    "FORGETS": "forgets",
+    "STARTS_NEUTRAL": "starts_neutral",
+}
+"""The constants of a strategy's file, and the fields of `Manifest` that hold them."""
 
 
 class Mind(NamedTuple):
@@ -56,25 +75,14 @@ def value(mind: Mind) -> float:
     return mind.feasible_quality
 
 
-@dataclass(frozen=True, eq=False)
-class Strategy:
-    """How opinions are rated, told and chosen.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Manifest:
+    """What the file of a strategy declares: all that can be known without running it.
 
     Parameters
     ----------
     name : str
-        What a scenario calls it.
-    quality : callable
-        ``quality(robots_seen, tasks_seen)``: the quality of *feasible*, 0 to 1.
-    dissemination : callable
-        ``dissemination(quality, gain)``: for how long to broadcast an opinion of this quality, on average,
-        in steps.
-    decide : callable
-        ``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none.
-    say : callable, optional
-        ``say(mind)``: what to tell for the whole dissemination, 1 or 0, or -1 to be silent.
-    value : callable, optional
-        ``value(mind)``: a number from 0 to 1 to tell with it, near 1 if it speaks for *feasible*.
+        What a scenario calls the strategy.
     parameters : mapping of str to float
         ``PARAMETERS``, with their defaults; a scenario changes them in ``[decision.parameters]``.
     memory : int
@@ -86,17 +94,14 @@ class Strategy:
     starts_neutral : bool
         ``STARTS_NEUTRAL``: whether robots start without an opinion.
     knowledge : type, optional
-        ``Knowledge``: what robots pass on beside opinions (built-in strategies only).
+        ``Knowledge``: what robots pass on in addition to opinions (built-in strategies only).
     source : str
-        The text of a user's file; it is part of a scenario's hash.
+        The text of a user's file; it is part of a scenario's hash. Built-in strategies have none here.
+    trusted : bool
+        Whether the text may be run. Text that came with results may not, unless the user says so.
     """
 
     name: str
-    quality: Callable[[int, int], float]
-    dissemination: Callable[[float, float], float]
-    decide: Callable[[Mind, Inbox], int]
-    say: Callable[[Mind], int] = say
-    value: Callable[[Mind], float] = value
     parameters: Mapping[str, float] = field(default_factory=dict)
     memory: int = 0
     value_bits: int = 0
@@ -104,12 +109,46 @@ class Strategy:
     starts_neutral: bool = False
     knowledge: Any = None
     source: str = ""
+    trusted: bool = True
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Strategy) and (self.name, self.source) == (other.name, other.source)
+        return isinstance(other, Manifest) and (self.name, self.source) == (other.name, other.source)
 
     def __hash__(self) -> int:
         return hash((self.name, self.source))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Strategy(Manifest):
+    """How opinions are rated, told and chosen: a manifest with its functions.
+
+    Parameters
+    ----------
+    quality : callable
+        ``quality(robots_seen, tasks_seen)``: the quality of *feasible*, 0 to 1.
+    dissemination : callable
+        ``dissemination(quality, gain)``: for how long to broadcast an opinion of this quality, on average,
+        in steps.
+    decide : callable
+        ``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none.
+    say : callable, optional
+        ``say(mind)``: what to tell for the whole dissemination, 1 or 0, or -1 to be silent.
+    value : callable, optional
+        ``value(mind)``: a number from 0 to 1 to tell with it, near 1 if it speaks for *feasible*.
+    """
+
+    quality: Callable[[int, int], float]
+    dissemination: Callable[[float, float], float]
+    decide: Callable[[Mind, Inbox], int]
+    say: Callable[[Mind], int] = say
+    value: Callable[[Mind], float] = value
+
+
+def strategy_of_module(name: str, module: ModuleType) -> Strategy:
+    """Return the strategy that an imported module of this package defines."""
+    functions = {each: getattr(module, each) for each in ARGUMENTS if hasattr(module, each)}
+    constants = {field: getattr(module, each) for each, field in CONSTANTS.items() if hasattr(module, each)}
+    return Strategy(name=name, knowledge=getattr(module, "Knowledge", None), **functions, **constants)
 
 
 def sent(value: float, bits: int) -> int:

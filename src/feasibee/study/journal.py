@@ -77,6 +77,7 @@ class Row(NamedTuple):
     truth: bool
     values: dict[str, Any]
     scenario: Scenario
+    """With the text of the strategy's file that the journal keeps, which isn't run unasked."""
     until: dict[str, float] | None
     """The rule by which the number of runs was chosen, if they say it."""
     source: int | None
@@ -133,7 +134,8 @@ class Journal:
         """All points, in the order in which they were added."""
         with self._told():
             rows = self._database.execute(
-                "SELECT id, hash, seed, truth, vary, scenario, until, source FROM points ORDER BY id"
+                "SELECT points.id, hash, seed, truth, vary, scenario, until, source, text"
+                " FROM points LEFT JOIN sources ON sources.id = source ORDER BY points.id"
             ).fetchall()
         return [
             Row(
@@ -142,11 +144,11 @@ class Journal:
                 int(seed),
                 bool(true),
                 json.loads(vary),
-                _scenario(text),
+                Scenario.from_tables(json.loads(scenario), source=text, trusted=False),
                 json.loads(until or "null"),
                 source,
             )
-            for id_, hash_, seed, true, vary, text, until, source in rows
+            for id_, hash_, seed, true, vary, scenario, until, source, text in rows
         ]
 
     def add(self, points: Sequence[Point], seed: int, until: Until | None = None) -> list[int]:
@@ -160,7 +162,7 @@ class Journal:
                 json.dumps(dict(point.values)),
                 json.dumps(point.scenario.to_dict()),
                 rule,
-                point.scenario.strategy.source or None,
+                point.scenario.manifest.source or None,
             )
             for point in points
         ]
@@ -362,17 +364,6 @@ REMEDIES: Mapping[str, str] = {
     "SQLITE_NOTADB": "it is damaged: move it away, and run the same command again",
     "SQLITE_BUSY": "another process holds it: wait for that one",
 }
-
-
-def _scenario(text: str) -> Scenario:
-    """Return a scenario to look at, whatever has become of the file of its strategy."""
-    tables = json.loads(text)
-    decision = tables["decision"]
-    if not decision["strategy"].endswith(".py"):
-        return Scenario.model_validate(tables)
-    own = {"strategy": decision["strategy"], "parameters": decision.pop("parameters", {})}
-    scenario = Scenario.model_validate({**tables, "decision": {**decision, "strategy": "dmmd"}})
-    return scenario.model_copy(update={"decision": scenario.decision.model_copy(update=own)})
 
 
 def _rows(point: int, record: Record) -> Iterator[tuple[int, ...]]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
@@ -207,14 +207,9 @@ def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
     return max(1, min(CHUNK_WORK // _work(scenario), -(-runs // ROUNDS), room))
 
 
-def play(
-    scenarios: Sequence[Mapping[str, Any]], pieces: Sequence[Piece], seed: int, curves: bool
-) -> list[Record]:
-    """Play a chunk, wherever this runs: ``scenarios`` has that of each piece, as plain tables."""
-    return [
-        _play(Scenario.model_validate(tables), piece, seed, curves)
-        for tables, piece in zip(scenarios, pieces, strict=True)
-    ]
+def play(scenarios: Sequence[Scenario], pieces: Sequence[Piece], seed: int, curves: bool) -> list[Record]:
+    """Play a chunk, wherever this runs: ``scenarios`` has that of each piece, with its strategy's text."""
+    return [_play(scenario, piece, seed, curves) for scenario, piece in zip(scenarios, pieces, strict=True)]
 
 
 def _play(scenario: Scenario, piece: Piece, seed: int, curves: bool) -> Record:
@@ -263,7 +258,7 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
 
 
 def _submit(executor: Executor, study: Study, pieces: list[Piece]) -> Future[list[Record]]:
-    scenarios = [study.points[piece.point].scenario.to_dict() for piece in pieces]
+    scenarios = [study.points[piece.point].scenario for piece in pieces]
     try:
         return executor.submit(play, scenarios, pieces, study.seed, study.curves)
     except BrokenExecutor as error:  # a worker has died since the last look

@@ -10,9 +10,10 @@ import sys
 import numpy as np
 import pytest
 
-from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
+from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, plugins
 from feasibee.simulation import simulate_record
-from feasibee.strategies import STRATEGIES, bayes, dmmd, loading
+from feasibee.strategies import STRATEGIES, bayes, dmmd
+from feasibee.strategies.contract import ARGUMENTS
 
 ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
 
@@ -67,6 +68,15 @@ def told(path, **tables):
     assert (problem.path, problem.value) == ("decision.strategy", str(path))
     assert len(str(caught.value).splitlines()) == 1
     return problem.rule
+
+
+def told_when_run(path):
+    """Return what is said of a file that can be a strategy by its text, but isn't one."""
+    scenario = Scenario(decision={"strategy": str(path)})
+    with pytest.raises(FeasibeeError) as caught:
+        simulate_record(scenario, 1, 0)
+    assert len(str(caught.value).splitlines()) == 1
+    return str(caught.value)
 
 
 def assert_same(first, second, runs=3, seed=2):
@@ -176,15 +186,15 @@ def without(name):
 
 
 def test_a_missing_file_is_told(tmp_path):
-    assert "is no file" in told(tmp_path / "none.py")
+    assert "can't be read: No such file or directory; name a file" in told(tmp_path / "none.py")
     (tmp_path / "folder.py").mkdir()
-    assert "is no file" in told(tmp_path / "folder.py")
+    assert "can't be read: it is a directory; name a file" in told(tmp_path / "folder.py")
 
 
 @pytest.mark.parametrize("name", ["quality", "dissemination", "decide"])
 def test_a_missing_function_is_told_with_what_to_write(write, name):
     rule = told(write(without(name)))
-    assert rule == f"mine.py: has no function {name}; write def {name}({', '.join(loading.ARGUMENTS[name])})"
+    assert rule == f"mine.py: has no function {name}; write def {name}({', '.join(ARGUMENTS[name])})"
 
 
 @pytest.mark.parametrize(
@@ -198,15 +208,11 @@ def test_a_missing_function_is_told_with_what_to_write(write, name):
         ),
         ("def quality(robots_seen, tasks_seen)", "def quality(*seen)", 8, "quality must take 2"),
         ("(quality, gain)", "(quality, gain, more=1)", 12, "dissemination must take 2"),
-        ("import math", "import maths", 3, "ModuleNotFoundError: No module named 'maths'"),
-        ("PARAMETERS = {", "1 / 0; PARAMETERS = {", 5, "ZeroDivisionError: division by zero"),
+        ("import math", "import maths", 3, "imports maths; a strategy may import math only"),
+        ("import math", "from . import math", 3, "imports .; a strategy may import math only"),
         ("    return gain * quality", "    return gain *", 13, "SyntaxError: invalid syntax"),
         ("    return gain * quality", "  return gain\n   + 3", 14, "IndentationError"),
-        ("0.1 * (tasks_seen", "0.1 * (task_seen", 9, "quality fails: NameError: name 'task_seen'"),
-        ("inbox.feasible_votes -", "inbox.votes -", 17, "decide fails: AttributeError: "),
-        ("mind.parameters[0]", "mind.parameters[1]", 18, "decide fails: IndexError"),
-        ("mind.parameters[0]", "mind.memory[0]", 18, "decide fails: IndexError"),
-        ("math.exp(0.1", "math.log(-5 + 0 * 0.1", 9, "quality fails: ValueError"),
+        ("PARAMETERS = {", "PARAMETERS = {'late': 1 / 3} or {", 5, "PARAMETERS = {'late': 1 / 3} or"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(write, old, new, line, words):
@@ -217,30 +223,59 @@ def test_what_is_wrong_is_told_with_its_line(write, old, new, line, words):
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("PARAMETERS = {", "1 / 0; PARAMETERS = {", 5, "ZeroDivisionError: division by zero"),
+        ("PARAMETERS = {", "exit(7); PARAMETERS = {", 5, "SystemExit: 7"),
+        ("0.1 * (tasks_seen", "0.1 * (task_seen", 9, "quality(0, 0) fails: NameError: name 'task_seen'"),
+        ("inbox.feasible_votes -", "inbox.votes -", 17, "fails: AttributeError: "),
+        ("mind.parameters[0]", "mind.parameters[1]", 18, "fails: IndexError"),
+        ("mind.parameters[0]", "mind.memory[0]", 18, "fails: IndexError"),
+        ("math.exp(0.1", "math.log(-5 + 0 * 0.1", 9, "quality(0, 0) fails: ValueError"),
+        ("math.exp(0.1", "exit(0.1", 9, "quality(0, 0) fails: SystemExit: 0.0"),
+        ("return 1.0 / (1.0 + ", "return 1.0 / (robots_seen + 0 * ", 9, "quality(0, 0) fails: ZeroDivision"),
+        ("return 1.0 / (1.0 + ", "return 1.0 / (tasks_seen + 0 * ", 9, "quality(0, 0) fails: ZeroDivision"),
+    ],
+)
+def test_what_fails_when_it_is_tried_is_told_with_its_line_and_arguments(write, old, new, line, words):
+    assert MINE.count(old) == 1
+    text = told_when_run(write(MINE.replace(old, new)))
+    assert text.startswith(f"mine.py, line {line}: "), text
+    assert words in text
+
+
+@pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("    lead = ", "    return 2\n    lead = ", "decide returns 2; must be 1, 0, or -1 for none"),
-        ("    lead = ", "    return None\n    lead = ", "decide returns None; must be 1, 0, or -1 for none"),
-        ("    lead = ", "    return 'yes'\n    lead = ", "decide returns 'yes'"),
-        ("return gain * quality", "return None", "dissemination returns None; must be a number"),
-        ("return gain * quality", "return math.inf", "dissemination returns inf; must be a number"),
-        ("return gain * quality", "return gain * math.nan", "dissemination returns nan; must be a number"),
-        ("return 1.0 / ", "return [1.0] or ", "quality returns [1.0]; must be a number"),
+        ("    lead = ", "    return 2\n    lead = ", "returns 2; must be 1, 0, or -1 for none"),
+        ("    lead = ", "    return 0.5\n    lead = ", "returns 0.5; must be 1, 0, or -1 for none"),
+        ("    lead = ", "    return None\n    lead = ", "returns None; must be 1, 0, or -1 for none"),
+        ("    lead = ", "    return 'yes'\n    lead = ", "returns 'yes'"),
+        ("return gain * quality", "return None", "returns None; must be a number of steps from 0"),
+        ("return gain * quality", "return math.inf", "returns inf; must be a number of steps from 0"),
+        ("return gain * quality", "return gain * math.nan", "returns nan; must be a number of steps"),
+        ("return gain * quality", "return quality - 1", " returns -"),
+        ("return gain * quality", "return gain * 1e9", "10.0) returns 10000000000.0;"),
+        ("return 1.0 / ", "return [1.0] or ", "quality(0, 0) returns [1.0]; must be a number from 0 to 1"),
+        ("return 1.0 / ", "return 1.0 + robots_seen or ", "quality(1, 0) returns 2.0; must be a number"),
+        ("return 1.0 / ", "return -1 / ", "quality(0, 0) returns -0.5; must be a number from 0 to 1"),
     ],
 )
 def test_nonsense_that_is_returned_is_told(write, old, new, words):
-    assert words in told(write(MINE.replace(old, new)))
+    text = told_when_run(write(MINE.replace(old, new)))
+    assert words in text
+    assert text.startswith("mine.py, line ")
 
 
 @pytest.mark.parametrize(
     ("line", "words"),
     [
         ("Knowledge = dict", "defines Knowledge; only built-in strategies pass on knowledge"),
-        ("decide = 3", "decide isn't a function; write def decide(mind, inbox)"),
-        ("say = max", "say isn't a function; write def say(mind)"),
+        ("decide = 3", "decide isn't a plain function; write def decide(mind, inbox)"),
+        ("say = max", "say isn't a plain function; write def say(mind)"),
+        ("from math import exp as say", "say isn't a plain function; write def say(mind)"),
+        ("@staticmethod\ndef say(mind): return 1", "say isn't a plain function; write def say(mind)"),
         ("def value(): return 1", "value must take 1; write def value(mind)"),
-        ("def value(mind): return 'x'", "value returns 'x'; must be a number"),
-        ("def say(mind): return 5", "say returns 5; must be 1, 0, or -1 for none"),
         ("MEMORY = -1", "MEMORY = -1 must be a whole number from 0 to 64"),
         ("MEMORY = 65", "MEMORY = 65 must be a whole number from 0 to 64"),
         ("MEMORY = True", "MEMORY = True must be a whole number"),
@@ -248,6 +283,8 @@ def test_nonsense_that_is_returned_is_told(write, old, new, words):
         ("VALUE_BITS = 17", "VALUE_BITS = 17 must be a whole number from 0 to 16"),
         ("FORGETS = 1", "FORGETS = 1 must be True or False"),
         ("STARTS_NEUTRAL = 'no'", "STARTS_NEUTRAL = 'no' must be True or False"),
+        ("MEMORY = 1 + 1", "MEMORY = 1 + 1 must be a whole number from 0 to 64, written out"),
+        ("MEMORY: int", "MEMORY = ... must be a whole number"),
         ("PARAMETERS = ['weight']", "PARAMETERS = ['weight'] must be a dict of names and numbers"),
         ("PARAMETERS = {'weight': 'x'}", "must be a dict of names and numbers"),
         ("PARAMETERS = {'weight': float('nan')}", "must be a dict of names and numbers"),
@@ -260,10 +297,26 @@ def test_constants_and_names_that_must_not_be_are_told(write, line, words):
     assert words in rule
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("def value(mind): return 'x'", "returns 'x'; must be a number"),
+        ("def say(mind): return 5", "returns 5; must be 1, 0, or -1 for none"),
+        ("PARAMETERS['more'] = 1.0", "PARAMETERS changes while the file runs; write its value out once"),
+        ("globals()['decide'] = 3", "decide isn't a plain function"),
+    ],
+)
+def test_what_only_a_run_shows_is_told(write, line, words):
+    text = told_when_run(write(f"{MINE}\n{line}\n"))
+    assert text.startswith("mine.py")
+    assert words in text
+
+
 def test_text_that_is_no_python_at_all_is_told(write, tmp_path):
-    assert "mine.py" in told(write("\x00\x01"))
-    (tmp_path / "bytes.py").write_bytes(b"\xff\xfe\x00 = 3")
-    assert "bytes.py" in told(tmp_path / "bytes.py")
+    assert "it holds a NUL" in told(write("\x00\x01"))
+    (tmp_path / "bytes.py").write_bytes(b"\xff\xfe = 3")
+    assert "not UTF-8 text" in told(tmp_path / "bytes.py")
+    assert "too many nested parentheses" in told(write("x = " + "(" * 5000))
 
 
 @pytest.mark.parametrize(
@@ -314,18 +367,14 @@ def package(tmp_path, monkeypatch):
         (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: fable\nVersion: 1.0\n")
         (metadata / "entry_points.txt").write_text("[feasibee.strategies]\n" + "\n".join(lines) + "\n")
         monkeypatch.syspath_prepend(str(tmp_path))
-        loading.of_package.cache_clear()
 
-    yield install
-    loading.of_package.cache_clear()
-    for name in ("fable_one", "fable_two"):
-        sys.modules.pop(name, None)
+    return install
 
 
 def test_a_package_registers_strategies_by_name(package, write):
     package(["fable = fable_one"], fable_one=MINE)
     assert [each.name for each in importlib.metadata.entry_points(group="feasibee.strategies")] == ["fable"]
-    assert loading.registered() == ["fable"]
+    assert plugins.registered() == ["fable"]
     scenario = scenario_of("fable")
     assert scenario.strategy.name == "fable"
     assert_same(scenario_of(write(MINE)), scenario)
@@ -346,16 +395,28 @@ def test_a_built_in_name_is_not_taken_over(package):
 @pytest.mark.parametrize(
     ("target", "text", "words"),
     [
-        ("fable_two", without("decide"), "fable_two.py: has no function decide"),
-        ("fable_two", "1 / 0", "fable_two can't be imported: ZeroDivisionError"),
-        ("fable_none", MINE, "fable_none can't be imported: ModuleNotFoundError"),
+        ("fable_two", without("decide"), "fable: has no function decide"),
+        ("fable_none", MINE, "fable_none isn't a module in a .py file"),
+        ("fable_two.none", MINE, "fable_two.none isn't a module in a .py file"),
         ("fable_two:decide", MINE, "fable_two:decide isn't a module"),
-        ("fable_two:nothing", MINE, "fable_two:nothing can't be imported: AttributeError"),
     ],
 )
 def test_what_is_wrong_with_a_registered_strategy_is_told(package, target, text, words):
     package([f"fable = {target}"], fable_two=text)
     assert words in told("fable")
+
+
+def test_a_registered_strategy_that_fails_is_told_when_it_runs(package):
+    package(["fable = fable_two"], fable_two="1 / 0\n" + MINE)
+    assert told_when_run("fable") == "fable, line 1: ZeroDivisionError: division by zero"
+
+
+def test_a_module_within_a_package_is_found_and_the_package_is_not_imported(package, tmp_path, write):
+    (tmp_path / "fable_deep").mkdir()
+    (tmp_path / "fable_deep" / "__init__.py").write_text("raise SystemExit('imported')")
+    (tmp_path / "fable_deep" / "inner.py").write_text(MINE)
+    package(["fable = fable_deep.inner"])
+    assert scenario_of("fable").hash == scenario_of(write(MINE)).hash
 
 
 @pytest.mark.parametrize("module", ["random", "numpy", "feasibee.engine"])
@@ -377,20 +438,57 @@ def test_a_file_that_changes_is_another_strategy(write):
 
 
 @pytest.mark.parametrize(
-    ("line", "why"),
+    ("line", "number", "why"),
     [
-        ("    lead = mind.memory[5]\n", "index is out of bounds"),
-        ("    lead = 1 / (inbox.feasible_votes - inbox.feasible_votes)\n", "division by zero"),
-        ("    return None if inbox.chance < 0.9 else 1\n", "expected int64, got None"),
+        ("lead = mind.memory[5]", 18, "fails: IndexError: "),
+        ("lead = 1 / (inbox.feasible_votes - inbox.feasible_votes)", 18, "fails: ZeroDivisionError: "),
+        ("return None if inbox.chance < 0.9 else 1", 16, "returns None; must be 1, 0, or -1 for none"),
+        ("return 7", 16, "returns 7; must be 1, 0, or -1 for none"),
+        ("return 0.5", 16, "returns 0.5; must be 1, 0, or -1 for none"),
     ],
 )
-def test_what_fails_only_in_a_run_is_told(write, line, why):
-    """The first call sees chance 0.25 and passes, if the line is behind a condition."""
-    guarded = "    if inbox.chance != 0.25:\n    " + line
-    text = MINE.replace("    lead = inbox", guarded + "    lead = inbox")
-    scenario = scenario_of(write(text))
-    with pytest.raises(FeasibeeError, match=rf"mine.py: fails in a run: .*{why}"):
-        simulate_record(scenario, 5, 1)
+def test_what_fails_only_in_a_run_is_told_with_line_arguments_and_run(write, line, number, why):
+    """No trial has the chance 0.125 or more but not 0.25, 0.5 and so on: the line is behind a condition."""
+    guarded = f"    if 0.0 < inbox.chance < 0.2:\n        {line}\n"
+    scenario = scenario_of(write(MINE.replace("    lead = inbox", guarded + "    lead = inbox")))
+    said = rf"^mine\.py, line {number}: decide\(Mind\(opinion=\d.*{why}.*\(in run \d of seed 1\)$"
+    with pytest.raises(FeasibeeError, match=said) as engine:
+        simulate_record(scenario, 5, 1, threads=1)
+    with pytest.raises(FeasibeeError) as reference:
+        simulate_record(scenario, 5, 1, backend="reference")
+    assert str(engine.value).startswith(str(reference.value))
+    with pytest.raises(FeasibeeError, match=rf"line {number}: decide.*{why}.*\(in run 0 of seed 1\)$"):
+        Swarm(scenario, seed=1).advance(200)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        (
+            "    return 1.0 /",
+            "    if robots_seen == 4: return 1.5\n    return 1.0 /",
+            r"quality\(4, \d+\) returns 1.5; must be a number from 0 to 1",
+        ),
+        (
+            "    return gain * quality",
+            "    return gain * quality - (100.0 if gain == 10.0 and 0.25 < quality < 0.4 else 0.0)",
+            r"dissemination\(0\.\d+, 10\.0\) returns -9\d\.\d+; must be a number of steps from",
+        ),
+    ],
+)
+def test_nonsense_that_is_returned_only_in_a_run_is_told(write, old, new, why):
+    scenario = scenario_of(write(MINE.replace(old, new)))
+    for backend in ("engine", "reference"):
+        with pytest.raises(FeasibeeError, match=why):
+            simulate_record(scenario, 20, 1, backend=backend)
+
+
+def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(write):
+    """The reference would take too long for it."""
+    text = MINE.replace("    lead = ", "    if 0.0 < inbox.chance < 0.2:\n        return 7\n    lead = ")
+    scenario = scenario_of(write(text), **{"robots.count": 3000, "arena.side": 200.0})
+    with pytest.raises(FeasibeeError, match=r'fails in run 3 of seed 1: .* 1, 1, first_run=3, backend="ref'):
+        simulate_record(scenario, 1, 1, first_run=3)
 
 
 def test_two_files_of_one_name_are_two_strategies(write):

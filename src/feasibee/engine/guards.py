@@ -1,0 +1,71 @@
+"""What a user's strategy returns is checked in every call; built-in strategies are tested instead.
+
+Each function here stands in for one of the strategy's, which it calls by the name ``own``. The messages are
+for the log: the run is played again by the reference, whose errors name line, arguments and value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, Final
+
+from feasibee.vocabulary import LONGEST
+
+
+def own(*arguments: Any) -> Any:
+    """Stand for the strategy's function, in whose place a copy of a guard has it; see `guarded`."""
+    raise NotImplementedError
+
+
+def _quality(robots_seen, tasks_seen):
+    result = own(robots_seen, tasks_seen)
+    if not 0.0 <= result <= 1.0:
+        raise ValueError("quality must return a number from 0 to 1")
+    return result
+
+
+def _dissemination(quality, gain):
+    result = own(quality, gain)
+    if not 0.0 <= result <= LONGEST:
+        raise ValueError("dissemination must return a number of steps from 0 to 2**30")
+    return result
+
+
+def _decide(mind, inbox):
+    result = own(mind, inbox)
+    if result != 1 and result != 0 and result != -1:  # noqa: PLR1714  # numba compiles this to comparisons
+        raise ValueError("decide must return 1, 0, or -1 for none")
+    return result
+
+
+def _say(mind):
+    result = own(mind)
+    if result != 1 and result != 0 and result != -1:  # noqa: PLR1714
+        raise ValueError("say must return 1, 0, or -1 for none")
+    return result
+
+
+def _value(mind):
+    result = own(mind)
+    if not -1e300 < result < 1e300:
+        raise ValueError("value must return a number")
+    return result
+
+
+GUARDS: Final = {
+    "quality": _quality,
+    "dissemination": _dissemination,
+    "decide": _decide,
+    "say": _say,
+    "value": _value,
+}
+
+
+def guarded(name: str, compiled: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a copy of a guard that calls a strategy's compiled function.
+
+    A closure would do the same, but numba couldn't find its code on disk again.
+    """
+    guard = GUARDS[name]
+    return FunctionType(guard.__code__, {**globals(), "own": compiled}, guard.__name__)

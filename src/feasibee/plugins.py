@@ -1,0 +1,260 @@
+"""Strategies of users, from files and other packages: found and read as text, without running any of it.
+
+What a file declares (its constants, and which functions it has) is taken from its syntax tree, so that a
+scenario that names it can be checked, printed and compared. It runs when something simulates it:
+see `feasibee.trial`.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import lru_cache
+from hashlib import sha256
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final, TypeGuard
+
+from feasibee.errors import FeasibeeError
+from feasibee.files import UnreadableError, read_text
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, REQUIRED, Manifest, Strategy
+
+GROUP: Final = "feasibee.strategies"
+"""The entry points by which other packages register strategies."""
+ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
+RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
+    "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
+    "MEMORY": ("a whole number from 0 to 64", lambda value: _is_whole(value, 64)),
+    "VALUE_BITS": ("a whole number from 0 to 16", lambda value: _is_whole(value, 16)),
+    "FORGETS": ("True or False", lambda value: isinstance(value, bool)),
+    "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
+}
+
+
+def manifest_of(name: str, source: str | None = None, trusted: bool = True) -> Manifest:
+    """Return what the strategy of a name declares; nothing of a user's file is run.
+
+    Parameters
+    ----------
+    name : str
+        A built-in strategy, the path of a ``.py`` file, or the name under which a package registers one.
+    source : str, optional
+        The text to take for the file's, as when results kept it; by default it is read.
+    trusted : bool
+        Whether the text may be run later on.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is no such strategy, or the file can't be one: what is missing or wrong, and where.
+    """
+    if name in STRATEGIES:
+        return STRATEGIES[name]
+    manifest = _parsed(name, _text(name) if source is None else source)
+    return manifest if trusted else replace(manifest, trusted=False)
+
+
+def load(name: str) -> Strategy:
+    """Load a strategy by its name, the path of its file, or the name under which a package registers it.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is none, or it isn't one: what is missing or wrong, and where.
+    """
+    return strategy_of(manifest_of(name))
+
+
+def strategy_of(manifest: Manifest) -> Strategy:
+    """Return the strategy of a manifest: the one place where the text of a user's file is run.
+
+    Raises
+    ------
+    FeasibeeError
+        If the text came with somebody's results and isn't that of a present file of the user's own, or if a
+        function fails or returns nonsense in a trial.
+    """
+    if isinstance(manifest, Strategy):
+        return manifest
+    if not (manifest.trusted or is_own(manifest)):
+        raise FeasibeeError(
+            f"{manifest.name}: its text came with these results (SHA-256 {digest_of(manifest)[:16]}...) and "
+            "isn't that of a file of yours at this path; read it, then allow it to run with --trust "
+            "(in Python: trust=True)"
+        )
+    return _tried(replace(manifest, trusted=True))
+
+
+@lru_cache(256)
+def _tried(manifest: Manifest) -> Strategy:
+    from feasibee.trial import tried
+
+    return tried(manifest)
+
+
+def digest_of(manifest: Manifest) -> str:
+    """Return the SHA-256 of a strategy's text."""
+    return sha256(manifest.source.encode()).hexdigest()
+
+
+def is_own(manifest: Manifest) -> bool:
+    """Whether a strategy is built in, of an installed package, or a present file of the user's own."""
+    if not manifest.source:
+        return True
+    try:
+        text = _text(manifest.name)
+        owner = Path(manifest.name).stat().st_uid if manifest.name.endswith(".py") else None
+    except (FeasibeeError, OSError):
+        return False
+    return text == manifest.source and (owner is None or not hasattr(os, "getuid") or owner == os.getuid())
+
+
+def registered() -> list[str]:
+    """Return the names of the strategies of other packages."""
+    return sorted(point.name for point in entry_points(group=GROUP))
+
+
+def _text(name: str) -> str:
+    """Return the text of a strategy that isn't built in."""
+    if name.endswith(".py"):
+        return _read(name)
+    found = [point for point in entry_points(group=GROUP) if point.name == name]
+    if not found:
+        raise FeasibeeError("names no strategy")
+    return _text_of_module(found[0])
+
+
+def _text_of_module(point: EntryPoint) -> str:
+    """Return the text of a registered module, found without importing it or the packages that hold it."""
+    if point.attr:
+        raise FeasibeeError(f"{point.value} isn't a module, which it must be; register {point.module}")
+    top, *parts = point.module.split(".")
+    spec: ModuleSpec | None = find_spec(top)
+    way = top
+    for part in parts:
+        way = f"{way}.{part}"
+        places = spec.submodule_search_locations if spec is not None else None
+        spec = None if places is None else PathFinder.find_spec(way, list(places))
+    if spec is None or not (spec.origin or "").endswith(".py"):
+        raise FeasibeeError(f"{point.value} isn't a module in a .py file; register one")
+    return _read(str(spec.origin))
+
+
+def _read(path: str) -> str:
+    try:
+        return read_text(path, "a file of Python")
+    except UnreadableError as error:
+        raise FeasibeeError(f"can't be read: {error.why}; name a file of Python") from None
+
+
+@lru_cache(256)
+def _parsed(name: str, source: str) -> Manifest:
+    """Return what the text of a file declares."""
+    file = Path(name).name
+    try:
+        tree = ast.parse(source, file)
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
+        raise FeasibeeError(f"{file}{line}: {type(error).__name__}: {error.args[0]}") from None
+    _check_imports(tree, file)
+    bound = dict(_bindings(tree))
+    if "Knowledge" in bound:
+        raise FeasibeeError(f"{file}: defines Knowledge; only built-in strategies pass on knowledge")
+    for function in ARGUMENTS:
+        _check_function(function, bound.get(function), file)
+    constants = {
+        field: _constant(constant, bound[constant], file)
+        for constant, field in CONSTANTS.items()
+        if constant in bound
+    }
+    return Manifest(name=name, source=source, **constants)
+
+
+def _check_imports(tree: ast.Module, file: str) -> None:
+    """Raise an error for an import that would make runs differ, or not compile.
+
+    This isn't a sandbox: it keeps strategies reproducible, and a file that is run can do what its user can.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            modules = (
+                [f"{'.' * node.level}{node.module or ''}"]
+                if isinstance(node, ast.ImportFrom)
+                else [each.name for each in node.names]
+            )
+            for module in modules:
+                if module not in ALLOWED:
+                    rule = f"imports {module}; a strategy may import math only, and has inbox.chance"
+                    raise FeasibeeError(f"{file}, line {node.lineno}: {rule}")
+
+
+def _bindings(tree: ast.Module) -> list[tuple[str, ast.AST]]:
+    """Return which names the file binds at its top level, and by which statement; the last one counts."""
+    found: list[tuple[str, ast.AST]] = []
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.append((node.name, node))
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            found += [(each.id, node) for target in targets for each in ast.walk(target) if _is_bound(each)]
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            found += [(each.asname or each.name, node) for each in node.names]
+    return found
+
+
+def _is_bound(node: ast.AST) -> TypeGuard[ast.Name]:
+    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+
+
+def _check_function(name: str, node: ast.AST | None, file: str) -> None:
+    """Raise an error unless the file defines a function with the right number of arguments, if it must."""
+    arguments = ARGUMENTS[name]
+    wanted = f"write def {name}({', '.join(arguments)})"
+    if node is None:
+        if name in REQUIRED:
+            raise FeasibeeError(f"{file}: has no function {name}; {wanted}")
+        return
+    if not isinstance(node, ast.FunctionDef) or node.decorator_list:
+        raise FeasibeeError(f"{file}, line {_line(node)}: {name} isn't a plain function; {wanted}")
+    given = node.args
+    extra = [each for each in (given.vararg, given.kwarg) if each]
+    if len(given.posonlyargs) + len(given.args) != len(arguments) or extra or given.kwonlyargs:
+        raise FeasibeeError(f"{file}, line {node.lineno}: {name} must take {len(arguments)}; {wanted}")
+
+
+def _constant(name: str, node: ast.AST, file: str) -> Any:
+    """Return the value that a file gives a constant, which must be written out there."""
+    rule, holds = RULES[name]
+    value = getattr(node, "value", None)
+    try:
+        given = ast.literal_eval(value)  # type: ignore[arg-type]  # None and functions fail as they should
+        if holds(given):
+            return given
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        pass
+    shown = ast.unparse(value) if isinstance(value, ast.AST) else "..."
+    raise FeasibeeError(f"{file}, line {_line(node)}: {name} = {shown[:100]} must be {rule}, written out")
+
+
+def _line(node: ast.AST) -> int:
+    return int(getattr(node, "lineno", 1))
+
+
+def _is_whole(value: Any, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
+
+
+def _is_parameters(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(key, str)
+        and isinstance(number, int | float)
+        and not isinstance(number, bool)
+        and abs(number) < math.inf
+        for key, number in value.items()
+    )

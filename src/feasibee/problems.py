@@ -1,0 +1,66 @@
+"""What pydantic found wrong with a scenario, in our words: path, value, rule, remedy."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from typing import Final
+
+from pydantic_core import ErrorDetails
+
+from feasibee.errors import Problem
+from feasibee.sections import SECTIONS, fields
+
+WORDS: Final = {
+    "Input should be": "must be",
+    "greater than or equal to": "≥",
+    "less than or equal to": "≤",
+    "greater than": ">",
+    "less than": "<",
+    "a valid integer": "a whole number",
+    "a valid boolean": "true or false",
+    "a valid ": "a ",
+    "Dictionary should have at least 1 item after validation": "must name a skill",
+    "Tuple should have at most": "must be at most",
+    "items after validation": "classes",
+}
+"""Pydantic's words, and ours."""
+
+
+def problem_of(details: ErrorDetails) -> Problem:
+    """Return one of pydantic's errors as a problem."""
+    path = ".".join(str(part) for part in details["loc"])
+    kind = details["type"]
+    if kind == "extra_forbidden":
+        return Problem(path, details["input"], "unknown key", _suggestion(path))
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
+    if kind == "missing":
+        return Problem(path, details["input"], "is missing", "write it beside what is there")
+    rule = details["msg"]
+    for theirs, ours in WORDS.items():
+        rule = rule.replace(theirs, ours)
+    return Problem(path, details["input"], rule, _remedy(path))
+
+
+def _remedy(path: str) -> str:
+    """Name the default of a field, if it has one that stands alone."""
+    section, _, key = path.partition(".")
+    field = SECTIONS[section].model_fields.get(key) if section in SECTIONS else None
+    if field is None or field.default is None:
+        return "leave it out for the default"
+    return f"the paper uses {json.dumps(field.default)}"
+
+
+def _suggestion(path: str) -> str:
+    """Name the field that was most likely meant."""
+    known = fields()
+    names = known if "." in path else ["preset", *SECTIONS]
+    close = difflib.get_close_matches(path, names, 1, 0.6)
+    section = path.split(".", maxsplit=1)[0]
+    siblings = [name.split(".")[1] for name in known if name.startswith(f"{section}.")]
+    if close:
+        return f"did you mean {close[0]}?"
+    if "." in path and siblings:
+        return f"[{section}] has {', '.join(siblings)}"
+    return f"the sections are {', '.join(SECTIONS)}"
