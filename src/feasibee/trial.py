@@ -104,14 +104,14 @@ def _try(strategy: Strategy) -> None:
     for quality, gain in product({0.5, *rated, *(1.0 - each for each in rated)}, (1e-3, 10.0, 1e6)):
         strategy.dissemination(quality, gain)
     inboxes = (
-        Inbox(0, 0, -1, 0.0, 0.0, 0.0),
         Inbox(2, 1, 1, 0.5, 0.5, 0.25),
+        Inbox(0, 0, -1, 0.0, 0.0, 0.0),
         Inbox(0, 3, 0, 0.0, 0.1, 0.99),
         Inbox(1000, 1000, 1, 1.0, 0.5, 0.5),
     )
     for opinion, feasible_quality in product((1, 0, -1) if strategy.starts_neutral else (1, 0), rated):
         quality = {1: feasible_quality, 0: 1.0 - feasible_quality, -1: 0.5}[opinion]
-        for own_vote, inbox in product((0, 1), inboxes):
+        for own_vote, inbox in product((1, 0), inboxes):
             mind = _mind(strategy, opinion, quality, feasible_quality, own_vote)
             strategy.say(mind)
             strategy.value(mind)
