@@ -1,0 +1,104 @@
+"""The same scenario and seed give the same bytes as ever: hashes of a corpus, kept since model version 1.
+
+A change of results is a new model version (CHANGELOG.md, "Results changed"). Then write the hashes anew:
+``python tests/test_same_bytes.py``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError
+from feasibee.simulation import simulate_record
+from feasibee.strategies import STRATEGIES
+from feasibee.vocabulary import MODEL_VERSION
+
+HASHES = Path(__file__).parent / "same_bytes.json"
+TEAM = {
+    "robots.classes": [
+        {"name": "arm", "count": 9, "skills": ["lift"]},
+        {"name": "eye", "count": 7, "skills": ["scan"]},
+        {"name": "both", "count": 5, "skills": ["lift", "scan"]},
+    ],
+    "tasks.classes": [
+        {"name": "carry", "count": 4, "needs": {"lift": 2}},
+        {"name": "map", "count": 6, "needs": {"scan": 1, "lift": 1}},
+    ],
+}
+WORLDS = {
+    "paper": {},
+    "many tasks": {"tasks.count": 60},
+    "forty robots": {"robots.count": 40, "tasks.count": 35},
+    "walls": {"arena.boundary": "walls", "arena.side": [14.0, 9.0]},
+    "bodies": {"arena.boundary": "walls", "robots.avoid_collisions": True, "arena.side": 12.0},
+    "bodies on a torus": {"robots.avoid_collisions": True, "arena.side": [11.0, 13.0], "robots.speed": 0.6},
+    "unique": {"sensing.observation": "unique", "sensing.memory": "life"},
+    "unique, short": {"sensing.observation": "unique", "sensing.count_self": True},
+    "misses": {"sensing.miss": 0.2, "sensing.range": 3.0},
+    "loss": {"radio.loss": 0.3, "radio.range": 4.0},
+    "faults": {
+        "faults.stopped": 0.15,
+        "faults.stop_step": 20,
+        "faults.byzantine": 0.1,
+        "faults.stubborn": 0.1,
+    },
+    "random liars": {"faults.byzantine": 0.2, "faults.byzantine_says": "random"},
+    "clusters": {"robots.placement": "clusters", "tasks.placement": "corner", "tasks.spread": 3.0},
+    "short ids": {"radio.id_bits": 4, "decision.inbox_size": 3},
+    "late listeners": {"decision.listen": {"last": 3}, "decision.dissemination_floor": 3},
+    "commits": {"decision.commit": {"quorum": 0.75, "rounds": 2, "heard": 2}, "decision.own_vote": False},
+    "team": TEAM,
+    "preset": {"preset": "subcdm-2025", "run.steps": 60},
+    "stops": {"run.stop_at_decision": True, "run.steps": 300, "tasks.count": 100},
+}
+
+
+def scenarios() -> Iterator[tuple[str, Scenario]]:
+    """Yield all strategies in all worlds, as far as they can be together."""
+    for world, changes in WORLDS.items():
+        for name in STRATEGIES:
+            changed = {"run.steps": 60, "arena.side": 10.0, **changes, "decision.strategy": name}
+            with suppress(ScenarioError):
+                yield f"{world}, {name}", Scenario().replace(changed)
+
+
+def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2) -> str:
+    """Return a hash of all that some runs leave behind."""
+    record = simulate_record(scenario, runs, seed, curves=True, backend=backend)
+    text = hashlib.sha256()
+    for array in (
+        record.decision,
+        record.decision_step,
+        record.feasible_count,
+        record.infeasible_count,
+        record.account,
+    ):
+        text.update(np.ascontiguousarray(array).tobytes())
+    return text.hexdigest()[:16]
+
+
+def test_every_scenario_of_the_corpus_gives_the_bytes_that_it_gave():
+    kept = json.loads(HASHES.read_text())
+    assert kept["model_version"] == MODEL_VERSION
+    found = {name: digest(scenario, seed) for seed, (name, scenario) in enumerate(scenarios())}
+    assert len(found) >= 200
+    assert found == kept["hashes"]
+
+
+@pytest.mark.parametrize("name", ["paper, dmmd", "paper, tally", "team, sketch", "faults, census"])
+def test_the_reference_gives_the_same_bytes(name):
+    kept = json.loads(HASHES.read_text())["hashes"]
+    seed, scenario = next((seed, each) for seed, (own, each) in enumerate(scenarios()) if own == name)
+    assert digest(scenario, seed, "reference") == kept[name]
+
+
+if __name__ == "__main__":
+    hashes = {name: digest(scenario, seed) for seed, (name, scenario) in enumerate(scenarios())}
+    HASHES.write_text(json.dumps({"model_version": MODEL_VERSION, "hashes": hashes}, indent=1) + "\n")
