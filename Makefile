@@ -3,13 +3,15 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help paper test lint bench docs clean
+.PHONY: help paper test lint bench docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/"
 	@echo "make test    all tests"
 	@echo "make lint    style, types, layers"
 	@echo "make bench   speed, start-up and memory, the ratios to Mesa and to a plain numba loop, the live arena"
 	@echo "make docs    the documentation, in docs/_build/html; runs the gallery's examples"
+	@echo "make claims  the numbers of the documentation, computed again and put right; CHECK=1 only reports, PAGE=paper"
+	@echo "make claims-short   a minute of it: the quick ones computed, all others found on their page"
 
 paper: $(VENV)/installed
 	$(BIN)/feasibee paper --out paper
@@ -31,8 +33,14 @@ docs: $(VENV)/with-docs
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html
 	@echo "The documentation is docs/_build/html/index.html"
 
+claims: $(VENV)/with-bench $(VENV)/with-test
+	$(BIN)/python -m claims $(PAGE) $(if $(CHECK),--check)
+
+claims-short: $(VENV)/installed
+	$(BIN)/python -m claims --check --short $(PAGE)
+
 clean:
-	rm -rf $(VENV) paper docs/_build docs/gallery
+	rm -rf $(VENV) paper docs/_build docs/gallery .claims
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -1,0 +1,131 @@
+"""Run the commands of a page, each in an empty folder, and keep what they put out until a source changes."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from claims.book import ROOT, Page
+from claims.values import Record, Table, parse_csv, parse_json
+
+KEPT = ROOT / ".claims"
+
+
+def outcome(page: Page, name: str) -> Any:
+    """Return what a command puts out: its JSON, or the data that it wrote; kept until the code changes."""
+    command, files = page.commands[name], files_of(page)
+    kept = KEPT / f"{_key(command, files)}.json"
+    if not kept.exists():
+        _tell(f"{page.name}: {command}")
+        start = time.monotonic()
+        written = _run(command, files)
+        _tell(f"  {time.monotonic() - start:.1f} s\n")
+        KEPT.mkdir(exist_ok=True)
+        part = kept.with_suffix(".part")
+        part.write_text(json.dumps(written), encoding="utf-8")
+        part.replace(kept)
+    return _parsed(json.loads(kept.read_text(encoding="utf-8")))
+
+
+def files_of(page: Page) -> dict[str, str]:
+    """Return the files that the page tells its reader to write: its blocks of code that begin with a line."""
+    text = page.path.read_text(encoding="utf-8") if page.files else ""
+    return {name: _block(text, line) for name, line in page.files.items()}
+
+
+def _block(text: str, first: str) -> str:
+    """Return the block of code that begins with a line."""
+    lines = text.splitlines()
+    start = next(at for at, line in enumerate(lines) if line.strip() == first and "```" in lines[at - 1])
+    indent = len(lines[start]) - len(lines[start].lstrip())
+    end = next(at for at in range(start, len(lines)) if lines[at].strip() == "```")
+    return "".join(line[indent:] + "\n" for line in lines[start:end])
+
+
+def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
+    """Run a command and return what it printed, and the CSV and JSON files that it wrote."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(ROOT / "examples", Path(folder, "examples"))
+        for name, text in files.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        environment = {
+            **os.environ,
+            "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
+        }
+        arguments = [sys.executable, *_arguments(command)]
+        done = subprocess.run(
+            arguments, cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        if done.returncode != 0:
+            raise SystemExit(f"{command}\nended with status {done.returncode}:\n{done.stderr}")
+        data = sorted(path for path in Path(folder).rglob("*.*") if path.suffix in (".csv", ".json"))
+        written = {path.name: path.read_text(encoding="utf-8") for path in data if path.name not in files}
+    return {"printed": done.stdout, "files": written}
+
+
+def _arguments(command: str) -> list[str]:
+    """Return what Python is given: ``feasibee ...``, or ``python`` and a file of the repository."""
+    program, *rest = shlex.split(command)
+    if program == "feasibee":
+        return ["-m", "feasibee", *rest]
+    return [str(ROOT / rest[0]), *rest[1:]]
+
+
+def _parsed(written: dict[str, Any]) -> Any:
+    parts = {
+        name.partition(".")[0]: parse_csv(text) if name.endswith(".csv") else parse_json(text)
+        for name, text in written["files"].items()
+    }
+    if written["printed"].startswith(("{", "[")):
+        return parse_json(written["printed"])
+    if not parts:
+        raise SystemExit(f"wrote neither JSON nor CSV; it said: {written['printed']}")
+    only = next(iter(parts.values()))
+    if isinstance(only, Table):
+        only.text = written["printed"]
+    return only if len(parts) == 1 else Record(parts)
+
+
+def _key(command: str, files: dict[str, str]) -> str:
+    text = json.dumps([command, files, _sources(command.startswith("python"))])
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+
+@cache
+def _sources(scripts: bool) -> str:
+    """Return a hash of all code that could change an outcome; comments and docstrings couldn't."""
+    folders = ["src/feasibee", "examples"] + ["claims/measure", "benchmarks"] * scripts
+    digest = hashlib.sha256()
+    for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.*")):
+        if path.suffix in (".py", ".toml"):
+            text = path.read_text(encoding="utf-8")
+            digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0")
+            digest.update((_without_docstrings(text) if path.suffix == ".py" else text).encode() + b"\0")
+    return digest.hexdigest()
+
+
+def _without_docstrings(text: str) -> str:
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            node.body = [each for each in node.body if not _is_text(each)]
+    return ast.dump(tree)
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, end="", flush=True)

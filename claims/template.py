@@ -1,0 +1,117 @@
+"""A sentence of a page with its numbers marked: ``right in {fifty.accuracy:.2f} of the runs``."""
+
+from __future__ import annotations
+
+import builtins
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import feasibee.stats
+from claims.values import MINUS, SPEC, mean, median, number, printed, show
+
+NUMBER = rf"[+{MINUS}]?\d+(?:,\d{{3}})*(?:\.\d+)?"
+VALUE = rf"(?:\d{{4}}-\d\d-\d\d|{NUMBER}(?:\s+\({NUMBER}\s+to\s+{NUMBER}\))?|never)"
+GAP = r"(?:\s+>)*\s+"
+"""Between words: a line may end there, in a quotation too."""
+SLOT = re.compile(r"\{([^{}]+)\}")
+NAMES = (
+    "abs",
+    "all",
+    "any",
+    "enumerate",
+    "len",
+    "list",
+    "max",
+    "min",
+    "range",
+    "round",
+    "sorted",
+    "str",
+    "sum",
+    "zip",
+)
+ALLOWED = {name: getattr(builtins, name) for name in NAMES}
+HELPERS = {"mean": mean, "median": median, "printed": printed, "prod": math.prod, "stats": feasibee.stats}
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A number of a page: what it is, in the words of Python, and how it is written."""
+
+    expression: str
+    spec: str
+
+    @classmethod
+    def parse(cls, text: str) -> Slot:
+        """Return the slot between two braces; what follows the last colon is its format, if it can be."""
+        expression, _, spec = text.rpartition(":")
+        if not expression or not SPEC.fullmatch(spec):
+            expression, spec = text, ""
+        return cls(expression.strip(), spec)
+
+    @property
+    def is_word(self) -> bool:
+        """Whether it stands for words."""
+        return self.spec.startswith("s")
+
+    def measured(self, outcomes: Mapping[str, Any]) -> str:
+        """Return what should stand there."""
+        return show(evaluate(self.expression, outcomes), self.spec)
+
+    def agrees(self, stated: str, measured: str) -> bool:
+        """Tell whether what stands there is right, or near enough."""
+        tolerance = SPEC.fullmatch(self.spec)[4]
+        if tolerance == "±" or stated.split() == measured.split():
+            return True
+        if not tolerance:
+            return False
+        share = float(tolerance.strip("±%")) / 100
+        return math.isclose(number(stated), number(measured), rel_tol=share)
+
+
+@dataclass(frozen=True)
+class Template:
+    """A text with slots."""
+
+    text: str
+
+    @cached_property
+    def slots(self) -> list[Slot]:
+        """The slots, in their order."""
+        return [Slot.parse(text) for text in SLOT.findall(self.text)]
+
+    @cached_property
+    def literals(self) -> list[str]:
+        """What stands between the slots; one more than there are slots."""
+        return SLOT.split(self.text.strip())[::2]
+
+    def pattern(self, value: str = VALUE) -> re.Pattern[str]:
+        """Return what finds the text on a page, whatever the numbers; words have the format ``s``."""
+        parts = [_literal(self.literals[0])]
+        for slot, literal in zip(self.slots, self.literals[1:], strict=True):
+            parts += [f"({r'[^|]+?' if slot.is_word else value})", _literal(literal)]
+        return re.compile("".join(parts))
+
+    def filled(self, outcomes: Mapping[str, Any]) -> str:
+        """Return the text as it should be."""
+        values = [slot.measured(outcomes) for slot in self.slots]
+        return self.literals[0] + "".join(
+            value + literal for value, literal in zip(values, self.literals[1:], strict=True)
+        )
+
+
+def evaluate(expression: str, outcomes: Mapping[str, Any]) -> Any:
+    """Return what an expression makes of the commands' outcomes.
+
+    The files of claims are code of this repository, as the commands in them are; they are never a stranger's.
+    """
+    return eval(f"({expression})", {"__builtins__": ALLOWED, **HELPERS, **outcomes})
+
+
+def _literal(text: str) -> str:
+    """Return what finds a text however its lines are broken."""
+    return "".join(GAP if part.isspace() else re.escape(part) for part in re.split(r"(\s+)", text) if part)
