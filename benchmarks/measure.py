@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from datetime import date
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -101,6 +102,7 @@ def run_python(arguments: list[str], environment: Mapping[str, str] | None = Non
 def machine() -> dict[str, str]:
     """Describe what the figures were taken on."""
     return {
+        "date": date.today().isoformat(),
         "processor": f"{processor_name()}, {os.cpu_count()} cores",
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
