@@ -207,7 +207,9 @@ class Tasks(Placed):
 class Walk(Section):
     """How robots wander (model.md 2)."""
 
-    mean_run: Duration = Field(10.0, description="Mean duration of a straight run, in steps: sigma.")
+    mean_run: Duration = Field(
+        10.0, description="Mean duration of a straight run, in steps, before it is rounded up: sigma."
+    )
 
 
 class Sensing(Section):
@@ -259,8 +261,14 @@ class Decision(Section):
     parameters: dict[Word, float] = Field(
         default_factory=dict, description="The strategy's own parameters, if it has any."
     )
-    exploration: Duration = Field(10.0, description="Mean duration of exploration, in steps.")
-    gain: Duration = Field(10.0, description="Mean steps of dissemination for an opinion of quality 1: g.")
+    exploration: Duration = Field(
+        10.0, description="Mean duration of exploration, in steps, before it is rounded up: 10 gives 10.51."
+    )
+    gain: Duration = Field(
+        10.0,
+        description="Mean steps of dissemination for an opinion of quality 1, before they are rounded up: g. "
+        "With 10, quality 0.9 is told 6.0 times as long as 0.1, not 9 times.",
+    )
     dissemination_floor: int = Field(
         0, ge=0, le=1_000_000, description="Steps that each dissemination lasts longer."
     )

@@ -57,7 +57,7 @@ def simulate(
     threads : int, optional
         By default one for each processor.
     backend : {"engine", "reference"}
-        The compiled engine, or the plain-Python reference: the same numbers, a thousand times slower.
+        The compiled engine, or the plain-Python reference: the same numbers, thousands of times slower.
     progress : callable, optional
         Called now and then with the share of the work done.
 

@@ -5,8 +5,9 @@ robots. Each saw only the k - 1 others, so that the number of tasks is about
 
     (k - 1) sum m_j / sum n_j
 
-and the tasks are feasible if this is at most k + 1/2, halfway to the first number that isn't. So the swarm
-is as often right with one task too many as with one too few; a tally is neutral at m = n - 1.
+and the tasks are feasible if this is less than k + 1/2, halfway to the first number that isn't, and
+infeasible if it is more; at k + 1/2 exactly, a tie, a robot keeps its opinion. So the swarm is about as often
+right with one task too many as with just enough robots; a tally is neutral at m = n - 1.
 
 References
 ----------

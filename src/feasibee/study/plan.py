@@ -51,7 +51,7 @@ class Until:
     Parameters
     ----------
     width : float, optional
-        Until the share of right decisions is known to within this width,
+        Until the interval of the share of right decisions, from low to high, is at most this wide,
     decided : float, optional
         or until it is known whether the share is above or below this.
     most : int
