@@ -1,6 +1,6 @@
 """Speed of `feasibee watch`: frames that headless Chromium draws, and what the server takes of a core.
 
-    python benchmarks/live.py [--seconds 20]
+    python benchmarks/live.py [--seconds 20] [--json live.json]
 
 At 20 and at 10,000 robots of the paper's density, one step a frame. It needs a browser and playwright.
 """
@@ -8,12 +8,15 @@ At 20 and at 10,000 robots of the paper's density, one step a frame. It needs a 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+from measure import machine
 
 SIDE = 20.0
 """Of the paper's arena, for 20 robots."""
@@ -26,7 +29,7 @@ def cpu_seconds(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / TICKS
 
 
-def measure(robots: int, seconds: float, browser: str) -> None:
+def measure(robots: int, seconds: float, browser: str) -> dict[str, float]:
     from playwright.sync_api import expect, sync_playwright
 
     side = SIDE * (robots / 20) ** 0.5
@@ -59,23 +62,31 @@ def measure(robots: int, seconds: float, browser: str) -> None:
         wall, cpu, drawn, steps = (after - before for before, after in zip(first, now(), strict=True))
         chromium.close()
         server.terminate()
-    print(
-        f"{robots:6} robots: {drawn / wall:5.1f} frames/s drawn, {steps / wall:5.1f} steps/s, "
-        f"server {100 * cpu / wall:4.1f} % of a core"
-    )
+    return {"robots": robots, "frames": drawn / wall, "steps": steps / wall, "server": cpu / wall}
+
+
+def row_of_text(row: dict[str, float]) -> str:
+    rates = f"{row['frames']:5.1f} frames/s drawn, {row['steps']:5.1f} steps/s"
+    return f"{row['robots']:6} robots: {rates}, server {100 * row['server']:4.1f} % of a core"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--browser", default=shutil.which("chromium") or shutil.which("google-chrome"))
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to FILE")
     options = parser.parse_args()
     if options.browser is None or not Path("/proc/self/stat").exists():
         print("the live arena isn't measured: that takes Linux, and chromium in PATH")
         return
     print(f"load of this machine before: {os.getloadavg()[0]:.1f} of {os.cpu_count()} cores")
+    rows = []
     for robots in (20, 10_000):
-        measure(robots, options.seconds, options.browser)
+        rows.append(measure(robots, options.seconds, options.browser))
+        print(row_of_text(rows[-1]))
+    if options.json:
+        figures = {"machine": machine(), "rows": rows}
+        options.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 from feasibee.files import cache_root
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE / "_extensions"))
+sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]  # ours, and claims/
 os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))  # not in the user's home
 warnings.filterwarnings("error", module=r"(__main__|feasibee)")  # in an example
 warnings.filterwarnings("ignore", module=r"(sphinx|myst)")  # theirs to mend
@@ -28,6 +28,7 @@ extensions = [
     "commands",
     "fields",
     "names",
+    "numbers",
 ]
 exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it makes one dash of the two of an option

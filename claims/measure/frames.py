@@ -1,0 +1,11 @@
+"""How long a frame of the live arena is, in thousands of bytes: docs/watch.md."""
+
+from __future__ import annotations
+
+import json
+
+import feasibee
+from feasibee.live.messages import frame_of
+
+large = feasibee.Scenario().replace({"robots.count": 10_000, "arena.side": 450.0})
+print(json.dumps({"kilobytes": len(frame_of(feasibee.Swarm(large), 0, 0)) / 1000}))
