@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import ast
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -84,8 +84,9 @@ class Page:
 
     def needs(self, claim: Claim | Rows) -> set[str]:
         """Return the names of the commands that a claim rests on."""
-        names = re.findall(r"[^\W\d]\w*", " ".join(claim.expressions))
-        return set(self.commands) & set(names)
+        trees = [ast.parse(f"({expression})") for expression in claim.expressions]
+        names = {node.id for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        return names & set(self.commands)
 
 
 def read(name: str) -> Page:

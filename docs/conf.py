@@ -25,10 +25,10 @@ extensions = [
     "numpydoc",
     "sphinx_gallery.gen_gallery",
     "check",
+    "claimed",
     "commands",
     "fields",
     "names",
-    "numbers",
 ]
 exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it makes one dash of the two of an option

@@ -32,5 +32,5 @@ def _lines(page: Page) -> Iterator[str]:
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Make the directive known."""
-    app.add_directive("numbers", Numbers)
+    app.add_directive("claimed-numbers", Numbers)
     return {"parallel_read_safe": True}
