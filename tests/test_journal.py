@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sqlite3
 import subprocess
 import sys
+import zlib
 from contextlib import closing
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
+from feasibee.cli import main
 from feasibee.simulation import simulate_record
-from feasibee.study.journal import FORMAT, LOCK, NAME, Journal
+from feasibee.study import checksums
+from feasibee.study.journal import Journal
+from feasibee.study.merging import merge
 from feasibee.study.plan import Point, Until
+from feasibee.study.schema import COLUMNS, FORMAT, LOCK, NAME, SEAL, Entry, Kind
 from feasibee.study.table import summaries
 from feasibee.vocabulary import MODEL_VERSION
 
@@ -176,9 +183,10 @@ def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
 import sys
 from pathlib import Path
 from feasibee.study.journal import Journal
+from feasibee.study.merging import merge
 folder = Path(sys.argv[1])
 with Journal(folder) as journal, Journal(folder / sys.argv[2], write=True) as other:
-    other.take(journal)
+    merge(other, [folder])
     for each in (journal, other):
         (row,) = each.points
         print(row.hash, row.scenario.decision.strategy, len(each.columns(row.id)))
@@ -199,7 +207,7 @@ def test_a_strategys_text_is_kept_once_and_merged(tmp_path):
     (tmp_path / "other").mkdir()
     with Journal(tmp_path, write=True) as journal, Journal(tmp_path / "other", write=True) as other:
         journal.add([*points, point()], 0)
-        other.take(journal)
+        merge(other, [tmp_path])
     for folder in (tmp_path, tmp_path / "other"):
         with database(folder) as opened:
             assert opened.execute("SELECT text FROM sources").fetchall() == [(STRATEGY,)]
@@ -215,7 +223,7 @@ def test_a_rule_that_chose_the_number_of_runs_stays(tmp_path):
         assert journal.points[0].until is None
         journal.add([point()], 0, Until(0.1, None, 500))
         journal.add([point(), point({"tasks.count": 9})], 0)
-        other.take(journal)
+        merge(other, [tmp_path])
         for each in (journal, other):
             rule = {"width": 0.1, "decided": None, "most": 500}
             assert [row.until for row in each.points] == [rule, None]
@@ -230,14 +238,111 @@ def test_taking_over_another_journal(filled, tmp_path):
             journal.write([(first, simulate_record(SMALL, 20, 7, first_run=20 + 20 * number, curves=True))])
             journal.write([(second, simulate_record(SMALL.replace({"tasks.count": 9}), 5, 7))])
     with Journal(filled, write=True) as journal:
-        taken = []
-        for other in others:
-            with Journal(other) as theirs:
-                taken.append((journal.take(theirs), journal.take(theirs)))
-        assert taken == [(15, 0), (20, 0)]
+        assert [merge(journal, [other]) for other in others for _ in range(2)] == [15, 0, 20, 0]
         assert [row.values for row in journal.points] == [{}, {"tasks.count": 9}]
         np.testing.assert_array_equal(journal.columns(1), rows_of(simulate_record(SMALL, 60, 7)))
         assert [run for run, *_ in journal.curves(1)] == list(range(20, 60))
+
+
+# --- Journals that disagree ---
+
+
+def other_journal(folder, statement=None, curves=False):
+    """Make a journal with runs 20 to 39 of the point of ``filled``, one of them changed with its digest."""
+    folder.mkdir()
+    with Journal(folder, write=True) as journal:
+        (number,) = journal.add([point()], 7)
+        journal.write([(number, simulate_record(SMALL, 20, 7, first_run=20, curves=curves))])
+    if statement:
+        with database(folder) as other:
+            other.execute(statement)
+            for kind in Kind:
+                rows = other.execute(f"SELECT {kind.columns} FROM {kind.table} ORDER BY run").fetchall()
+                digest = checksums.of_rows(kind, number, rows)
+                other.execute("UPDATE chunks SET digest = ? WHERE kind = ?", (digest, kind))
+    return folder
+
+
+def state(folder):
+    """Return all that a journal holds, but how many commits it has had."""
+    with database(folder) as opened:
+        tables = ("sources", "points", "chunks", "runs", "curves")
+        return {table: opened.execute(f"SELECT * FROM {table}").fetchall() for table in tables}
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ("decision_step = decision_step + 7", r"decision_step is (\d+) in {0} and (\d+) in {1}"),
+        ("bits_sent = bits_sent + 1", r"bits_sent is (\d+) in {0} and (\d+) in {1}"),
+        ("decision = (decision + 2) % 3 - 1", r"decision is (-?\d) in {0} and (-?\d) in {1}"),
+    ],
+)
+def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, changed, named):
+    """Also nothing of the parts before."""
+    good, bad = (
+        other_journal(tmp_path / "good"),
+        other_journal(tmp_path / "bad", f"UPDATE runs SET {changed} WHERE run = 25"),
+    )
+    before = state(filled)
+    told = CliRunner().invoke(main, ["merge", str(filled), str(good), str(bad)])
+    assert told.exit_code == 2
+    (line,) = told.stderr.splitlines()
+    assert line.startswith("feasibee: point 1, seed 7, run 25: ")
+    here, there = re.search(named.format(filled, bad), line).groups()
+    assert int(here) == int(Journal(filled).columns(1)[25, 1 + COLUMNS.split(", ").index(changed.split()[0])])
+    assert here != there
+    assert state(filled) == before
+    told = CliRunner().invoke(main, ["merge", str(filled), str(good)])
+    assert f"{filled}/ has 40 runs" in told.stdout
+
+
+def test_a_truth_that_differs_is_named(filled, tmp_path):
+    other = other_journal(tmp_path / "other")
+    with database(other) as opened:
+        columns = "id, hash, seed, 1 - truth, vary, scenario, until, source, NULL"
+        entry = Entry._make(opened.execute(f"SELECT {columns} FROM points").fetchone())
+        digest = checksums.of_entry(entry)
+        opened.execute("UPDATE points SET truth = 1 - truth, digest = ?", (digest,))
+    rule = f"point 1, seed 7, its truth is 1 in {filled} and 0 in {other}, and only one can be right"
+    with Journal(filled, write=True) as journal, pytest.raises(FeasibeeError, match=re.escape(rule)):
+        merge(journal, [other])
+
+
+def test_a_curve_that_differs_is_named(tmp_path):
+    """Its bytes may: another zlib packs them otherwise."""
+    good, bad = other_journal(tmp_path / "good", curves=True), tmp_path / "bad"
+    other_journal(bad, curves=True)
+    with database(bad) as other:
+        ((blob,),) = other.execute("SELECT feasible FROM curves WHERE run = 25")
+    counts = np.frombuffer(zlib.decompress(blob), "<i4").copy()
+    for name, step, change in (("packed", 0, 0), ("worse", 17, 1)):
+        counts[step] += change
+        text = zlib.compress(counts.tobytes(), 1).hex()
+        folder = other_journal(
+            tmp_path / name, f"UPDATE curves SET feasible = x'{text}' WHERE run = 25", curves=True
+        )
+        with Journal(good, write=True) as journal:
+            if change == 0:
+                assert merge(journal, [folder]) == 0
+                continue
+            rule = f"run 25: the count of feasible opinions at step 17 is {counts[17] - 1} in {good} and "
+            with pytest.raises(FeasibeeError, match=re.escape(f"{rule}{counts[17]} in {folder}")):
+                merge(journal, [folder])
+
+
+def test_what_is_computed_again_must_be_the_same(filled):
+    """As when curves are asked for later."""
+    record = simulate_record(SMALL, 30, 7, curves=True)
+    before = state(filled)
+    with Journal(filled, write=True) as journal:
+        record.account[3, 0] += 1
+        with pytest.raises(FeasibeeError, match=r"run 3: bits_sent is \d+ in .* and \d+ in this sweep"):
+            journal.write([(1, record)])
+        assert state(filled) == before
+        record.account[3, 0] -= 1
+        journal.write([(1, record)])
+        assert len(list(journal.curves(1))) == 30
 
 
 # --- One writer ---
@@ -301,17 +406,29 @@ def refuse(folder, rule):
         ("model_version", MODEL_VERSION + 1, "is of model version .*; install the newer feasibee"),
         ("model_version", MODEL_VERSION - 1, "is of model version .*; choose another folder"),
         ("model_version", "one", "is no journal of feasibee"),
-        ("format", None, "is no journal of feasibee"),
     ],
 )
 def test_other_versions_are_refused(filled, key, number, rule):
     with database(filled) as other:
+        about = dict(other.execute("SELECT key, value FROM about"))
         if number is None:
-            other.execute("DELETE FROM about WHERE key = ?", (key,))
+            del about[key]
         else:
-            other.execute("UPDATE about SET value = ? WHERE key = ?", (str(number), key))
+            about[key] = str(number)
+        about["digest"] = checksums.of_about(about)
+        other.execute("DELETE FROM about")
+        other.executemany("INSERT INTO about VALUES (?, ?)", about.items())
         other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     refuse(filled, rule)
+
+
+def test_a_journal_of_the_format_before_is_refused(tmp_path):
+    """It had no digests, not even of its versions."""
+    with database(tmp_path) as other:
+        other.execute("CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID")
+        rows = [("format", "2"), ("model_version", str(MODEL_VERSION)), ("version", "0.1.0")]
+        other.executemany("INSERT INTO about VALUES (?, ?)", rows)
+    refuse(tmp_path, f"is of format 2, and this feasibee of {FORMAT}; choose another folder")
 
 
 def test_any_other_database_is_refused(tmp_path):
@@ -322,7 +439,7 @@ def test_any_other_database_is_refused(tmp_path):
 
 def test_garbage_is_refused(tmp_path):
     (tmp_path / NAME).write_bytes(bytes(range(256)) * 64)
-    refuse(tmp_path, "it is damaged: move it away")
+    refuse(tmp_path, "damaged as a whole .*none of its runs can be rescued; move it away")
 
 
 @pytest.mark.parametrize("kept", [60, 1000, 5000, 9000])
@@ -373,7 +490,7 @@ def test_a_journal_in_a_read_only_folder_can_be_read(filled, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: asked.append((path, mode)))
     with Journal(filled) as journal:
         assert len(journal.columns(1)) == 30
-        assert [path.name for path in filled.iterdir()] == [NAME]
+        assert {path.name for path in filled.iterdir()} == {NAME, SEAL}
     assert asked == [(filled, os.W_OK)]
 
 

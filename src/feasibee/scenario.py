@@ -287,11 +287,7 @@ class Scenario(BaseModel):
 
         A strategy of the user's own counts by the text of its file, not by its path.
         """
-        tables = self.to_dict()
-        if self.manifest.source:
-            tables["decision"]["strategy"] = self.manifest.source
-        text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
-        return hashlib.sha256(text.encode()).hexdigest()
+        return hash_of(self.to_dict(), self.manifest.source)
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
@@ -301,6 +297,14 @@ class Scenario(BaseModel):
             for key, each in section.model_fields.items()
         }
         return show_scenario(self.to_dict(), type(self)().to_dict(), notes, truth(self), self.hash)
+
+
+def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
+    """Return the hash of a complete form in plain tables; ``source`` is the text of its strategy's file."""
+    if source:
+        tables = {**tables, "decision": {**tables["decision"], "strategy": source}}
+    text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _with_points(

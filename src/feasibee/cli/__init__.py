@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import click
 
+from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.run import run
@@ -20,8 +21,6 @@ from feasibee.cli.sweeps import export, merge, plot, status, sweep
 from feasibee.cli.watch import watch
 from feasibee.errors import FeasibeeError
 
-INTERRUPTED = 130
-
 
 class Commands(click.Group):
     """The commands, with feasibee's errors as lines and exit status 2."""
@@ -30,10 +29,21 @@ class Commands(click.Group):
         """Return the commands in the order in which they were added, not by their letters."""
         return list(self.commands)
 
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        """Run as a program, unless arguments say what to run; Ctrl-C ends it in a line at any moment."""
+        if arguments:
+            return super().__call__(*arguments, **options)
+        interrupts.begin()
+        try:
+            return super().__call__(**options)
+        finally:
+            interrupts.end()
+
     def invoke(self, context: click.Context) -> Any:
         """Run a command."""
         try:
-            return super().invoke(context)
+            with interrupts.raising():
+                return super().invoke(context)
         except FeasibeeError as error:
             fail(str(error))
         except click.UsageError as error:
@@ -47,9 +57,8 @@ class Commands(click.Group):
             if error.errno != errno.ENOSPC:
                 raise
             fail(f"{error.filename or 'the output'}: can't be written: {error.strerror}; free some room")
-        except KeyboardInterrupt:
-            click.echo("feasibee: interrupted; no file was left half-written", err=True)
-            sys.exit(INTERRUPTED)
+        except KeyboardInterrupt as interrupt:
+            interrupts.interrupted(str(interrupt))
 
 
 def fail(message: str) -> NoReturn:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.completion import complete_field
+from feasibee.cli.interrupts import leaving
 from feasibee.cli.options import check_figure, keep_matplotlib_in_cache
 from feasibee.errors import FeasibeeError
 
@@ -75,6 +77,22 @@ def sweep(
       feasibee sweep ratio.toml --out results --runs 1000     grows what is there
       feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee merge results part*
     """
+    with leaving("what was kept stays; the same command goes on"):
+        done = _sweep(study, out, runs, (workers, processes, dask), shard, log)
+    click.echo(
+        f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
+        f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee status {out}"
+    )
+
+
+def _sweep(
+    study: Path,
+    out: Path,
+    runs: int | None,
+    crew: tuple[int | None, bool, str | None],
+    shard: tuple[int, int],
+    log: Path | None,
+) -> Progress:
     from dataclasses import replace
 
     from feasibee.study.plan import Study
@@ -83,14 +101,10 @@ def sweep(
     plan = Study.read(study)
     if runs is not None:
         plan = replace(plan, runs=runs)
-    crew = _crew(workers, processes, dask)
-    _prepare(plan, dask)
+    workers = _crew(*crew)
+    _prepare(plan, crew[-1])
     with _told(log) as progress:
-        done = run_sweep(plan, out, crew, shard, progress)
-    click.echo(
-        f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
-        f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee status {out}"
-    )
+        return run_sweep(plan, out, workers, shard, progress)
 
 
 def _crew(workers: int | None, use_processes: bool, address: str | None) -> Crew:
@@ -122,6 +136,8 @@ def _told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
     terminal = sys.stderr.isatty()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     last = time.monotonic()
+    if log is not None:
+        _end_line(log)
     with Bar(*columns, console=Console(stderr=True), transient=True, disable=not terminal) as bar:
         task = bar.add_task("Sweeping", total=None)
 
@@ -132,7 +148,9 @@ def _told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
                 task,
                 total=progress.runs,
                 completed=progress.runs_done,
-                description=f"{progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
+                description="stopping, Ctrl-C again ends at once"
+                if progress.stopping
+                else f"{progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
             )
             if log is not None:
                 _append(log, {"time": time.time(), **vars(progress)})
@@ -141,6 +159,16 @@ def _told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
                 click.echo(_line(progress, rate), err=True)
 
         yield tell
+
+
+def _end_line(log: Path) -> None:
+    """End the line of a log that a killed sweep has left half-written."""
+    with suppress(OSError):
+        if log.is_file() and log.stat().st_size:
+            with log.open("r+b") as file:
+                file.seek(-1, os.SEEK_END)
+                if file.read() != b"\n":
+                    file.write(b"\n")
 
 
 def _append(log: Path, entry: dict[str, Any]) -> None:
@@ -172,18 +200,26 @@ def status(folder: Path, as_json: bool) -> None:
       feasibee status results
     """
     from feasibee.study.journal import Journal
-    from feasibee.study.table import held, summaries, varied
+    from feasibee.study.table import survey
 
     with Journal(folder) as journal:
-        points = summaries(journal)
-    fields = varied([point.row for point in points])
+        points, found = survey(journal)
     if as_json:
         click.echo(json.dumps([_as_json(point) for point in points], indent=2))
-        return
+    else:
+        _print_table(folder, points)
+    if not found.is_whole:
+        raise FeasibeeError(found.line)
+
+
+def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Column, Table
 
+    from feasibee.study.table import held, varied
+
+    fields = varied([point.row for point in points])
     total = sum(point.runs for point in points)
     seeds = len({point.row.seed for point in points}) > 1
     names = [*fields, "seed"] if seeds else fields
@@ -322,12 +358,11 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
     """
     from feasibee.files import make_folder
     from feasibee.study.journal import Journal
+    from feasibee.study.merging import merge as merge_all
 
     for part in parts:
         Journal(part).close()  # refused before anything is written
     with Journal(make_folder(folder), write=True) as journal:
-        for part in parts:
-            with Journal(part) as other:
-                journal.take(other)
+        merge_all(journal, parts)
         total = sum(runs for runs, _ in journal.counts().values())
     click.echo(f"{folder}/ has {total} runs of {len(parts)} parts and of what was there")

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.simulation import processors
+from feasibee.study.interrupts import inherited_block
 from feasibee.study.sweep import Crew
 
 PATIENCE = 20.0
@@ -27,11 +29,24 @@ def processes(workers: int | None = None) -> Crew:
     """Return processes of this machine, by default one for each processor; one that dies is replaced."""
     number = workers or processors()
     context = get_context("spawn")
-    return Crew(lambda: ProcessPoolExecutor(number, mp_context=context, initializer=_serve), number)
+    return Crew(lambda: _Processes(number, mp_context=context, initializer=_serve), number)
+
+
+class _Processes(ProcessPoolExecutor):
+    """Processes that leave Ctrl-C to the sweep's; they start when there is work for them."""
+
+    def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
+        with inherited_block():
+            return super().submit(work, *arguments, **options)
+
+    def kill_workers(self) -> None:
+        """End all processes now; Python has this from 3.14 on."""
+        for process in list((self._processes or {}).values()):
+            process.kill()
 
 
 def _serve() -> None:
-    """Let the sweep's process decide about Ctrl-C, and don't outlive it if it is killed."""
+    """Leave Ctrl-C to the sweep's process, also on Windows, and don't outlive that if it is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_leave_with_parent, daemon=True).start()
 

@@ -1,18 +1,18 @@
 """The journal of a study: one SQLite file, with a transaction for each chunk of runs.
 
 What is in it stays, whatever happens to the process or the machine; what isn't is computed again. A run is
-known by the hash of its scenario, the seed, and its number.
+known by the hash of its scenario, the seed, and its number. Each point and chunk has a digest: what isn't as
+it was written is refused by every method that reads.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import sqlite3
-import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
@@ -23,49 +23,17 @@ from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
+from feasibee.study import checksums, content, opening
+from feasibee.study.agreement import difference
+from feasibee.study.content import Array, Damage, Rows
+from feasibee.study.encoding import curve_of, rows_of_curves, rows_of_runs
 from feasibee.study.plan import Point, Until
+from feasibee.study.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
+from feasibee.study.survey import Survey, frame, name_of, snapshot, survey
 from feasibee.vocabulary import MODEL_VERSION
 
-NAME = "journal.sqlite"
-LOCK = "journal.lock"
-FORMAT = 2
-SCHEMA = """
-CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE sources (
-    id INTEGER PRIMARY KEY,
-    text TEXT NOT NULL UNIQUE       -- a strategy's file, as it was
-);
-CREATE TABLE points (
-    id INTEGER PRIMARY KEY,
-    hash TEXT NOT NULL,
-    seed TEXT NOT NULL,             -- 64 bits without a sign, which SQLite's numbers don't hold
-    truth INTEGER NOT NULL,         -- 1 feasible, 0 infeasible
-    vary TEXT NOT NULL,             -- JSON: what the study varies, by dotted path
-    scenario TEXT NOT NULL,         -- JSON: the complete form
-    source INTEGER REFERENCES sources (id), -- NULL: the strategy is built in
-    until TEXT,                     -- JSON: the rule that chose the number of runs. NULL: it was given
-    UNIQUE (hash, seed)
-);
-CREATE TABLE runs (
-    point INTEGER NOT NULL REFERENCES points (id),
-    run INTEGER NOT NULL,
-    decision INTEGER NOT NULL,      -- 1 feasible, 0 infeasible, -1 undecided
-    decision_step INTEGER NOT NULL, -- -1: undecided
-    bits_sent INTEGER NOT NULL,
-    commit_step INTEGER NOT NULL,   -- -1: never
-    committed_feasible INTEGER NOT NULL,
-    committed_infeasible INTEGER NOT NULL,
-    PRIMARY KEY (point, run)
-) WITHOUT ROWID;
-CREATE TABLE curves (
-    point INTEGER NOT NULL REFERENCES points (id),
-    run INTEGER NOT NULL,
-    feasible BLOB NOT NULL,         -- zlib of int32, little-endian: robots with opinion 1 at each step from 0
-    infeasible BLOB NOT NULL,
-    PRIMARY KEY (point, run)
-) WITHOUT ROWID;
-"""
-COLUMNS = "decision, decision_step, bits_sent, commit_step, committed_feasible, committed_infeasible"
+Visit = Callable[[Entry, Array], object]
+Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]
 
 
 class Row(NamedTuple):
@@ -93,6 +61,13 @@ class Journal:
         Where it is.
     write : bool
         Whether to write; then it is made if need be, and locked against others that write.
+    rescue : callable, optional
+        Makes a damaged journal anew before it is written to; see `feasibee.study.rescue`.
+
+    Attributes
+    ----------
+    rescued : str
+        What was rescued, in a line; empty if nothing was damaged.
 
     Raises
     ------
@@ -100,21 +75,29 @@ class Journal:
         If there is none, it is damaged, of another model version, or another process writes to it.
     """
 
-    def __init__(self, folder: str | Path, write: bool = False) -> None:
+    def __init__(self, folder: str | Path, write: bool = False, rescue: Rescue | None = None) -> None:
         self.folder = Path(folder)
         self.path = self.folder / NAME
+        self.rescued = ""
         self._lock: sqlite3.Connection | None = None
+        self._writing = False
+        self._totals = {"commits": 0, "points": 0, "chunks": 0}
+        self._versions = {
+            "format": str(FORMAT),
+            "model_version": str(MODEL_VERSION),
+            "version": version("feasibee"),
+        }
         if not write and not self.path.is_file():
             raise FeasibeeError(f"{self.folder}: has no {NAME}; name the folder of a sweep")
-        with self._told():
-            if write:
-                self._lock = self._locked()
-            try:
-                self._database = self._connected(write)
-                self._open(write)
-            except BaseException:
-                self.close()
-                raise
+        try:
+            with opening.told(self.path):
+                if write:
+                    self._lock = opening.lock(self.folder)
+                self._database = opening.connect(self.folder, write)
+                self._open(write, rescue)
+        except BaseException:
+            self.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -129,260 +112,283 @@ class Journal:
         if self._lock is not None:
             self._lock.close()
 
+    # --- Reading ---
+
     @property
     def points(self) -> list[Row]:
         """All points, in the order in which they were added."""
-        with self._told():
-            rows = self._database.execute(
-                "SELECT points.id, hash, seed, truth, vary, scenario, until, source, text"
-                " FROM points LEFT JOIN sources ON sources.id = source ORDER BY points.id"
-            ).fetchall()
-        return [
-            Row(
-                id_,
-                hash_,
-                int(seed),
-                bool(true),
-                json.loads(vary),
-                Scenario.from_tables(json.loads(scenario), source=text, trusted=False),
-                json.loads(until or "null"),
-                source,
-            )
-            for id_, hash_, seed, true, vary, scenario, until, source, text in rows
-        ]
+        entries = self.entries()
+        with self._strict():
+            return [row_of(entry) for entry in entries]
+
+    def entries(self) -> list[Entry]:
+        """Return all points as they are stored."""
+        with self._strict():
+            found = frame(self._database, self.folder)
+            if found.damaged or found.flaws:
+                raise Damage
+        return found.entries
+
+    def survey(self, visit: Visit) -> Survey:
+        """Look through all that is there; show each point that is as it was written, with its runs."""
+        with opening.told(self.path):
+            return survey(self._database, self.folder, visit)
+
+    def missing(self, point: int, runs: int, curves: bool) -> list[tuple[int, int]]:
+        """Return which runs below a number aren't there: stretches, each first and one past the last."""
+        kinds = (Kind.RUNS, Kind.CURVES) if curves else (Kind.RUNS,)
+        with opening.told(self.path):
+            return content.missing(self._database, kinds, point, runs)
+
+    def counts(self) -> dict[int, tuple[int, int]]:
+        """Return how many runs each point that has any has, and how many of them decided as the truth."""
+        found = {}
+        for entry in self.entries():
+            decisions = self.columns(entry.id)[:, 1]
+            if decisions.size:
+                found[entry.id] = decisions.size, int((decisions == entry.truth).sum())
+        return found
+
+    def right(self, point: int, runs: int) -> int:
+        """Return how many of the first runs of a point decided as the truth."""
+        columns = self.columns(point)
+        with opening.told(self.path):
+            ((true,),) = self._database.execute("SELECT truth FROM points WHERE id = ?", (point,))
+        return int((columns[columns[:, 0] < runs, 1] == true).sum())
+
+    def columns(self, point: int) -> NDArray[np.int64]:
+        """Return the runs of a point: int64, shape (runs, 7), the run's number and then `COLUMNS`."""
+        with self._strict():
+            return content.runs_of(self._database, point)
+
+    def curves(self, point: int) -> Iterator[tuple[int, NDArray[np.int32], NDArray[np.int32]]]:
+        """Yield run, feasible count and infeasible count of a point's runs whose curves were kept."""
+        for rows in self.chunks(Kind.CURVES, point):
+            for run, feasible, infeasible in rows:
+                yield run, curve_of(feasible), curve_of(infeasible)
+
+    def chunks(self, kind: Kind, point: int) -> Iterator[Rows]:
+        """Yield the rows of each chunk of a point, as they are stored."""
+        with self._strict():
+            yield from content.chunks_of(self._database, kind, point)
+
+    # --- Writing ---
 
     def add(self, points: Sequence[Point], seed: int, until: Until | None = None) -> list[int]:
         """Enter points, unless they are there; return their numbers in the journal."""
         rule = None if until is None else json.dumps(vars(until))
-        rows = [
-            (
+        entries = [
+            Entry(
+                0,
                 point.scenario.hash,
                 str(seed),
                 int(truth(point.scenario)),
                 json.dumps(dict(point.values)),
                 json.dumps(point.scenario.to_dict()),
                 rule,
+                None,
                 point.scenario.manifest.source or None,
             )
             for point in points
         ]
-        found = self._enter(rows)
-        return [found[row[0], row[1]] for row in rows]
+        return self.enter(entries, "this study")
 
-    def _enter(self, rows: Sequence[tuple[Any, ...]]) -> dict[tuple[str, str], int]:
-        """Enter points; return the numbers of all by hash and seed."""
-        with self._transaction() as database:
-            database.executemany(
-                "INSERT OR IGNORE INTO sources (text) VALUES (?)", {row[-1:] for row in rows if row[-1]}
+    def enter(self, entries: Iterable[Entry], origin: str) -> list[int]:
+        """Enter points that ``origin`` may number otherwise; return their numbers in this journal."""
+        numbers = []
+        with self.transaction() as database:
+            taken = {number for (number,) in database.execute("SELECT id FROM points")}
+            free = (number for number in count(1) if number not in taken)
+            for entry in entries:
+                known = database.execute(
+                    "SELECT id, hash, seed, truth, vary, scenario, until, source FROM points"
+                    " WHERE hash = ? AND seed = ?",
+                    (entry.hash, entry.seed),
+                ).fetchone()
+                if known is None:
+                    there = entry._replace(id=next(free), source=self._source(entry.text))
+                else:
+                    there = Entry._make((*known, entry.text)).said_by(entry)
+                    self._agree(there, "its truth", (there.truth, entry.truth), origin)
+                self.store(there)
+                numbers.append(there.id)
+        return numbers
+
+    def _source(self, text: str | None) -> int | None:
+        """Return the number of a strategy's text, or the first free one."""
+        if not text:
+            return None
+        found = self._database.execute("SELECT id FROM sources WHERE text = ?", (text,)).fetchone()
+        if found:
+            return int(found[0])
+        taken = {number for (number,) in self._database.execute("SELECT id FROM sources")}
+        return next(number for number in count(1) if number not in taken)
+
+    def store(self, entry: Entry) -> None:
+        """Enter a point with the numbers that it has, or what its study says of it now."""
+        with self.transaction() as database:
+            if entry.text:
+                database.execute("INSERT OR IGNORE INTO sources VALUES (?, ?)", (entry.source, entry.text))
+            (before,) = database.execute("SELECT COUNT(*) FROM points WHERE id = ?", (entry.id,)).fetchone()
+            database.execute(
+                "INSERT INTO points (id, hash, seed, truth, vary, scenario, until, source, digest)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE"
+                " SET vary = excluded.vary, until = excluded.until, digest = excluded.digest",
+                (*entry[:-1], checksums.of_entry(entry)),
             )
-            database.executemany(
-                "INSERT INTO points (hash, seed, truth, vary, scenario, until, source)"
-                " VALUES (?, ?, ?, ?, ?, ?, (SELECT id FROM sources WHERE text = ?))"
-                " ON CONFLICT (hash, seed) DO UPDATE SET"
-                " vary = excluded.vary, until = COALESCE(excluded.until, until)",
-                rows,
-            )
-            found = database.execute("SELECT hash, seed, id FROM points")
-            return {(hash_, seed): id_ for hash_, seed, id_ in found}
+            self._totals["points"] += 1 - before
 
     def write(self, parts: Iterable[tuple[int, Record]]) -> None:
         """Enter the runs of a chunk: all of them or, if that fails, none."""
-        with self._transaction() as database:
+        with self.transaction():
             for point, record in parts:
-                database.executemany(
-                    f"INSERT OR IGNORE INTO runs (point, run, {COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                    _rows(point, record),
-                )
+                self.put(Kind.RUNS, point, list(rows_of_runs(record)), "this sweep")
                 if record.feasible_count.shape[1]:
-                    database.executemany(
-                        "INSERT OR IGNORE INTO curves VALUES (?, ?, ?, ?)", _curves(point, record)
-                    )
+                    self.put(Kind.CURVES, point, list(rows_of_curves(record)), "this sweep")
 
-    def missing(self, point: int, runs: int, curves: bool) -> list[tuple[int, int]]:
-        """Return which runs below a number aren't there: stretches, each first and one past the last."""
-        table = "curves" if curves else "runs"
-        with self._told():
-            there = self._database.execute(
-                f"SELECT run FROM {table} WHERE point = ? AND run < ? ORDER BY run", (point, runs)
-            )
-            stretches, first = [], 0
-            for (run,) in there:
-                if run > first:
-                    stretches.append((first, run))
-                first = run + 1
-        return [*stretches, (first, runs)] if first < runs else stretches
+    def put(self, kind: Kind, point: int, rows: Rows, origin: str) -> int:
+        """Enter consecutive runs of a point, or their curves; return how many were new.
 
-    def counts(self) -> dict[int, tuple[int, int]]:
-        """Return how many runs each point has, and how many of them decided as the truth."""
-        with self._told():
-            rows = self._database.execute(
-                "SELECT point, COUNT(*), SUM(decision = truth)"
-                " FROM runs JOIN points ON id = point GROUP BY point"
-            )
-            return {point: (runs, right) for point, runs, right in rows}
-
-    def right(self, point: int, runs: int) -> int:
-        """Return how many of the first runs of a point decided as the truth."""
-        with self._told():
-            (number,) = self._database.execute(
-                "SELECT COUNT(*) FROM runs JOIN points ON id = point"
-                " WHERE point = ? AND run < ? AND decision = truth",
-                (point, runs),
-            ).fetchone()
-        return int(number)
-
-    def columns(self, point: int) -> NDArray[np.int64]:
-        """Return the runs of a point: int64, shape (runs, 7), the run's number and then `COLUMNS`."""
-        with self._told():
-            rows = self._database.execute(
-                f"SELECT run, {COLUMNS} FROM runs WHERE point = ? ORDER BY run", (point,)
-            ).fetchall()
-        return np.array(rows, np.int64).reshape(-1, 7)
-
-    def curves(self, point: int) -> Iterator[tuple[int, NDArray[np.int32], NDArray[np.int32]]]:
-        """Yield run, feasible count and infeasible count of a point's runs whose curves were kept."""
-        with self._told():
-            yield from (
-                (run, *(np.frombuffer(zlib.decompress(blob), "<i4").astype(np.int32) for blob in blobs))
-                for run, *blobs in self._database.execute(
-                    "SELECT run, feasible, infeasible FROM curves WHERE point = ? ORDER BY run", (point,)
-                )
-            )
-
-    def take(self, other: Journal) -> int:
-        """Take over all runs of another journal; return how many were new."""
-        with other._told():
-            rows = other._database.execute(
-                "SELECT hash, seed, truth, vary, scenario, until, text, points.id"
-                " FROM points LEFT JOIN sources ON sources.id = source ORDER BY points.id"
-            ).fetchall()
-        numbers = self._enter([row[:-1] for row in rows])  # as they are: a strategy's file may be another now
-        before = self._database.total_changes
-        for hash_, seed, *_, theirs in rows:
-            mine = numbers[hash_, seed]
-            with self._transaction() as database:
+        Raises
+        ------
+        FeasibeeError
+            If one is there already, and differs; ``origin`` says where the rows come from.
+        """
+        first, last = rows[0][0], rows[-1][0] + 1
+        with self.transaction() as database:
+            gaps = content.gaps(database, kind, point, first, last)
+            if gaps != [(first, last)]:
+                self._compare(kind, point, rows, origin)
+            for low, high in gaps:
+                new = rows[low - first : high - first]
+                marks = ", ".join("?" * (1 + len(new[0])))
                 database.executemany(
-                    f"INSERT OR IGNORE INTO runs (point, run, {COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                    ((mine, *values) for values in other.columns(theirs).tolist()),
+                    f"INSERT INTO {kind.table} VALUES ({marks})", ((point, *row) for row in new)
                 )
-        new = self._database.total_changes - before
-        for hash_, seed, *_, theirs in rows:
-            mine = numbers[hash_, seed]
-            with self._transaction() as database, other._told():
-                database.executemany(
-                    "INSERT OR IGNORE INTO curves VALUES (?, ?, ?, ?)",
-                    (
-                        (mine, *values)
-                        for values in other._database.execute(
-                            "SELECT run, feasible, infeasible FROM curves WHERE point = ?", (theirs,)
-                        )
-                    ),
+                digest = checksums.of_rows(kind, point, new)
+                database.execute(
+                    "INSERT INTO chunks VALUES (?, ?, ?, ?, ?)", (point, kind, low, high - low, digest)
                 )
-        return new
+                self._totals["chunks"] += 1
+        return sum(high - low for low, high in gaps)
 
-    def _locked(self) -> sqlite3.Connection:
-        """Take the lock, which the system gives back when the process ends, however it ends."""
-        lock = sqlite3.connect(self.folder / LOCK, timeout=0, isolation_level=None)
-        try:
-            lock.execute("BEGIN EXCLUSIVE")
-        except sqlite3.OperationalError as error:
-            lock.close()
-            if "locked" in str(error):
-                raise FeasibeeError(
-                    f"{self.folder}: another sweep writes here; wait for it, or choose another folder"
-                ) from None
-            raise
-        return lock
+    def _compare(self, kind: Kind, point: int, rows: Rows, origin: str) -> None:
+        """Raise an error if a run that is there differs from that in some rows."""
+        first = rows[0][0]
+        for ours in content.select(self._database, kind, point, first, rows[-1][0] + 1).fetchall():
+            found = difference(kind, ours, rows[ours[0] - first])
+            if found is None:
+                continue
+            column, *values = found
+            query = (
+                "SELECT id, hash, seed, truth, vary, scenario, until, source, NULL FROM points WHERE id = ?"
+            )
+            entry = Entry._make(self._database.execute(query, (point,)).fetchone())
+            self._agree(entry, f"run {ours[0]}: {column}", values, origin)
 
-    def _connected(self, write: bool) -> sqlite3.Connection:
-        """Open the file; one that nobody may write to or beside, as a file that doesn't change."""
-        name, fixed = str(self.path), False
-        if not write and not self.path.with_name(f"{NAME}-wal").exists():
-            fixed = not os.access(self.folder, os.W_OK)
-            name = f"{self.path.resolve().as_uri()}?immutable=1" if fixed else name
-        return sqlite3.connect(name, timeout=60, isolation_level=None, uri=fixed)
-
-    def _open(self, write: bool) -> None:
-        self._database.execute("PRAGMA busy_timeout = 60000")
-        self._database.execute("PRAGMA synchronous = FULL")
-        self._check(write)
-        if write:
-            self._database.execute("PRAGMA journal_mode = WAL")
-
-    def _check(self, write: bool) -> None:
-        """Make the tables of a new journal, or see that they are of this format and model."""
-        tables = {name for (name,) in self._database.execute("SELECT name FROM sqlite_master")}
-        if not tables and write:
-            new = {"format": FORMAT, "model_version": MODEL_VERSION, "version": version("feasibee")}
-            with self._transaction() as database:
-                for statement in SCHEMA.split(";\n")[:-1]:
-                    database.execute(statement)
-                database.executemany("INSERT INTO about VALUES (?, ?)", new.items())
-        try:
-            about = dict(self._database.execute("SELECT key, value FROM about"))
-            found = int(about["format"]), int(about["model_version"])
-        except (sqlite3.OperationalError, KeyError, ValueError):
-            raise FeasibeeError(f"{self.path}: is no journal of feasibee; choose another folder") from None
-        for name, number, ours in zip(
-            ("format", "model version"), found, (FORMAT, MODEL_VERSION), strict=True
-        ):
-            if number != ours:
-                newer = "install the newer feasibee" if number > ours else "choose another folder"
-                raise FeasibeeError(
-                    f"{self.path}: is of {name} {number}, and this feasibee of {ours}; {newer}"
-                )
+    def _agree(self, entry: Entry, what: str, values: Sequence[object], origin: str) -> None:
+        """Raise an error if two journals say different things of a point."""
+        here, there = values
+        if here != there:
+            raise FeasibeeError(
+                f"{name_of(entry.id, entry.vary)}, seed {entry.seed}, {what} is {here} in {self.folder} and "
+                f"{there} in {origin}, and only one can be right; sweep into an empty folder to see which, "
+                "and leave the other out"
+            )
 
     @contextmanager
-    def _transaction(self) -> Iterator[sqlite3.Connection]:
-        with self._told():
+    def transaction(self) -> Iterator[sqlite3.Connection]:
+        """Write all that is written in it, or nothing; one within another is part of that."""
+        if self._writing:
+            yield self._database
+            return
+        before = dict(self._totals)
+        with opening.told(self.path):
             self._database.execute("BEGIN IMMEDIATE")
+            self._writing = True
             try:
                 yield self._database
+                self._sum_up()
+                self._database.execute("COMMIT")
             except BaseException:
+                self._totals = before
                 if self._database.in_transaction:  # a full disk has ended it already
                     self._database.execute("ROLLBACK")
                 raise
-            self._database.execute("COMMIT")
+            finally:
+                self._writing = False
+        with suppress(OSError):  # it only adds to what is found
+            checksums.write_seal(self.folder, self._totals["commits"])
+
+    def outdo(self, commits: int) -> None:
+        """Count on from so many commits, of a journal whose place this one takes."""
+        with self.transaction():
+            self._totals["commits"] = max(commits, self._totals["commits"])
+
+    def _sum_up(self) -> None:
+        """Write down how much there is, of which versions, and the digest of that."""
+        self._totals["commits"] += 1
+        about = {**self._versions, **{key: str(number) for key, number in self._totals.items()}}
+        about["digest"] = checksums.of_about(about)
+        self._database.executemany("REPLACE INTO about VALUES (?, ?)", about.items())
+
+    # --- Opening ---
+
+    def _open(self, write: bool, rescue: Rescue | None) -> None:
+        if opening.is_empty(self._database, self.path) and write:
+            with self.transaction() as database:
+                for statement in STATEMENTS:
+                    database.execute(statement)
+        opening.check(self._database, self.path)
+        if write:
+            self._mend(rescue)
+            about = content.about(self._database)
+            self._totals = {key: int(about[key]) for key in self._totals}
+            self._versions = {key: about[key] for key in self._versions}
+            for setting in ("journal_mode = WAL", "writable_schema = OFF"):
+                self._database.execute(f"PRAGMA {setting}")
+
+    def _mend(self, rescue: Rescue | None) -> None:
+        """See that all is as it was written, or make the journal anew from what is."""
+        found = self.survey(lambda entry, columns: None)
+        if not opening.is_sound(self._database, self.path):
+            found.frame.flaws.append("its pages or indices")
+        if found.is_whole:
+            return
+        if rescue is None:
+            raise FeasibeeError(found.line)
+        fresh, self.rescued = rescue(self._database, found)
+        self._database.close()
+        opening.move(fresh, self.path)
+        self._database = opening.connect(self.folder, write=True)
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
-        """Say in a line what is wrong with the file."""
+    def _strict(self) -> Iterator[None]:
+        """Read one state, whatever is written meanwhile; refuse it if it isn't as it was written."""
         try:
-            yield
-        except sqlite3.Error as error:
-            code = getattr(error, "sqlite_errorname", "") or ""
-            remedy = next((text for start, text in REMEDIES.items() if code.startswith(start)), "look at it")
-            raise FeasibeeError(f"{self.path}: {error}; {remedy}") from None
+            with opening.told(self.path), snapshot(self._database):
+                yield
+        except Damage:
+            raise FeasibeeError(self.survey(_visit).line) from None
 
 
-REMEDIES: Mapping[str, str] = {
-    "SQLITE_FULL": "free some room, and run the same command again: nothing that was kept is lost",
-    "SQLITE_IOERR": "free some room, and run the same command again: nothing that was kept is lost",
-    "SQLITE_READONLY": "choose a folder that you may write to",
-    "SQLITE_CANTOPEN": "choose a folder that you may write to",
-    "SQLITE_CORRUPT": "it is damaged: move it away, and run the same command again",
-    "SQLITE_NOTADB": "it is damaged: move it away, and run the same command again",
-    "SQLITE_BUSY": "another process holds it: wait for that one",
-}
-
-
-def _rows(point: int, record: Record) -> Iterator[tuple[int, ...]]:
-    columns = (
-        range(record.first_run, record.first_run + record.runs),
-        record.decision.tolist(),
-        record.decision_step.tolist(),
-        record.bits_sent.tolist(),
-        record.commit_step.tolist(),
-        record.committed_feasible.tolist(),
-        record.committed_infeasible.tolist(),
+def row_of(entry: Entry) -> Row:
+    """Return a point as it is stored; its truth is found again."""
+    scenario = Scenario.from_tables(json.loads(entry.scenario), source=entry.text, trusted=False)
+    if truth(scenario) != entry.truth:
+        raise Damage("its truth")
+    return Row(
+        entry.id,
+        entry.hash,
+        int(entry.seed),
+        bool(entry.truth),
+        json.loads(entry.vary),
+        scenario,
+        json.loads(entry.until or "null"),
+        entry.source,
     )
-    return ((point, *values) for values in zip(*columns, strict=True))
 
 
-def _curves(point: int, record: Record) -> Iterator[tuple[int, int, bytes, bytes]]:
-    for row in range(record.runs):
-        feasible, infeasible = (
-            zlib.compress(np.ascontiguousarray(counts[row], "<i4").tobytes())
-            for counts in (record.feasible_count, record.infeasible_count)
-        )
-        yield point, record.first_run + row, feasible, infeasible
+def _visit(entry: Entry, columns: Array) -> None:
+    with suppress(FeasibeeError):  # a strategy that isn't installed here is no damage
+        row_of(entry)

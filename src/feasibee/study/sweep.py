@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    as_completed,
+    wait,
+)
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -17,11 +27,14 @@ from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import CURVES_LIMIT, simulate_record
 from feasibee.stats import confidence_sequence
+from feasibee.study.interrupts import Interrupts
 from feasibee.study.journal import Journal
+from feasibee.study.pace import Pace
 from feasibee.study.plan import Study, Until
+from feasibee.study.rescue import rescue
 
 CHUNK_WORK = 40_000_000
-"""Robot-steps of a chunk: about a second."""
+"""Robot-steps of a chunk at most: about a second on a machine of 2020."""
 ROUNDS = 8
 """A point's runs are done in at least so many rounds over all points: a half-done sweep is balanced."""
 GROWTH = 1.5
@@ -52,6 +65,8 @@ class Progress:
     runs_new: int
     """Of these, computed by this sweep."""
     seconds: float
+    stopping: bool = False
+    """Whether it has been interrupted, and waits for the chunks that are being computed."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +94,8 @@ def sweep(
 ) -> Progress:
     """Run what the journal in a folder doesn't hold yet.
 
-    Whatever ends it, the same call goes on: at most the chunks in flight are computed again.
+    Whatever ends it, the same call goes on: at most the chunks in flight are computed again. Ctrl-C ends it
+    when these are done, a second one at once. What is damaged in the journal is computed again.
 
     Parameters
     ----------
@@ -98,10 +114,14 @@ def sweep(
     ------
     FeasibeeError
         If the folder can't be written to, another sweep writes to it, or a worker keeps dying.
+    KeyboardInterrupt
+        At Ctrl-C; it says how many runs of the study are in the journal.
     """
     if study.until is not None and shard[1] > 1:
         raise FeasibeeError("until: needs all runs of a point at one place; leave it out, or don't shard")
-    with Journal(make_folder(folder), write=True) as journal:
+    with Journal(make_folder(folder), write=True, rescue=rescue) as journal:
+        if journal.rescued:
+            print(f"feasibee: {journal.rescued}", file=sys.stderr, flush=True)
         agenda = _Agenda(study, journal, journal.add(study.points, study.seed, study.until), shard)
         agenda.begin()
         if progress is not None:
@@ -157,14 +177,23 @@ class _Agenda:
                 return
             self.queue.extend(self.plan(place, min(rule.most, math.ceil(GROWTH * runs))))
 
-    def chunk(self) -> list[Piece]:
-        """Take pieces from the queue: about a second's work."""
+    def chunk(self, work: float) -> list[Piece]:
+        """Take pieces from the queue, so much work in robot-steps; the last may be split."""
         pieces: list[Piece] = []
-        work = 0
-        while self.queue and work < CHUNK_WORK:
-            pieces.append(self.queue.popleft())
-            work += pieces[-1].runs * _work(self.study.points[pieces[-1].point].scenario)
+        while self.queue and work > 0:
+            piece = self.queue.popleft()
+            each = _work(self.study.points[piece.point].scenario)
+            runs = min(piece.runs, max(1, int(work / each)))
+            if runs < piece.runs:
+                self.queue.appendleft(Piece(piece.point, piece.first_run + runs, piece.runs - runs))
+                self.pending[piece.point] += 1
+            pieces.append(piece._replace(runs=runs))
+            work -= runs * each
         return pieces
+
+    def work(self, pieces: Sequence[Piece]) -> int:
+        """Return how many robot-steps some pieces have."""
+        return sum(piece.runs * _work(self.study.points[piece.point].scenario) for piece in pieces)
 
     def enter(self, pieces: Sequence[Piece], records: Sequence[Record]) -> None:
         """Write a chunk down, and look whether its points need more runs."""
@@ -177,7 +206,12 @@ class _Agenda:
         for place in {piece.point for piece in pieces}:
             self.extend(place)
 
-    def progress(self) -> Progress:
+    @property
+    def is_done(self) -> bool:
+        """Whether all runs that are wanted are there."""
+        return not any(self.pending.values())
+
+    def progress(self, stopping: bool = False) -> Progress:
         """Say how far it is."""
         return Progress(
             len(self.pending),
@@ -186,6 +220,7 @@ class _Agenda:
             sum(self.there.values()),
             self.new,
             time.monotonic() - self.started,
+            stopping,
         )
 
 
@@ -230,31 +265,53 @@ def _work_off(agenda: _Agenda, crew: Crew, progress: Callable[[Progress], None] 
     waiting: dict[Future[list[Record]], list[Piece]] = {}
     again: deque[list[Piece]] = deque()
     deaths: Counter[tuple[Piece, ...]] = Counter()
-    try:
-        while agenda.queue or again or waiting:
-            while _may_go(agenda, again, list(waiting.values()), deaths, crew):
-                pieces = again.popleft() if again else agenda.chunk()
-                waiting[_submit(executor, agenda.study, pieces)] = pieces
-            done = wait(waiting, PULSE, return_when=FIRST_COMPLETED).done
-            if progress is not None and not done:
-                progress(agenda.progress())
-            for future in done:
-                if isinstance(_failure(future, agenda.study, waiting[future]), BrokenExecutor):
-                    executor.shutdown(wait=False)
-                    executor = crew.make()
-                    again.extendleft(reversed(waiting.values()))
-                    deaths.update(map(tuple, waiting.values()))
-                    waiting = {}
-                    _check_deaths(agenda.study, again, deaths)
-                    break
-                pieces = waiting.pop(future)
-                agenda.enter(pieces, future.result())
-                if progress is not None:
-                    progress(agenda.progress())
-    finally:
-        for future in waiting:
-            future.cancel()
-        executor.shutdown(wait=True)
+    pace = Pace(crew.workers)
+    tell = progress or (lambda told: None)
+    with Interrupts(lambda: _kill(executor)) as interrupts:
+        try:
+            while (agenda.queue or again or waiting) and not interrupts.seen:
+                while _may_go(agenda, again, list(waiting.values()), deaths, crew):
+                    pieces = again.popleft() if again else agenda.chunk(min(pace.budget, CHUNK_WORK))
+                    waiting[_submit(executor, agenda.study, pieces)] = pieces
+                done = wait(waiting, PULSE, return_when=FIRST_COMPLETED).done
+                if not done:
+                    tell(agenda.progress())
+                for future in done:
+                    if isinstance(_failure(future, agenda.study, waiting[future]), BrokenExecutor):
+                        executor.shutdown(wait=False)
+                        executor = crew.make()
+                        again.extendleft(reversed(waiting.values()))
+                        deaths.update(map(tuple, waiting.values()))
+                        waiting = {}
+                        _check_deaths(agenda.study, again, deaths)
+                        break
+                    pieces = waiting.pop(future)
+                    agenda.enter(pieces, future.result())
+                    pace.count(agenda.work(pieces), time.monotonic())
+                    tell(agenda.progress())
+            if interrupts.seen:
+                tell(agenda.progress(stopping=True))
+        finally:
+            _stop(agenda, executor, waiting)
+    if interrupts.seen and not agenda.is_done:
+        raise KeyboardInterrupt(f"{agenda.progress().runs_done} runs kept; the same command goes on")
+
+
+def _kill(executor: Executor) -> bool:
+    """End workers with what they are computing, if they are processes; tell whether they are."""
+    kill = getattr(executor, "kill_workers", None)
+    if kill is not None:
+        kill()
+    return kill is not None
+
+
+def _stop(agenda: _Agenda, executor: Executor, waiting: dict[Future[list[Record]], list[Piece]]) -> None:
+    """Cancel the chunks that wait, and keep those that are being computed or have been."""
+    running = [future for future in waiting if not future.cancel()]
+    for future in as_completed(running):
+        with suppress(Exception):  # it has ended with an error, or the sweep has: that is the one to tell
+            agenda.enter(waiting[future], future.result())
+    executor.shutdown(wait=True)
 
 
 def _submit(executor: Executor, study: Study, pieces: list[Piece]) -> Future[list[Record]]:

@@ -21,8 +21,11 @@ from feasibee.stats import (
     decision_times,
     wilson,
 )
-from feasibee.study.journal import COLUMNS, Journal, Row
+from feasibee.study.content import Array
+from feasibee.study.journal import Journal, Row, row_of
 from feasibee.study.plan import value_at
+from feasibee.study.schema import COLUMNS, Entry
+from feasibee.study.survey import Survey
 from feasibee.vocabulary import MODEL_VERSION
 
 if TYPE_CHECKING:
@@ -60,11 +63,21 @@ def share(points: Sequence[Summary], runs: int) -> Interval:
 
 def summaries(journal: Journal) -> list[Summary]:
     """Return a summary of each point."""
-    return [_summary(row, journal) for row in journal.points]
+    return [_summary(row, journal.columns(row.id)) for row in journal.points]
 
 
-def _summary(row: Row, journal: Journal) -> Summary:
-    columns = journal.columns(row.id)
+def survey(journal: Journal) -> tuple[list[Summary], Survey]:
+    """Return a summary of each point that is as it was written, and what is known of the others."""
+    points = []
+
+    def visit(entry: Entry, columns: Array) -> None:
+        points.append(_summary(row_of(entry), columns))
+
+    found = journal.survey(visit)
+    return points, found
+
+
+def _summary(row: Row, columns: Array) -> Summary:
     decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
     scenario = row.scenario
     return Summary(

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,9 +19,11 @@ from feasibee.files import make_folder
 from feasibee.plots import figure, spaced_by_ratio
 from feasibee.scenario import Scenario
 from feasibee.stats import Interval, paired_difference, wilson
+from feasibee.study.content import short
 from feasibee.study.plan import value_at
 from feasibee.study.space import Dimension
 
+NAME = "tune.sqlite"
 FINALISTS = 5
 """So many of the best trials are run again, more often, before one is chosen."""
 FRESH = 2**63
@@ -82,14 +87,19 @@ def tune(
     Raises
     ------
     FeasibeeError
-        If Optuna isn't installed.
+        If Optuna isn't installed, or what the folder holds is damaged.
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
-    search = _search(scenario, space, make_folder(folder), runs, seed)
+    path = make_folder(folder) / NAME
+    search = _search(scenario, space, path, runs, seed)
     while len(search.trials) < trials:
-        trial = search.ask()
-        values = {each.path: _suggested(trial, each) for each in space}
-        search.tell(trial, float(right_at_end(scenario.replace(values), runs, seed, threads=threads).mean()))
+        with _stored(path):
+            trial = search.ask()
+            values = {each.path: _suggested(trial, each) for each in space}
+        share = float(right_at_end(scenario.replace(values), runs, seed, threads=threads).mean())
+        with _stored(path):
+            trial.set_user_attr("digest", _digest(trial.params, share))
+            search.tell(trial, share)
         if progress is not None:
             progress(len(search.trials) / trials * 0.8)
     best = _winner(search, scenario, runs, (seed + FRESH // 2) % 2**64, threads)
@@ -107,24 +117,59 @@ def tune(
     )
 
 
-def _search(scenario: Scenario, space: Sequence[Dimension], folder: Path, runs: int, seed: int) -> Any:
+@contextmanager
+def _stored(path: Path) -> Iterator[None]:
+    """Say in a line what is wrong with the file of a search, whichever library finds it."""
+    try:
+        yield
+    except FeasibeeError:
+        raise
+    except Exception as error:
+        why = short(getattr(error, "orig", error))
+        raise FeasibeeError(
+            f"{path}: can't be read or written: {why}; move it away, and run the same command again"
+        ) from None
+
+
+def _digest(parameters: Mapping[str, Any], share: float) -> str:
+    """Return what tells whether a trial is as it was written."""
+    text = json.dumps([sorted(parameters.items()), share])
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def _check_trials(search: Any, path: Path) -> None:
+    """Raise an error if a trial that was done isn't as it was written."""
+    for place, trial in enumerate(search.trials):
+        done = trial.value is not None or "digest" in trial.user_attrs
+        if trial.number != place or (
+            done and trial.user_attrs.get("digest") != _digest(trial.params, trial.value)
+        ):
+            raise FeasibeeError(
+                f"{path}: trial {place} isn't as it was written; move the file away, and run the same "
+                "command again: it searches anew"
+            )
+
+
+def _search(scenario: Scenario, space: Sequence[Dimension], path: Path, runs: int, seed: int) -> Any:
     try:
         import optuna
     except ImportError:
         raise FeasibeeError("tuning needs Optuna; install feasibee[tune]") from None
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    # Another scenario, seed or number of runs is another search.
-    name = f"{scenario.hash[:16]}-{seed}-{runs}-{'-'.join(sorted(each.path for each in space))}"
-    search = optuna.create_study(
-        storage=f"sqlite:///{folder / 'tune.sqlite'}",
-        sampler=optuna.samplers.TPESampler(seed=seed % 2**32),
-        study_name=name,
-        direction="maximize",
-        load_if_exists=True,
-    )
-    now = {each.path: value_at(scenario, each.path) for each in space}
-    if not search.trials and all(each.holds(now[each.path]) for each in space):
-        search.enqueue_trial(now)
+    # Another scenario, seed or number of runs is another search; 2: each trial has a digest.
+    name = f"2-{scenario.hash[:16]}-{seed}-{runs}-{'-'.join(sorted(each.path for each in space))}"
+    with _stored(path):
+        search = optuna.create_study(
+            storage=f"sqlite:///{path}",
+            sampler=optuna.samplers.TPESampler(seed=seed % 2**32),
+            study_name=name,
+            direction="maximize",
+            load_if_exists=True,
+        )
+        _check_trials(search, path)
+        now = {each.path: value_at(scenario, each.path) for each in space}
+        if not search.trials and all(each.holds(now[each.path]) for each in space):
+            search.enqueue_trial(now)
     return search
 
 

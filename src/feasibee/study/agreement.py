@@ -1,0 +1,28 @@
+"""Whether two rows say the same of one run: it has one outcome, whoever computed it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from feasibee.study.encoding import curve_of
+from feasibee.study.schema import COLUMNS, Kind
+
+
+def difference(
+    kind: Kind, ours: tuple[Any, ...], theirs: tuple[Any, ...]
+) -> tuple[str, object, object] | None:
+    """Return in what two rows of a run differ, and both values; None if they agree."""
+    if ours == theirs:
+        return None
+    if kind is Kind.RUNS:
+        names = ("run", *COLUMNS.split(", "))
+        return next(each for each in zip(names, ours, theirs, strict=True) if each[1] != each[2])
+    for name, mine, other in zip(("feasible", "infeasible"), ours[1:], theirs[1:], strict=True):
+        here, there = curve_of(mine), curve_of(other)  # another zlib may pack them otherwise
+        if here.size != there.size:
+            return "its number of steps", here.size - 1, there.size - 1
+        for step in np.flatnonzero(here != there)[:1]:
+            return f"the count of {name} opinions at step {step}", int(here[step]), int(there[step])
+    return None

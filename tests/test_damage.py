@@ -1,0 +1,362 @@
+"""Damaged journals: each gives what it gave before, or is refused in a line; a sweep mends what it can."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import re
+import sqlite3
+from collections import Counter
+from contextlib import closing
+from itertools import count
+
+import pytest
+
+from claims.measure.damages import KINDS, LOG, RUNS, copied, export, invoke, keep_journals, try_damages
+from feasibee import FeasibeeError, Scenario
+from feasibee.study import checksums
+from feasibee.study.journal import Journal
+from feasibee.study.rescue import FOLDER
+from feasibee.study.schema import NAME, SEAL, Entry
+from feasibee.study.space import dimensions
+from feasibee.study.tune import tune
+
+slow = pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="minutes; FEASIBEE_SLOW=1 runs it")
+
+
+def refused(*arguments):
+    """Return the only line on standard error of a command that must be refused."""
+    result = invoke(*arguments)
+    assert result.exit_code == 2, result.output
+    (line,) = result.stderr.splitlines()
+    return line
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A folder with a study, and its journal as some moments leave it."""
+    folder = tmp_path_factory.mktemp("kept")
+    keep_journals(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def table(kept):
+    """What an export gives."""
+    tables = [export(copied(kept, kind, kept / "export")) for kind in KINDS]
+    assert len(set(tables)) == 1
+    assert tables[0].count(b"\n") == RUNS + 1
+    return tables[0]
+
+
+@pytest.fixture
+def folder(kept, tmp_path):
+    return copied(kept, "closed", tmp_path / "out")
+
+
+def change(folder, *statements):
+    """Change a journal by SQL, past its constraints."""
+    with closing(sqlite3.connect(folder / NAME, isolation_level=None)) as database:
+        database.execute("PRAGMA ignore_check_constraints = ON")
+        for statement in statements:
+            assert database.execute(statement).rowcount != 0, statement
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+def swept(kept, folder):
+    """Run the study's sweep again; return how many runs were computed, and what was told of the damage."""
+    result = invoke("sweep", kept / "study.toml", "--out", folder, "--workers", 1)
+    assert result.exit_code == 0, result.output
+    return int(result.stdout.split()[0]), result.stderr
+
+
+# --- At random ---
+
+
+def see(kept, table, folder, times, seed, sweeps):
+    """Damage journals; see that no export is another, and that a sweep mends each of so many."""
+    mended, number = Counter(), count()
+
+    def each(folder, is_refused):
+        status = invoke("status", folder, "--json")
+        assert status.exit_code == 2 or not is_refused
+        if status.exit_code == 0:
+            assert sum(point["runs"] for point in json.loads(status.stdout)) == RUNS
+        if next(number) % sweeps:
+            return
+        again = invoke("sweep", kept / "study.toml", "--out", folder, "--workers", 1)
+        mended[again.exit_code] += 1
+        if again.exit_code == 0:
+            assert export(folder) == table
+        else:
+            assert is_refused
+            (line,) = again.stderr.splitlines()
+            assert "damaged as a whole" in line
+
+    found = try_damages(kept, folder, times, seed, each)
+    print(found, mended)
+    assert found["another"] == 0
+    assert min(found["same"], found["refused"]) > times / 6
+    assert mended[0] > 0.8 * sum(mended.values())
+
+
+def test_no_random_damage_changes_an_export(kept, table, tmp_path):
+    see(kept, table, tmp_path / "out", 60, 1, sweeps=4)
+
+
+@slow
+@pytest.mark.slow
+def test_no_random_damage_of_a_thousand_changes_an_export(kept, table, tmp_path):
+    see(kept, table, tmp_path / "out", 1000, 2, sweeps=1)
+
+
+# --- One by one ---
+
+DAMAGES = {
+    "a decision": ("UPDATE runs SET decision = 1 - decision WHERE point = 3 AND run = 9 AND decision >= 0",),
+    "a step": ("UPDATE runs SET decision_step = decision_step + 1 WHERE point = 3 AND run = 9",),
+    "a missing run": ("DELETE FROM runs WHERE point = 3 AND run = 9",),
+    "a run too many": ("INSERT INTO runs VALUES (3, 99, 1, 5, 0, -1, 0, 0)",),
+    "a run of another point": ("UPDATE runs SET point = 4, run = 77 WHERE point = 3 AND run = 9",),
+    "a curve": (
+        "UPDATE curves SET feasible = infeasible, infeasible = feasible WHERE point = 3 AND run = 9",
+    ),
+    "a missing curve": ("DELETE FROM curves WHERE point = 3 AND run = 9",),
+    "a missing chunk": ("DELETE FROM chunks WHERE point = 3 AND kind = 0 AND first_run = 9",),
+    "a chunk with its runs": (
+        "DELETE FROM chunks WHERE point = 3 AND kind = 0 AND first_run = 9",
+        "DELETE FROM runs WHERE point = 3 AND run BETWEEN 9 AND 11",
+    ),
+    "a truth": ("UPDATE points SET truth = 1 - truth WHERE id = 3",),
+    "what is varied": ("UPDATE points SET vary = replace(vary, 'own', 'our') WHERE id = 3",),
+    "a scenario": (
+        "UPDATE points SET scenario = replace(scenario, '\"steps\": 40', '\"steps\": 41') WHERE id = 3",
+    ),
+    "a seed": ("UPDATE points SET seed = '6' WHERE id = 3",),
+    "a missing point": ("DELETE FROM points WHERE id = 3",),
+    "a point too many": (
+        "INSERT INTO points SELECT 44, 'x' || hash, seed, truth, vary, scenario, source, until, digest"
+        " FROM points WHERE id = 3",
+    ),
+    "a strategy's text": ("UPDATE sources SET text = text || ' '",),
+    "a version": ("UPDATE about SET value = '9' WHERE key = 'model_version'",),
+    "the number of commits": ("UPDATE about SET value = value - 1 WHERE key = 'commits'",),
+}
+HARMLESS = ("a curve", "a missing curve")
+"""To an export, which has no curves."""
+
+
+@pytest.mark.parametrize("what", DAMAGES)
+def test_each_damage_is_refused_and_mended(kept, table, folder, what):
+    change(folder, *DAMAGES[what])
+    if what in HARMLESS:
+        assert export(folder) == table
+    else:
+        for command in (
+            ("export",),
+            ("plot", "--x", "tasks.count", "--hue", "decision.strategy"),
+            ("watch",),
+        ):
+            line = refused(command[0], folder, *command[1:])
+            assert f"{folder / NAME}: damaged: " in line
+            assert "run the same feasibee sweep again: it computes what is damaged" in line
+    assert "damaged: " in refused("merge", folder.parent / "all", folder)
+    assert "damaged: " in refused("merge", folder, kept / "closed")
+    assert "damaged: " in invoke("status", folder).stderr
+    new, told = swept(kept, folder)
+    assert f"feasibee: {folder / NAME}: damaged: " in told
+    assert new <= 3 * 24
+    assert export(folder) == table
+    with Journal(folder, write=True) as journal:
+        assert all(len(list(journal.curves(row.id))) == 24 for row in journal.points)
+    assert swept(kept, folder) == (0, "")
+
+
+def test_status_names_the_damaged_points_and_counts_the_others(folder):
+    change(folder, *DAMAGES["a decision"], "UPDATE points SET hash = 'no' WHERE id = 7")
+    result = invoke("status", folder, "--json")
+    assert result.exit_code == 2  # what comes after it in a script must not go on
+    assert len(json.loads(result.stdout)) == 7
+    (line,) = result.stderr.splitlines()
+    assert "damaged: point 3 (tasks.count = 2, decision.strategy = " in line
+    assert "own.py), point 7; 168 runs of 7 other points are good" in line
+
+
+def test_only_the_damaged_chunk_is_computed_again(kept, folder):
+    """Chunks have 3 runs here."""
+    change(folder, *DAMAGES["a decision"])
+    new, told = swept(kept, folder)
+    assert new == 3
+    assert f"{RUNS - 3} runs are good and stay" in told
+
+
+def test_what_is_damaged_of_another_study_is_told(kept, folder, tmp_path):
+    """The sweep that mends the journal doesn't compute it, and the damaged file is gone then."""
+    change(folder, *DAMAGES["a decision"])
+    (tmp_path / "other.toml").write_text("runs = 2\n[sweep]\n'tasks.count' = [30]\n")
+    told = invoke("sweep", tmp_path / "other.toml", "--out", folder, "--workers", 1)
+    assert "damaged: point 3 (tasks.count = 2, " in told.stderr
+    assert swept(kept, folder) == (3, "")
+
+
+def test_a_truth_that_isnt_the_scenarios_is_refused_though_its_digest_is_right(folder):
+    """Whoever wrote that row, no figure is drawn from it."""
+    with closing(sqlite3.connect(folder / NAME, isolation_level=None)) as database:
+        database.execute("UPDATE points SET truth = 1 - truth WHERE id = 3")
+        columns = "points.id, hash, seed, truth, vary, scenario, until, source, text"
+        joined = f"SELECT {columns} FROM points JOIN sources ON sources.id = source WHERE points.id = 3"
+        entry = Entry._make(database.execute(joined).fetchone())
+        database.execute("UPDATE points SET digest = ? WHERE id = 3", (checksums.of_entry(entry),))
+    assert "damaged: point 3 (tasks.count = 2, " in refused("export", folder)
+
+
+@pytest.mark.parametrize("kind", ["open", "halfway"])
+def test_a_journal_whose_log_was_left_behind_is_refused(kept, table, tmp_path, kind):
+    """Such as one that was copied without it; the runs in the log aren't just fewer."""
+    folder = copied(kept, kind, tmp_path / "out")
+    (folder / LOG).unlink()
+    assert "damaged: commits missing at its end: " in refused("export", folder)
+    swept(kept, folder)
+    assert export(folder) == table
+
+
+def test_a_seal_alone_is_no_damage(kept, table, folder):
+    """It only adds to what is found: without it, or if it says nothing, the journal is as good."""
+    for text in ("", "nonsense", "00000000000000000099 00", "x" * 10_000):
+        (folder / SEAL).write_text(text)
+        assert export(folder) == table
+    (folder / SEAL).unlink()
+    assert export(folder) == table
+
+
+def test_a_damaged_index_changes_nothing_and_is_mended(kept, table, folder):
+    """The index of points by hash lies in pages of its own, which only a writer uses."""
+    with closing(sqlite3.connect(folder / NAME)) as database:
+        query = "SELECT rootpage FROM sqlite_master WHERE name = 'sqlite_autoindex_points_1'"
+        ((page,),) = database.execute(query)
+    data = bytearray((folder / NAME).read_bytes())
+    data[4096 * (page - 1) : 4096 * page] = bytes(4096)
+    (folder / NAME).write_bytes(bytes(data))
+    assert export(folder) == table
+    assert "damaged: its pages or indices" in refused("merge", folder, kept / "closed")
+    new, told = swept(kept, folder)
+    assert new == 0
+    assert f"damaged: its pages or indices; {RUNS} runs are good and stay" in told
+    assert export(folder) == table
+
+
+def test_a_file_that_sqlite_wouldnt_write_to_is_mended(kept, table, folder):
+    """One bit of its header makes it one of a later version, which can be read only."""
+    data = bytearray((folder / NAME).read_bytes())
+    data[18] ^= 16
+    (folder / NAME).write_bytes(bytes(data))
+    assert export(folder) == table
+    assert swept(kept, folder)[0] == 0
+    assert export(folder) == table
+    assert swept(kept, folder) == (0, "")
+
+
+def test_what_is_no_database_any_more_is_lost_as_a_whole(kept, folder):
+    data = (folder / NAME).read_bytes()
+    (folder / NAME).write_bytes(bytes(100) + data[100:])
+    for command in (("export", folder), ("status", folder), ("sweep", kept / "study.toml", "--out", folder)):
+        line = refused(*command)
+        assert "damaged as a whole (file is not a database): none of its runs can be rescued" in line
+        assert "move it away, and run the same feasibee sweep again" in line
+    (folder / NAME).unlink()
+    assert swept(kept, folder) == (RUNS, "")
+
+
+def test_a_rescue_that_was_killed_is_begun_again(kept, table, folder):
+    change(folder, *DAMAGES["a decision"])
+    (folder / FOLDER).mkdir()
+    (folder / FOLDER / NAME).write_text("half")
+    assert swept(kept, folder)[0] == 3
+    assert export(folder) == table
+    assert not (folder / FOLDER).exists()
+
+
+def test_a_rescue_without_room_leaves_the_journal_as_it_is(kept, folder, monkeypatch):
+    change(folder, *DAMAGES["a decision"])
+    before = (folder / NAME).read_bytes()
+
+    def fail(*arguments):
+        raise FeasibeeError("no room")
+
+    monkeypatch.setattr(Journal, "store", fail)
+    assert "no room" in refused("sweep", kept / "study.toml", "--out", folder, "--workers", 1)
+    assert (folder / NAME).read_bytes() == before
+
+
+def test_a_journal_that_is_read_stays_as_it_is(kept, tmp_path):
+    """Also its log, which a reader that may write would copy into the file."""
+    folder = copied(kept, "open", tmp_path / "out")
+    before = {name: (folder / name).read_bytes() for name in (NAME, LOG, SEAL)}
+    assert invoke("status", folder).exit_code == 0
+    assert {name: (folder / name).read_bytes() for name in before} == before
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        "runs VALUES (3, 99, 2, 5, 0, -1, 0, 0)",
+        "runs VALUES (3, 99, 1, -2, 0, -1, 0, 0)",
+        "runs VALUES (3, -1, 1, 5, 0, -1, 0, 0)",
+        "runs VALUES (3, 99, 1, 5, -1, -1, 0, 0)",
+        "points SELECT 44, 'x', seed, 2, vary, scenario, source, until, digest FROM points WHERE id = 3",
+        "chunks VALUES (3, 2, 99, 1, x'00')",
+    ],
+)
+def test_no_tool_can_enter_what_cant_be(folder, row):
+    with closing(sqlite3.connect(folder / NAME)) as database, pytest.raises(sqlite3.IntegrityError):
+        database.execute(f"INSERT INTO {row}")
+
+
+# --- A search ---
+
+
+def test_a_damaged_search_is_refused_or_the_same(tmp_path):
+    pytest.importorskip("optuna")
+    scenario = Scenario(arena={"side": 6.0}, robots={"count": 5}, run={"steps": 40})
+    space = dimensions(scenario, ["decision.gain", "decision.strategy=dmmd|voter"])
+
+    def search(folder):
+        return tune(scenario, space, folder, trials=4, runs=20)
+
+    whole = search(tmp_path / "whole")
+    chance, found = random.Random(4), Counter()
+    path = tmp_path / "out" / "tune.sqlite"
+    for how in ["flip", "cut", "zero"] * 5:
+        copied(tmp_path, "whole", tmp_path / "out")
+        data = bytearray(path.read_bytes())
+        place = chance.randrange(len(data))
+        if how == "flip":
+            data[place] ^= 1 << chance.randrange(8)
+        elif how == "cut":
+            del data[place:]
+        else:
+            data[place - place % 4096 : place - place % 4096 + 4096] = bytes(4096)
+        path.write_bytes(bytes(data))
+        told = ""
+        try:
+            assert search(tmp_path / "out") == whole
+        except FeasibeeError as error:
+            told = str(error)
+        assert re.fullmatch(rf"|{path}: [^\n]+; move [^\n]+ away, and run the same command again[^\n]*", told)
+        found["refused" if told else "same"] += 1
+    assert found["refused"] > 3
+
+
+@pytest.mark.parametrize("change", ["trial_values SET value", "trial_params SET param_value"])
+def test_a_trial_that_was_changed_is_named(tmp_path, change):
+    pytest.importorskip("optuna")
+    scenario = Scenario(arena={"side": 6.0}, robots={"count": 5}, run={"steps": 40})
+    space = dimensions(scenario, ["decision.gain"])
+    tune(scenario, space, tmp_path, trials=3, runs=20)
+    with closing(sqlite3.connect(tmp_path / "tune.sqlite", isolation_level=None)) as database:
+        database.execute(f"UPDATE {change} = 0.125 WHERE trial_id = 2")
+    with pytest.raises(
+        FeasibeeError, match=r"tune\.sqlite: trial 1 isn't as it was written; move the file away"
+    ):
+        tune(scenario, space, tmp_path, trials=3, runs=20)

@@ -1,0 +1,293 @@
+"""Ctrl-C at any moment: one line, status 130, and what was finished is kept."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from feasibee.study import crews
+from feasibee.study import sweep as sweeping
+from feasibee.study.journal import Journal
+from feasibee.study.pace import Pace
+from feasibee.study.plan import study_of
+from feasibee.study.sweep import sweep
+
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="no signals to send")
+slow = pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="minutes; FEASIBEE_SLOW=1 runs it")
+
+PROGRAM = """
+import signal
+from feasibee.cli import interrupts, main
+
+def begin(begin=interrupts.begin):
+    begin()
+    print("ready", flush=True)
+
+interrupts.begin = begin
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
+main(prog_name="feasibee")
+"""
+STUDY = """
+runs = 1_000_000
+seed = 5
+[scenario]
+run.steps = 300
+[sweep]
+"tasks.count" = [2, 20]
+"decision.strategy" = ["dmmd", "census"]
+"""
+LONG = """
+runs = 2
+[scenario]
+run.steps = 50_000_000
+[sweep]
+"tasks.count" = [2]
+"""
+
+
+def start(folder, *arguments, study=STUDY):
+    """Start a command in a session of its own, as a terminal does; return when its main begins."""
+    folder.mkdir(exist_ok=True)
+    (folder / "study.toml").write_text(study)
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM, *map(str, arguments)],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def interrupt(process):
+    """Send Ctrl-C to all of its processes, as a terminal does."""
+    os.killpg(process.pid, signal.SIGINT)
+
+
+def end(process):
+    """See that it ends in a line; return that."""
+    output, errors = process.communicate(timeout=60)
+    assert (process.returncode, output) == (130, ""), errors
+    (line,) = errors.splitlines()
+    assert line.startswith("feasibee: interrupted; ")
+    return line
+
+
+def until(condition, seconds=60.0):
+    limit = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < limit
+        time.sleep(0.02)
+
+
+def kept(folder):
+    with Journal(folder) as journal:
+        return sum(runs for runs, _ in journal.counts().values())
+
+
+def interrupt_at(tmp_path, crew, moments):
+    """Interrupt sweeps so many seconds after they began; return how many had begun to compute."""
+    computing = 0
+    for number, moment in enumerate(moments):
+        process = start(tmp_path / str(number), "sweep", "study.toml", "--workers", 2, *crew)
+        time.sleep(moment)
+        interrupt(process)
+        found = re.search(r"(\d+) runs kept; the same command goes on$", end(process))
+        if found:
+            computing += 1
+            assert kept(tmp_path / str(number) / "results") == int(found[1])
+    return computing
+
+
+@pytest.mark.parametrize("crew", [(), ("--processes",)])
+def test_interrupts_are_clean_at_any_moment(tmp_path, crew):
+    interrupt_at(tmp_path, crew, [0.0, 0.5, 1.5])
+
+
+@slow
+@pytest.mark.slow
+@pytest.mark.parametrize("crew", [(), ("--processes",)])
+def test_fifty_of_fifty_interrupts_are_clean(tmp_path, crew):
+    chance = random.Random(11)
+    print(interrupt_at(tmp_path, crew, [chance.uniform(0, 3) for _ in range(50)]))
+
+
+@pytest.mark.parametrize("crew", [(), ("--processes",)])
+def test_what_is_being_computed_is_kept(tmp_path, crew):
+    """And the same command goes on."""
+    process = start(tmp_path, "sweep", "study.toml", "--workers", 1, "--log", "log", *crew)
+    until(lambda: (tmp_path / "log").exists() and '"runs_new": 0' not in last_line(tmp_path / "log"))
+    interrupt(process)
+    line = end(process)
+    told = int(re.search(r"runs_done\": (\d+)", last_line(tmp_path / "log"))[1])
+    total = int(re.search(r"(\d+) runs kept", line)[1])
+    assert total == kept(tmp_path / "results") >= told > 0
+    plan = study_of({"runs": 50, "seed": 5, "scenario": {"run": {"steps": 300}}, "sweep": VARIED}, tmp_path)
+    assert sweep(plan, tmp_path / "results", crews.threads(1)).runs_new < 200
+
+
+VARIED = {"tasks.count": [2, 20], "decision.strategy": ["dmmd", "census"]}
+
+
+def last_line(path):
+    return path.read_text().splitlines()[-1]
+
+
+@pytest.mark.parametrize("crew", [(), ("--processes",)])
+def test_a_second_interrupt_ends_at_once(tmp_path, crew):
+    """The run that is computed would take minutes."""
+    process = start(tmp_path, "sweep", "study.toml", "--workers", 1, "--log", "log", *crew, study=LONG)
+    until(lambda: (tmp_path / "log").exists() and len((tmp_path / "log").read_text().splitlines()) > 1)
+    interrupt(process)
+    until(lambda: '"stopping": true' in last_line(tmp_path / "log"))
+    assert process.poll() is None
+    begin = time.monotonic()
+    interrupt(process)
+    what = "0 runs kept" if crew else "what was kept stays"
+    assert end(process) == f"feasibee: interrupted; {what}; the same command goes on"
+    assert time.monotonic() - begin < 3
+    assert kept(tmp_path / "results") == 0
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="no /proc here")
+def test_no_worker_ever_sees_an_interrupt(tmp_path):
+    """Their interpreters start with it blocked: handlers come too late for one that is just starting."""
+    process = start(tmp_path, "sweep", "study.toml", "--workers", 2, "--processes")
+    seen = set()
+
+    def blocked():
+        for path in Path("/proc").glob("[0-9]*/status"):
+            try:
+                text = path.read_text()
+            except OSError:
+                continue
+            if re.search(rf"^PPid:\t{process.pid}$", text, re.MULTILINE):
+                mask, ignored = (
+                    int(re.search(rf"{name}:\t(\w+)", text)[1], 16) for name in ("SigBlk", "SigIgn")
+                )
+                assert (mask | ignored) >> (signal.SIGINT - 1) & 1, text
+                seen.add(path.parent.name)
+        return len(seen) >= 3  # the tracker of shared resources, and the workers
+
+    until(blocked)
+    interrupt(process)
+    end(process)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("compare", "--strategies", "dmmd,voter", "--runs", 1_000_000),
+        ("run", "--runs", 200_000, "--save", "runs.nc"),
+        ("tune", "--over", "decision.gain"),
+    ],
+)
+def test_other_commands_end_in_a_line(tmp_path, arguments):
+    for moment in (0.0, 1.0):
+        process = start(tmp_path, *arguments)
+        time.sleep(moment)
+        interrupt(process)
+        assert end(process) == "feasibee: interrupted; no file was left half-written"
+    assert not (tmp_path / "runs.nc").exists()
+
+
+def test_an_interrupt_that_python_cant_raise_isnt_lost():
+    """It comes while an object is freed, where Python would print a traceback and go on."""
+    code = """
+import os, signal
+import click
+from feasibee.cli import main
+
+class Freed:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            pass
+
+def invoke(*arguments):
+    Freed()
+    print("went on")
+
+click.Group.invoke = invoke
+signal.signal(signal.SIGINT, signal.default_int_handler)
+main(prog_name="feasibee")
+"""
+    told = subprocess.run([sys.executable, "-c", code, "truth"], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stdout) == (130, "")
+    assert told.stderr == "feasibee: interrupted; no file was left half-written\n"
+
+
+def test_who_ignores_interrupts_goes_on():
+    """As a command in the background of a shell."""
+    process = subprocess.Popen(
+        [
+            "sh",
+            "-c",
+            'trap "" INT; exec "$@"',
+            "sh",
+            sys.executable,
+            "-m",
+            "feasibee",
+            "run",
+            "--runs",
+            "2000",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    for _ in range(20):
+        time.sleep(0.1)
+        if process.poll() is None:
+            interrupt(process)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
+
+
+# --- Chunks of about a second ---
+
+
+def seconds_to_commits(speed, workers, chunks):
+    """Return when each chunk ends, and its work, for workers of so many robot-steps a second."""
+    pace = Pace(workers)
+    busy, ends, works = [0.0] * workers, [], []
+    for _ in range(chunks):
+        work = min(pace.budget, sweeping.CHUNK_WORK)
+        worker = busy.index(min(busy))
+        busy[worker] += work / speed
+        ends.append(busy[worker])
+        works.append(work)
+        pace.count(int(work), busy[worker])
+    return ends, works
+
+
+@pytest.mark.parametrize("workers", [1, 8])
+@pytest.mark.parametrize("speed", [1e6, 1e7, 4e7, 1e9])
+def test_the_first_commit_is_soon_on_any_machine_and_chunks_grow_to_a_second(speed, workers):
+    """40 million robot-steps a second are usual."""
+    ends, works = seconds_to_commits(speed, workers, 100 * workers)
+    assert ends[0] <= 1
+    assert max(works) / speed <= 2.5
+    wanted = min(sweeping.CHUNK_WORK, speed)
+    assert 0.4 * wanted < works[-1] < 2.5 * wanted
+
+
+def test_a_machine_that_slept_soon_has_chunks_of_a_second_again():
+    pace = Pace(1)
+    for second in range(10):
+        pace.count(40_000_000, second)
+    pace.count(40_000_000, 30_000)
+    for second in range(30_001, 30_006):
+        pace.count(int(pace.budget), second)
+    assert pace.budget > 5_000_000
