@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 from feasibee.errors import Problem
@@ -50,7 +51,7 @@ def conflicts(
     if fit("robots.classes", "tasks.classes"):
         yield from _skills(explicit)
     if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
-        yield from _faults(explicit)
+        yield from _faults(explicit, fit)
     if fit("decision.inbox", "decision.inbox_size"):
         yield from _inbox(explicit["decision"])
     if fit("decision.strategy"):
@@ -120,12 +121,30 @@ def _skills(explicit: Explicit) -> Iterator[Problem]:
         yield Problem("robots.classes", f"{len(skills)} skills", rule, "join some of them")
 
 
-def _faults(explicit: Explicit) -> Iterator[Problem]:
-    faults = explicit["faults"]
-    shares = [faults[kind] for kind in ("stopped", "byzantine", "stubborn")]
-    if sum(shares) > 1 + 1e-12:
+def whole_robots(share: float, robots: int) -> int:
+    """Return the number of robots nearest to a share of the swarm, halves up (model.md 6.6)."""
+    return math.floor(exact(share) * robots + Fraction(1, 2))
+
+
+def _faults(explicit: Explicit, fit: Any) -> Iterator[Problem]:
+    kinds = ("stopped", "byzantine", "stubborn")
+    shares = [explicit["faults"][kind] for kind in kinds]
+    if sum(map(exact, shares)) > 1:
         rule = "stopped, byzantine and stubborn must be at most 1 together"
         yield Problem("faults", math.fsum(shares), rule, "a robot has one fault at most: lower a share")
+        return
+    if not fit("robots.count", "robots.classes"):
+        return
+    robots = total(explicit["robots"])
+    numbers = [whole_robots(share, robots) for share in shares]
+    excess = sum(numbers) - robots
+    if excess > 0:
+        largest = max(range(len(kinds)), key=numbers.__getitem__)
+        fitting = math.floor(1e6 * (numbers[largest] - excess) / robots) / 1e6
+        told = ", ".join(f"{number} {kind}" for kind, number in zip(kinds, numbers, strict=True))
+        rule = f"shares are rounded to whole robots, here {told}; there are {robots}"
+        remedy = f"lower a share, such as faults.{kinds[largest]} = {fitting:g}"
+        yield Problem("faults", f"{sum(numbers)} robots", rule, remedy)
 
 
 def _inbox(decision: Mapping[str, Any]) -> Iterator[Problem]:

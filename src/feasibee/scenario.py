@@ -9,10 +9,8 @@ import copy
 import dataclasses
 import hashlib
 import json
-import math
 import tomllib
 from collections.abc import Callable, Mapping
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -38,7 +36,7 @@ from feasibee.plugins import manifest_of, strategy_of
 from feasibee.points import read_points
 from feasibee.presets import PRESETS, with_preset
 from feasibee.problems import problem_of
-from feasibee.rules import conflicts
+from feasibee.rules import conflicts, whole_robots
 from feasibee.sections import (
     SECTIONS,
     Arena,
@@ -51,9 +49,9 @@ from feasibee.sections import (
     Sensing,
     Tasks,
     Walk,
+    plain,
 )
 from feasibee.strategies.contract import Manifest, Strategy
-from feasibee.vocabulary import exact
 
 
 class Scenario(BaseModel):
@@ -182,14 +180,19 @@ class Scenario(BaseModel):
         copy._manifest = dataclasses.replace(self.manifest, trusted=True)
         return copy
 
+    @property
+    def faulty(self) -> tuple[int, int, int]:
+        """Number of robots that stop, that lie, and that never change their opinion (model.md 6.6)."""
+        faults, robots = self.faults, self.robots.count
+        stopped, byzantine, stubborn = (
+            whole_robots(share, robots) for share in (faults.stopped, faults.byzantine, faults.stubborn)
+        )
+        return stopped, byzantine, stubborn
+
     def counted(self, step: int) -> int:
         """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
-        left = count = self.robots.count
-        faulty = []
-        for share in (self.faults.stopped, self.faults.byzantine):
-            faulty.append(min(left, math.floor(exact(share) * count + Fraction(1, 2))))
-            left -= faulty[-1]
-        return count - faulty[1] - (faulty[0] if step >= self.faults.stop_step else 0)
+        stopped, byzantine, _ = self.faulty
+        return self.robots.count - byzantine - (stopped if step >= self.faults.stop_step else 0)
 
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
@@ -333,7 +336,7 @@ def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             table = table.model_dump(exclude_unset=True)
         explicit[name] = {
             **section().model_dump(),
-            **(table if isinstance(table, Mapping) else {}),
+            **(plain(table) if isinstance(table, Mapping) else {}),
         }
     if explicit["radio"]["range"] is None:
         explicit["radio"]["range"] = explicit["sensing"]["range"]

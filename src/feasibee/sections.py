@@ -127,10 +127,12 @@ class Section(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, given: Any) -> Any:
-        """Take numpy's numbers for Python's own: who varies a field takes its values from an array."""
-        if not isinstance(given, Mapping):
-            return given
-        return {key: value.item() if _is_scalar(value) else value for key, value in given.items()}
+        return plain(given) if isinstance(given, Mapping) else given
+
+
+def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Take numpy's numbers for Python's own: who varies a field takes its values from an array."""
+    return {key: value.item() if _is_scalar(value) else value for key, value in table.items()}
 
 
 def _is_scalar(value: object) -> bool:
