@@ -16,7 +16,7 @@ import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError
-from feasibee.files import check_writable, whole_file
+from feasibee.files import check_output, whole_file
 from feasibee.frames import DARK, LIGHT, Painter, frame
 from feasibee.palette import COLOURS, TASK
 from feasibee.scenario import Scenario
@@ -101,9 +101,7 @@ def animate(
 
 def _check(path: Path, every: int, fps: int, size: int) -> None:
     """Refuse, before the work, what can't be written."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise FeasibeeError(f"{path}: unknown kind of animation; end it with {', '.join(SUFFIXES)}")
+    suffix = check_output(path, SUFFIXES)
     if suffix == ".mp4":
         _ffmpeg(path)
     if suffix == ".gif" and fps not in GIF_RATES:
@@ -117,7 +115,6 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
     ):
         if not low <= value <= high:
             raise FeasibeeError(f"{name} = {value}: must be from {low} to {high}; choose one")
-    check_writable(path)
 
 
 def _span(scenario: Scenario, seed: int, run: int, steps: tuple[int, int] | None) -> tuple[int, int]:

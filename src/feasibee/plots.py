@@ -17,7 +17,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.files import whole_file
+from feasibee.files import FIGURES, check_output, whole_file
 from feasibee.palette import COLOURS, TASK
 from feasibee.results import scenario_of
 from feasibee.stats import Interval, decision_times, opinion_quartiles
@@ -51,6 +51,7 @@ def figure(width: float, height: float, columns: int = 1, **options: Any) -> Ite
 
 def save_figure(drawn: Figure, path: str | Path) -> None:
     """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
+    check_output(path, FIGURES)
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
     with whole_file(path) as temporary, style.context("default"), rc_context(STYLE):
         drawn.savefig(temporary, metadata=metadata)

@@ -60,7 +60,7 @@ def assess(
     keep_matplotlib_in_cache()
     from feasibee.assess import assess as simulate_all
     from feasibee.assessment import words, write_report
-    from feasibee.files import check_writable
+    from feasibee.files import check_output
 
     fields = {
         "robots.count": robots,
@@ -72,7 +72,7 @@ def assess(
     more = (f"{field}={value}" for field, value in fields.items() if value is not None)
     scenario = read_scenario(file, (*changes, *more))
     if report is not None:
-        check_writable(report)
+        check_output(report, (".html", ".htm"), "--report")
     with progress("Assessing") as advance:
         assessment = simulate_all(scenario, runs, seed, threads, advance)
     if report is not None:

@@ -72,13 +72,10 @@ def keep_matplotlib_in_cache() -> None:
 
 def check_figure(option: str, path: Path | None) -> None:
     """Find out before a long computation that its figure couldn't be written."""
-    from feasibee.files import check_writable
+    from feasibee.files import FIGURES, check_output
 
-    if path is None:
-        return
-    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise FeasibeeError(f"{option} {path}: unknown kind of figure; end it with .png, .pdf or .svg")
-    check_writable(path)
+    if path is not None:
+        check_output(path, FIGURES, option)
 
 
 @contextmanager

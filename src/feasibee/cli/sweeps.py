@@ -242,26 +242,31 @@ def _as_json(point: Summary) -> dict[str, Any]:
 @click.command()
 @_folder
 @click.option(
-    "--to", "kind", type=click.Choice(["csv", "parquet", "netcdf"]), default="csv", show_default=True
+    "--to",
+    "kind",
+    type=click.Choice(["csv", "parquet", "netcdf"]),
+    help="By default as --out ends: .csv, .parquet or .nc; without --out, csv.",
 )
 @click.option(
     "--out", type=click.Path(dir_okay=False, path_type=Path), help="By default FOLDER/runs.csv, ..."
 )
-def export(folder: Path, kind: str, out: Path | None) -> None:
+def export(folder: Path, kind: str | None, out: Path | None) -> None:
     """Write all runs of a sweep as one table, a row a run.
 
     \b
     Examples:
       feasibee export results
-      feasibee export results --to parquet --out ratio.parquet
+      feasibee export results --out ratio.parquet
     """
+    from feasibee.files import check_output
     from feasibee.study.journal import Journal
+    from feasibee.study.table import KINDS
     from feasibee.study.table import export as write
 
-    suffix = {"netcdf": "nc"}.get(kind, kind)
-    target = out or folder / f"runs.{suffix}"
+    target = out or folder / f"runs{KINDS[kind or 'csv']}"
+    kinds = {suffix: name for name, suffix in KINDS.items() if kind in (None, name)}
     with Journal(folder) as journal:
-        rows = write(journal, kind, target)
+        rows = write(journal, kinds[check_output(target, list(kinds), "--out")], target)
     click.echo(f"{rows} runs are in {target}")
 
 
