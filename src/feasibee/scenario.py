@@ -9,9 +9,9 @@ import copy
 import dataclasses
 import hashlib
 import json
-import tomllib
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -27,9 +27,9 @@ from pydantic import (
     model_validator,
 )
 
-from feasibee.changes import with_changes
+from feasibee.changes import toml_tables, with_changes
 from feasibee.display import show_scenario
-from feasibee.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.errors import PROBLEMS_LIMIT, Problem, ScenarioError
 from feasibee.feasibility import truth
 from feasibee.files import read_text
 from feasibee.plugins import manifest_of, strategy_of
@@ -124,9 +124,11 @@ class Scenario(BaseModel):
         try:
             scenario = handler(given)
         except ValidationError as error:
-            problems += [problem_of(details) for details in error.errors()]
+            found = error.errors(include_url=False, include_context=False)
+            problems += [problem_of(details) for details in found[:PROBLEMS_LIMIT]]
         find: Callable[[str], Manifest] = partial(manifest_of, **(info.context or {}))
-        problems += conflicts(_explicit(given), given, places, {problem.path for problem in problems}, find)
+        wrong = {problem.path for problem in problems}
+        problems += islice(conflicts(_explicit(given), given, places, wrong, find), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
         scenario._resolve(find(scenario.decision.strategy))
@@ -197,12 +199,11 @@ class Scenario(BaseModel):
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
         """Read a scenario from TOML text; ``source`` names it in errors."""
+        tables = toml_tables(text, source or "scenario")
         try:
-            return cls.from_tables(tomllib.loads(text), Path(source).parent if source else None)
+            return cls.from_tables(tables, Path(source).parent if source else None)
         except ScenarioError as error:
             raise ScenarioError(error.problems, source) from None
-        except (ValueError, RecursionError) as error:
-            raise FeasibeeError(f"{source or 'scenario'}: not TOML: {error}; mend it there") from None
 
     @classmethod
     def from_tables(
@@ -244,7 +245,9 @@ class Scenario(BaseModel):
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a scenario from a TOML file."""
-        return cls.from_toml(read_text(path, "a scenario in TOML"), source=str(path))
+        return cls.from_toml(
+            read_text(path, "a scenario in TOML, with many points in a CSV file"), source=str(path)
+        )
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Return this scenario with other values.

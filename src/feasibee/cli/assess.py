@@ -9,6 +9,7 @@ from shutil import get_terminal_size
 import click
 
 from feasibee.cli.options import (
+    file_type,
     json_option,
     keep_matplotlib_in_cache,
     progress,
@@ -29,9 +30,7 @@ from feasibee.cli.options import (
 @click.option("--runs", type=click.IntRange(1), default=400, show_default=True, help="Swarms of each kind.")
 @seed_option
 @threads_option
-@click.option(
-    "--report", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html", help="Write a page."
-)
+@click.option("--report", type=file_type, metavar="FILE.html", help="Write a page.")
 @json_option
 def assess(
     file: Path | None,

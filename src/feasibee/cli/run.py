@@ -13,6 +13,7 @@ from feasibee.cli.options import (
     check_figure,
     json_option,
     keep_matplotlib_in_cache,
+    path_type,
     progress,
     read_scenario,
     scenario_options,
@@ -37,13 +38,11 @@ if TYPE_CHECKING:
 @threads_option
 @click.option(
     "--save",
-    type=click.Path(path_type=Path),
+    type=path_type,
     metavar="FILE",
     help="Save all runs: .nc is NetCDF, with opinions at each step and the recipe; .csv has a row a run.",
 )
-@click.option(
-    "--plot", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw opinions and decision steps."
-)
+@click.option("--plot", type=path_type, metavar="FILE.png", help="Draw opinions and decision steps.")
 @json_option
 def run(
     file: Path | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -59,10 +60,9 @@ def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
     if not texts:
         raise FeasibeeError("--over: names no field; such as --over decision.exploration,decision.gain")
     found = [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
-    paths = [each.path for each in found]
-    for path in paths:
-        if paths.count(path) > 1:
-            raise FeasibeeError(f"--over: names {path} twice; leave one of them out")
+    twice = [path for path, count in Counter(each.path for each in found).items() if count > 1]
+    if twice:
+        raise FeasibeeError(f"--over: names {twice[0]} twice; leave one of them out")
     return found
 
 
