@@ -15,7 +15,7 @@ from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
 
 TEXT_LIMIT = 2**20
 """Bytes of a scenario, a study or a strategy: a thousand times what people write."""
-TABLE_LIMIT = 64 * 2**20
+TABLE_LIMIT = 32 * 2**20
 """Bytes of a table of points or of a design."""
 FIGURES = (".png", ".pdf", ".svg")
 """Suffixes of figures."""
@@ -73,6 +73,15 @@ def _text_of(path: Path, limit: int) -> tuple[str, str]:
     except UnicodeDecodeError:
         return "", "not UTF-8 text"
     return text, "it holds a NUL, as no text does" if "\0" in text else ""
+
+
+def lines_of(text: str) -> Iterator[str]:
+    """Yield the lines of a text, one at a time: a list of them takes several times its room."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start) + 1 or len(text)
+        yield text[start:end]
+        start = end
 
 
 def why_not(error: OSError | ValueError) -> str:

@@ -9,7 +9,7 @@ import copy
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -311,10 +311,10 @@ class Scenario(BaseModel):
 
 def _with_points(
     given: Mapping[str, Any],
-) -> tuple[dict[str, Any], dict[str, list[str]], list[Problem]]:
+) -> tuple[dict[str, Any], dict[str, tuple[str, Sequence[int]]], list[Problem]]:
     """Read the files of points, so that the complete form holds the points themselves.
 
-    Returns the tables, where each point of a section stands, and the problems.
+    Returns the tables, the file of a section's points with the line of each, and the problems.
     """
     tables, places, problems = dict(given), {}, []
     for name, section in (("robots", Robots), ("tasks", Tasks)):
@@ -322,7 +322,8 @@ def _with_points(
         if isinstance(table, section):
             table = table.model_dump(exclude_unset=True)
         if isinstance(table, Mapping) and isinstance(table.get("points"), str):
-            points, places[name], found = read_points(table["points"], f"{name}.points")
+            points, lines, found = read_points(table["points"], f"{name}.points")
+            places[name] = (table["points"], lines)
             problems += found
             table = {**table, "points": points}
         if table is not None:

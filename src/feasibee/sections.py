@@ -33,10 +33,17 @@ def _without_minus(value: float) -> float:
     return value + 0.0
 
 
+def _printable(text: str) -> str:
+    """Refuse names that a terminal would obey, or that no file could hold."""
+    if not text.isprintable():
+        raise PydanticCustomError("printable", "must have printable characters only")
+    return text
+
+
 Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
 Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)]
-Word = Annotated[str, Field(min_length=1, max_length=40)]
+Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
 Point = tuple[float, float]
 
 
@@ -54,7 +61,10 @@ def _as_side(value: Any) -> Any:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    try:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond the largest float
+        return False
 
 
 def _as_points(value: Any) -> Any:

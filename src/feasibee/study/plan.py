@@ -16,10 +16,9 @@ A study file::
 from __future__ import annotations
 
 import csv
-import io
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -29,14 +28,14 @@ from pydantic import BaseModel
 
 from feasibee.changes import place, toml_tables, toml_value
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
-from feasibee.files import TABLE_LIMIT, UnreadableError, read_text
+from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.scenario import Scenario
 from feasibee.sections import Section
 from feasibee.simulation import check_numbers
 from feasibee.vocabulary import RUN_LIMIT
 
 POINTS_LIMIT = 1_000_000
-VALUES_LIMIT = 4 * POINTS_LIMIT
+VALUES_LIMIT = 2 * POINTS_LIMIT
 """Values of all fields of a sweep, before they are combined."""
 MOST = 1e15
 """No number of a range is larger: whole numbers are exact as floats up to here."""
@@ -129,8 +128,7 @@ def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
     if not isinstance(curves, bool):
         raise FeasibeeError(f"curves = {curves!r}: must be true or false; leave it out for false")
     base = _base(tables, folder)
-    designs = [_located(values, folder) for values in _designs(tables, folder, base)]
-    points = _points(base, designs)
+    points = _points(base, (_located(values, folder) for values in _designs(tables, folder, base)))
     return Study(points, runs, seed, curves, _until(tables.get("until"), runs))
 
 
@@ -163,15 +161,17 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
     if combine not in ("grid", "zip"):
         raise FeasibeeError(f"combine = {quoted(combine)}: must be 'grid' or 'zip'; leave it out for a grid")
     values: dict[str, list[Any]] = {}
+    many, total = 1, 0
     for path, given in _listed(sweep, base):
         values[path] = _values(path, given, base)
-        lengths = {path: len(each) for path, each in values.items()}
-        if sum(lengths.values()) > VALUES_LIMIT:
+        many, total = many * len(values[path]), total + len(values[path])
+        if total > VALUES_LIMIT:
             raise FeasibeeError(f"sweep: over {VALUES_LIMIT} values, at {path}; take fewer values or fields")
         if combine == "grid":
-            _check_size(math.prod(lengths.values()))
-        if combine == "zip" and len(set(lengths.values())) > 1:
-            raise FeasibeeError(f"sweep: lengths {lengths} differ; to zip, give as many values to each field")
+            _check_size(many)
+    if combine == "zip" and len({len(each) for each in values.values()}) > 1:
+        lengths = {path: len(each) for path, each in values.items()}
+        raise FeasibeeError(f"sweep: lengths {lengths} differ; to zip, give as many values to each field")
     combined = (
         itertools.product(*values.values()) if combine == "grid" else zip(*values.values(), strict=True)
     )
@@ -287,7 +287,7 @@ def _check_size(points: int) -> None:
 def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
     """Yield the rows of a design table in CSV, whose header has the paths of fields."""
     try:
-        reader = csv.reader(io.StringIO(read_text(path, "a CSV file", TABLE_LIMIT)))
+        reader = csv.reader(lines_of(read_text(path, "a CSV file", TABLE_LIMIT)), strict=True)
         rows = [(reader.line_num, row) for row in reader if row]
     except (UnreadableError, csv.Error) as error:
         why = error.why if isinstance(error, UnreadableError) else f"not CSV: {error}"
@@ -339,13 +339,13 @@ def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     }
 
 
-def _points(base: Scenario, designs: Sequence[Mapping[str, Any]]) -> list[Point]:
-    """Return the points, each scenario once, or all that is wrong with them."""
-    _check_size(len(designs))
+def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[Point]:
+    """Return the points, each scenario once, or what is wrong with them, of at most `PROBLEMS_LIMIT`."""
     points: dict[str, Point] = {}
     problems: dict[str, Problem] = {}
     failed = 0
-    for values in designs:
+    for number, values in enumerate(designs, start=1):
+        _check_size(number)
         try:
             scenario = base.replace(values)
         except ScenarioError as error:
