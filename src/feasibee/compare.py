@@ -195,7 +195,8 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Sum up the runs of one contender."""
     feasible = truth(scenario)
     held = record.feasible_count if feasible else record.infeasible_count
-    counted = np.array([scenario.counted(step) for step in range(held.shape[1])])
+    stop = scenario.faults.stop_step
+    counted = np.where(np.arange(held.shape[1]) < stop, scenario.counted(0), scenario.counted(stop))
     needed = exact(scenario.decision.threshold)
     right = held * needed.denominator > counted * needed.numerator
     most = np.maximum(record.feasible_count[:, -1], record.infeasible_count[:, -1])

@@ -29,7 +29,7 @@ from pydantic import (
 
 from feasibee.changes import toml_tables, with_changes
 from feasibee.display import show_scenario
-from feasibee.errors import PROBLEMS_LIMIT, Problem, ScenarioError
+from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
 from feasibee.feasibility import truth
 from feasibee.files import read_text
 from feasibee.plugins import manifest_of, strategy_of
@@ -120,7 +120,10 @@ class Scenario(BaseModel):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "see `feasibee scenario`")]
             )
-        given, places, problems = _with_points(with_preset(given))
+        tables = {
+            name: plain(table) if isinstance(table, Mapping) else table for name, table in given.items()
+        }
+        given, places, problems = _with_points(with_preset(tables))
         try:
             scenario = handler(given)
         except ValidationError as error:
@@ -199,6 +202,8 @@ class Scenario(BaseModel):
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
         """Read a scenario from TOML text; ``source`` names it in errors."""
+        if not isinstance(text, str):
+            raise FeasibeeError(f"text = {quoted(text)}: must be TOML; to read a file, use Scenario.read")
         tables = toml_tables(text, source or "scenario")
         try:
             return cls.from_tables(tables, Path(source).parent if source else None)
@@ -226,6 +231,8 @@ class Scenario(BaseModel):
         trusted : bool
             Whether that text may be run; else it must be that of a present file of the user's own.
         """
+        if not isinstance(tables, Mapping):
+            return cls.model_validate(tables)
         given = copy.deepcopy(dict(tables))
         for name, key, suffix in (
             ("robots", "points", ""),
@@ -259,6 +266,9 @@ class Scenario(BaseModel):
             ``sensing.range`` takes an unset ``radio.range`` along. The text of a strategy's file stays as
             it is, unless ``decision.strategy`` is among the changes.
         """
+        if not isinstance(changes, Mapping) or not all(isinstance(path, str) for path in changes):
+            rule = "must be values by dotted path"
+            raise ScenarioError([Problem("changes", changes, rule, 'write {"tasks.count": 50}')])
         keeps = "decision.strategy" not in changes and self.manifest.source
         kept = {"source": self.manifest.source, "trusted": self.manifest.trusted} if keeps else None
         tables, problems = with_changes(self.model_dump(exclude_unset=True), changes)
@@ -340,13 +350,14 @@ def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             table = table.model_dump(exclude_unset=True)
         explicit[name] = {
             **section().model_dump(),
-            **(plain(table) if isinstance(table, Mapping) else {}),
+            **(table if isinstance(table, Mapping) else {}),
         }
     if explicit["radio"]["range"] is None:
         explicit["radio"]["range"] = explicit["sensing"]["range"]
     for name in ("robots", "tasks"):
         given_table = given.get(name)
         counted = isinstance(given_table, Mapping) and "count" in given_table
+        points = explicit[name]["points"]
         if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
-            explicit[name]["count"] = len(explicit[name]["points"])
+            explicit[name]["count"] = len(points) if isinstance(points, list | tuple) else 0
     return explicit

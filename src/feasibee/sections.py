@@ -141,12 +141,16 @@ class Section(BaseModel):
 
 
 def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Take numpy's numbers for Python's own: who varies a field takes its values from an array."""
-    return {key: value.item() if _is_scalar(value) else value for key, value in table.items()}
+    """Take numpy's numbers and arrays for Python's own: who varies a field takes its values from an array."""
+    return {key: _plain(value) for key, value in table.items()}
 
 
-def _is_scalar(value: object) -> bool:
-    return hasattr(value, "dtype") and getattr(value, "shape", None) == ()
+def _plain(value: Any) -> Any:
+    if not hasattr(value, "dtype"):
+        return value
+    if getattr(value, "shape", None) == ():
+        return value.item()
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 class Arena(Section):
