@@ -87,6 +87,8 @@ def compare(
     check_numbers(runs, seed)
     numbers = tasks or (() if scenario.tasks.classes or scenario.tasks.points else TASKS)
     contenders = contenders_of(scenario, strategies, presets)
+    for number in tasks:
+        scenario.replace({"tasks.count": number})
     folder = make_folder(out)
     with progress("Comparing") as advance:
         outcomes = simulate_all(contenders, numbers, runs, seed, threads, advance)

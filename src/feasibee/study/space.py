@@ -11,6 +11,7 @@ from typing import Any, get_args
 from feasibee.changes import read_value
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.scenario import Scenario
+from feasibee.study.plan import value_at
 
 FACTOR = 5.0
 """By default a field goes from a fifth of its value to five times it."""
@@ -69,9 +70,9 @@ def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
 def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
     section, _, key = path.partition(".")
     try:
-        now = getattr(getattr(scenario, section), key)
-        kind = type(getattr(scenario, section)).model_fields[key].annotation
-    except (AttributeError, KeyError):
+        kind = type(value_at(scenario, section)).model_fields[key].annotation
+        now = value_at(scenario, path)
+    except (AttributeError, LookupError):
         raise FeasibeeError(f"{path}: isn't a field; such as decision.gain") from None
     if given:
         return _checked(scenario, _read(path, given, now))
