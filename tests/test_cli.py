@@ -405,6 +405,34 @@ def test_saving_and_plotting_change_no_result(here):
     assert summary_of(*arguments) == summary_of(*arguments, "--save", "a.nc", "--plot", "b.pdf")
 
 
+def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
+    arguments = ("--runs", 6, "--seed", 2, "--first-run", 3, "--set", "decision.commit.rounds=2")
+    for name in ("a.csv", "a.nc"):
+        assert invoke("run", *arguments, "--save", name).exit_code == 0
+    header, *rows = (line.split(",") for line in (here / "a.csv").read_text().splitlines())
+    assert header[:4] == ["run", "decision", "decision_step", "bits_sent"]
+    opened = open_results("a.nc")
+    assert sorted(header[1:]) == sorted(name for name, each in opened.data_vars.items() if each.ndim == 1)
+    for name, values in zip(header, zip(*rows, strict=True), strict=True):
+        assert [int(value) for value in values] == opened[name].values.tolist()
+
+
+@pytest.mark.usefixtures("no_simulation")
+@pytest.mark.parametrize("name", ["a.txt", "a", "a.nc.gz", ".nc", "a.png", "a.nc4"])
+def test_an_unknown_kind_of_results_is_refused_before_the_work(here, name):
+    (line,) = refused("run", "--save", name)
+    assert line == f"feasibee: --save {name}: unknown kind of file; end it with .nc or .csv"
+    assert names(here) == []
+
+
+def test_a_plot_through_a_link_is_of_the_kind_of_the_links_suffix(here):
+    """Matplotlib would write beside a temporary file without a suffix, and leave that one empty."""
+    (here / "link.png").symlink_to("real")
+    assert invoke("run", "--runs", 2, "--steps", 5, "--plot", "link.png").exit_code == 0
+    assert (here / "real").read_bytes().startswith(b"\x89PNG")
+    assert names(here) == ["link.png", "real"]
+
+
 @pytest.mark.parametrize("name", ["a.png", "a.pdf", "a.svg", "A.PNG"])
 def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
     assert invoke("run", "--runs", 3, "--steps", 5, "--plot", name).exit_code == 0
@@ -431,31 +459,34 @@ def test_an_unknown_kind_of_plot_is_refused_before_the_work(here, name):
 @pytest.mark.usefixtures("no_simulation")
 @pytest.mark.parametrize("option", ["--save", "--plot"])
 def test_what_can_not_be_written_is_refused_before_the_work(here, option):
-    (here / "folder.png").mkdir()
     (here / "file").write_text("mine")
-    for path in ("missing/a.png", "file/a.png", "folder.png"):
+    suffix = {"--save": ".nc", "--plot": ".png"}[option]
+    (here / "folder").with_suffix(suffix).mkdir()
+    for path in (f"missing/a{suffix}", f"file/a{suffix}", f"folder{suffix}"):
         (line,) = refused("run", option, path)
         assert path in line
-    assert names(here) == ["file", "folder.png"]
-    assert names(here / "folder.png") == []
+        assert "unknown kind" not in line
+    assert names(here) == ["file", f"folder{suffix}"]
+    assert names(here / f"folder{suffix}") == []
 
 
 @pytest.mark.usefixtures("no_simulation")
 def test_one_file_for_results_and_plot_is_refused_before_the_work(here):
-    (line,) = refused("run", "--save", "a.png", "--plot", f"../{here.name}/a.png")
-    assert "a.png" in line
-    assert names(here) == []
+    (here / "a.nc").symlink_to("a.png")
+    (line,) = refused("run", "--save", "a.nc", "--plot", f"../{here.name}/a.png")
+    assert "a.png: can't be the same file" in line
+    assert names(here) == ["a.nc"]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes to stand for devices")
 @pytest.mark.usefixtures("no_simulation")
 def test_a_device_is_not_replaced_by_a_file(here):
     """A superuser's --save /dev/null must not make a file of it."""
-    os.mkfifo("pipe.png")
-    for option in ("--save", "--plot"):
-        (line,) = refused("run", option, "pipe.png")
-        assert "pipe.png" in line
-    assert (here / "pipe.png").is_fifo()
+    for option, name in (("--save", "pipe.nc"), ("--save", "pipe.csv"), ("--plot", "pipe.png")):
+        os.mkfifo(name)
+        (line,) = refused("run", option, name)
+        assert f"{name}: isn't a plain file" in line
+        assert (here / name).is_fifo()
 
 
 def test_a_link_stays_a_link_and_its_file_is_replaced(here):

@@ -166,6 +166,102 @@ def test_the_arena_has_units_and_a_legend():
         assert word in entry
 
 
+SHAPES = [
+    {"side": [30.0, 12.0]},
+    {"side": [12.0, 30.0]},
+    {"side": [30.0, 12.0], "boundary": "walls"},
+    {"side": [12.0, 30.0], "boundary": "walls"},
+    {"side": [500.0, 10.0], "boundary": "walls"},
+    {"boundary": "walls"},
+]
+
+
+@pytest.mark.parametrize("arena", [{}, *SHAPES])
+def test_an_arena_of_any_shape_is_drawn_whole(arena, tmp_path):
+    """It failed on every rectangle, and cut the legend off."""
+    swarm = Swarm(Scenario(arena=arena), seed=1)
+    ax = plot_arena(swarm)
+    width, height = swarm.scenario.arena.size
+    assert (ax.get_xlim(), ax.get_ylim()) == ((0, width), (0, height))
+    assert ax.get_aspect() == 1
+    assert shown_numbers(ax)[:20] == sorted(shown_numbers(ax))[:20]
+    assert set(shown_numbers(ax)) == set(range(1, 21))
+    save_figure(ax.figure, tmp_path / "arena.png")
+    legend = ax.get_legend().get_window_extent()
+    assert ax.figure.bbox.x0 <= legend.x0
+    assert legend.x1 <= ax.figure.bbox.x1
+    assert legend.y1 <= ax.figure.bbox.y1
+
+
+@pytest.mark.parametrize("arena", [each for each in SHAPES if "boundary" in each])
+def test_nothing_comes_in_through_a_wall(arena):
+    width, height = Scenario(arena=arena).arena.size
+    places = [(0.5, 0.5), (width - 0.5, height - 0.5), (0.5, height / 2)]
+    ax = plot_arena(swarm_at(places, arena=arena))
+    assert [patch.center for patch in discs(ax, 2.0)] == places
+    assert ax.spines["left"].get_linewidth() > 2
+
+
+def test_on_a_rectangular_torus_copies_are_a_width_and_a_height_away():
+    ax = plot_arena(swarm_at([(0.5, 11.5)], arena={"side": [30.0, 12.0]}))
+    expected = [(0.5, -0.5), (0.5, 11.5), (30.5, -0.5), (30.5, 11.5)]
+    assert sorted(patch.center for patch in discs(ax, 2.0)) == expected
+
+
+def test_robots_are_as_large_as_they_are():
+    ax = plot_arena(swarm_at([(5.0, 5.0)], robots={"diameter": 3.0}))
+    assert [patch.center for patch in discs(ax, 1.5)] == [(5.0, 5.0)]
+
+
+# --- What isn't a swarm, results or axes ---
+
+
+@pytest.mark.parametrize("wrong", [None, 5, "x", [], {}, Scenario(), SimpleNamespace(scenario=None)])
+def test_what_isnt_a_swarm_is_told(wrong):
+    with pytest.raises(FeasibeeError, match="must be a Swarm"):
+        plot_arena(wrong)
+
+
+@pytest.mark.parametrize("wrong", [5, "x", [], Figure()])
+def test_what_isnt_axes_is_told(wrong):
+    uses = (
+        lambda: plot_arena(swarm_at([(5.0, 5.0)]), wrong),
+        lambda: plot_opinions(RESULTS, wrong),
+        lambda: plot_decision_steps(RESULTS, wrong),
+        lambda: plot_decisions([1.0], {"feasible": [wilson(1, 2)]}, wrong),
+    )
+    for use in uses:
+        with pytest.raises(FeasibeeError, match="must be Axes of matplotlib"):
+            use()
+
+
+@pytest.mark.parametrize("wrong", [None, 5, "x", [RESULTS], {"a": 5}])
+def test_what_isnt_results_is_told(wrong):
+    for use in (plot_opinions, plot_decision_steps):
+        with pytest.raises(FeasibeeError, match="must be a Dataset"):
+            use(wrong)
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 1.5, "x", [5]])
+def test_an_end_that_isnt_a_step_is_told(wrong):
+    with pytest.raises(FeasibeeError, match=r"until = .* must be a whole number"):
+        plot_opinions(RESULTS, until=wrong)
+
+
+@pytest.mark.parametrize("wrong", [[], [0.0], [-1.0], [np.nan], [np.inf], ["x"], None, 5, [[1.0]], [10**400]])
+def test_ratios_that_cant_be_are_told(wrong):
+    with pytest.raises(FeasibeeError, match="must be numbers above 0"):
+        plot_decisions(wrong, {"feasible": [wilson(1, 2)]})
+
+
+@pytest.mark.parametrize(
+    "wrong", [None, {}, {"nope": []}, {"feasible": []}, {"feasible": [1]}, {"feasible": None}, [wilson(1, 2)]]
+)
+def test_rates_that_cant_be_are_told(wrong):
+    with pytest.raises(FeasibeeError, match="rates"):
+        plot_decisions([1.0], wrong)
+
+
 # --- Opinions over time ---
 
 

@@ -8,6 +8,7 @@ import json
 from contextlib import suppress
 from pathlib import Path
 
+import h5netcdf
 import numpy as np
 import pytest
 import xarray as xr
@@ -291,3 +292,68 @@ def test_results_of_someone_else_are_told_with_their_file(tmp_path, recipe):
 def test_a_dataset_of_someone_else_is_told(function):
     with pytest.raises(FeasibeeError, match="recipe"):
         function(xr.Dataset({"a": ("x", [1, 2])}))
+
+
+# --- Saving as CSV, and kinds that aren't known ---
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a", "a.parquet"])
+def test_results_are_saved_in_known_kinds_only(tmp_path, name):
+    with pytest.raises(FeasibeeError, match=r"unknown kind of file; end it with \.nc or \.csv"):
+        save_results(label(RECORD, SCENARIO, 0), tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_one_run_alone_has_no_table(tmp_path):
+    with pytest.raises(FeasibeeError, match="no runs to write"):
+        save_results(label(RECORD, SCENARIO, 0).isel(run=0), tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("wrong", [None, 5, "a.nc", {"recipe": "{}"}, xr.DataArray([1])])
+def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
+    for use in (scenario_of, lambda each: save_results(each, tmp_path / "a.nc")):
+        with pytest.raises(FeasibeeError, match=r"must be a Dataset; take what feasibee\.simulate returns"):
+            use(wrong)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "recipe",
+    [
+        "[" * 100_000,
+        '{"scenario": ' * 50_000,
+        "[]",
+        "5",
+        '"scenario"',
+        '{"scenario": 5}',
+        '{"scenario": null}',
+        "",
+        5,
+        [1.0, 2.0],
+        "NaN",
+    ],
+)
+def test_a_recipe_that_isnt_one_is_told(tmp_path, recipe):
+    """Deep nesting ended in a RecursionError."""
+    xr.Dataset(attrs={"recipe": recipe}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with pytest.raises(FeasibeeError, match=r"a\.nc: these aren't results of feasibee: no recipe"):
+        open_results(tmp_path / "a.nc")
+
+
+def test_a_small_file_that_claims_to_be_huge_is_told(tmp_path):
+    with h5netcdf.File(tmp_path / "a.nc", "w") as file:
+        file.attrs["recipe"] = label(RECORD, SCENARIO, 0).attrs["recipe"]
+        file.dimensions = {"run": 10**6, "step": 10**6}
+        file.create_variable("feasible_count", ("run", "step"), "i4", chunks=(1000, 1000))
+    assert (tmp_path / "a.nc").stat().st_size < 10_000
+    with pytest.raises(FeasibeeError, match="it holds 3725 GiB, over 20; name a file"):
+        open_results(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize(
+    "path", ["/dev/zero", "/dev/null", "/", "a\0b", "x" * 5000, "http://localhost:1/a.nc"]
+)
+def test_what_isnt_a_plain_file_is_never_opened(path):
+    with pytest.raises(FeasibeeError, match="can't be read as NetCDF: isn't a plain file") as caught:
+        open_results(path)
+    assert len(str(caught.value)) <= 400

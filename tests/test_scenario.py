@@ -10,7 +10,7 @@ import re
 import tomllib
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -619,6 +619,17 @@ BEYOND_WRONG = [
     ),
     ({"faults": {"stopped": 0.5, "byzantine": 0.4, "stubborn": 0.2}}, ["faults = 1.1: "]),
     (
+        {"robots": {"count": 3}, "faults": {"stopped": 0.5, "stubborn": 0.5}},
+        ["faults = '4 robots': shares are rounded to whole robots, here 2 stopped, 0 byzantine, 2 stubborn"],
+    ),
+    (
+        {
+            "robots": {"classes": [{**LIFTERS, "count": 3}]},
+            "faults": dict.fromkeys(("stopped", "byzantine"), 0.5),
+        },
+        ["faults = '4 robots': "],
+    ),
+    (
         {"arena": {"boundary": "walls", "side": [9.0, 5.0]}, "robots": {"diameter": 5.0}},
         ["robots.diameter = 5.0: must be less than the arena's shorter side"],
     ),
@@ -1190,3 +1201,27 @@ def test_numbers_of_an_array_are_numbers():
     assert Scenario().replace({"tasks.count": np.int64(50)}) == Scenario(tasks={"count": 50})
     with pytest.raises(ScenarioError, match="must be a whole number"):
         Scenario(robots={"count": np.float64(7.5)})
+
+
+# --- Shares of faults ---
+
+
+@given(
+    st.integers(1, 30),
+    st.lists(st.sampled_from([0, 0.1, 0.25, 1 / 3, 0.34, 0.5, 0.625, 1.0]), min_size=3, max_size=3),
+)
+def test_faults_are_whole_robots_of_the_swarm_or_an_error_with_a_remedy_that_holds(robots, shares):
+    faults = dict(zip(("stopped", "byzantine", "stubborn"), shares, strict=True))
+    rounded = [int(share * robots + 0.5) for share in shares]
+    assume(sum(shares) <= 1)
+    try:
+        scenario = Scenario(robots={"count": robots}, faults=faults)
+    except ScenarioError as error:
+        assert sum(rounded) > robots
+        path, value = str(error).rpartition("such as ")[2].split(" = ")
+        faults[path.removeprefix("faults.")] = float(value)
+        scenario = Scenario(robots={"count": robots}, faults=faults)
+        assert sum(scenario.faulty) == robots
+    else:
+        assert list(scenario.faulty) == rounded
+        assert scenario.counted(0) == robots - rounded[0] - rounded[1]

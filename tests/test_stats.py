@@ -12,7 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feasibee import decision_counts, decision_rates, decision_times, wilson
-from feasibee.stats import accuracy, confidence_sequence, opinion_quartiles
+from feasibee.stats import (
+    accuracy,
+    bits_per_robot_and_step,
+    confidence_sequence,
+    opinion_quartiles,
+    paired_difference,
+    pareto,
+)
 
 # --- Wilson's interval ---
 
@@ -90,7 +97,7 @@ def test_more_confidence_and_fewer_trials_are_wider():
 
 @pytest.mark.parametrize(("successes", "trials"), [(0, 0), (-1, 10), (11, 10), (0, -1), (math.nan, 10)])
 def test_impossible_counts_are_refused(successes, trials):
-    with pytest.raises(ValueError, match="successes <= trials"):
+    with pytest.raises(ValueError, match=r"must be (a whole number from 0 to|at least one trial)"):
         wilson(successes, trials)
 
 
@@ -268,7 +275,7 @@ def test_before_the_first_trial_nothing_is_known():
 
 @pytest.mark.parametrize(("successes", "trials"), [(-1, 10), (11, 10), (0, -1), (math.nan, 10)])
 def test_a_sequence_of_impossible_counts_is_refused(successes, trials):
-    with pytest.raises(ValueError, match="successes <= trials"):
+    with pytest.raises(ValueError, match=r"must be (a whole number from 0 to|at least one trial)"):
         confidence_sequence(successes, trials)
 
 
@@ -303,3 +310,152 @@ def test_looking_after_every_trial_refutes_the_truth_no_more_often_than_said(rat
 @pytest.mark.parametrize("rate", [0.5, 0.9])
 def test_wilsons_interval_looked_at_every_10_trials_fails_far_more_often_than_said(rate):
     assert ever_refuted(wilson, rate, range(10, 1001, 10)) > 0.2
+
+
+# --- Extremes: nothing overflows, nothing that isn't a number of runs passes for one ---
+
+
+def test_bits_beyond_64_bits_are_summed_exactly():
+    """Two runs of 2**62 bits each: a sum in 64 bits would be negative."""
+    most = 2**62
+    assert bits_per_robot_and_step([most, most], [-1, -1], 1, 2**31, False) == 2 * most / (2 * 2**31)
+    many = bits_per_robot_and_step([2**63 - 1] * 5, [-1] * 5, 2**20, 10**9, False)
+    assert many == 5 * (2**63 - 1) / (5 * 2**20 * 10**9)
+
+
+def test_bits_of_runs_that_stop_at_step_0_are_none_a_step():
+    assert bits_per_robot_and_step([0], [0], 10, 1000, True) == 0.0
+    assert bits_per_robot_and_step([60], [2], 10, 1000, True) == 3.0
+    assert bits_per_robot_and_step([60], [-1], 10, 1000, True) == 60 / 10_000
+
+
+def test_quartiles_at_the_latest_steps_there_can_be():
+    last = 10**9
+    assert decision_times([last]) == (last, last, last)
+    assert decision_times([2**31, 2**62, -1, -1]) == (2**31, 2**62, None)
+    assert decision_times([-1]) == decision_times([]) == (None, None, None)
+
+
+def test_rates_of_one_run_and_of_none_that_decided():
+    assert decision_counts([-1, -1]) == {"feasible": 0, "infeasible": 0, "undecided": 2}
+    assert decision_rates([0])["infeasible"] == wilson(1, 1)
+    assert accuracy([-1] * 7, False) == wilson(0, 7)
+
+
+def test_a_rate_of_very_many_runs_has_an_interval():
+    rate, low, high = wilson(2**52, 2**53)
+    assert low < rate == 0.5 < high
+    assert high - low < 1e-7
+
+
+def test_numbers_of_other_libraries_are_numbers():
+    once = wilson(3, 10)
+    assert wilson(np.int64(3), np.uint8(10)) == wilson(3.0, np.float64(10)) == once
+    assert decision_counts(np.array([1.0, -1.0])) == {"feasible": 1, "infeasible": 0, "undecided": 1}
+    assert decision_counts([True, False]) == {"feasible": 1, "infeasible": 1, "undecided": 0}
+
+
+WRONG = [None, "x", b"x", {}, [None], ["x"], [object()], object(), 1j, {1, 2}]
+"""What is no array of numbers."""
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize(
+    "use",
+    [
+        decision_counts,
+        decision_rates,
+        decision_times,
+        lambda each: accuracy(each, True),
+        lambda each: opinion_quartiles(each, 10),
+        lambda each: bits_per_robot_and_step(each, [1], 1, 1, False),
+        lambda each: bits_per_robot_and_step([1], each, 1, 1, False),
+        lambda each: paired_difference(each, [True]),
+        lambda each: paired_difference([True], each),
+    ],
+)
+def test_what_isnt_numbers_is_a_type_error(use, wrong):
+    """None of them decided, it was said of ["x"]: {'feasible': 0, 'infeasible': 0, 'undecided': 0}."""
+    with pytest.raises(TypeError, match=r"must be whole numbers$"):
+        use(wrong)
+
+
+@pytest.mark.parametrize("wrong", [*WRONG, [1], np.array([1, 2])])
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda each: wilson(each, 10),
+        lambda each: wilson(1, each),
+        lambda each: confidence_sequence(each, 10),
+        lambda each: confidence_sequence(1, each),
+        lambda each: bits_per_robot_and_step([1], [1], each, 1, False),
+        lambda each: bits_per_robot_and_step([1], [1], 1, each, False),
+        lambda each: opinion_quartiles([[1]], each),
+    ],
+)
+def test_what_isnt_a_number_is_a_type_error(use, wrong):
+    with pytest.raises(TypeError, match=r"must be a whole number$"):
+        use(wrong)
+
+
+@pytest.mark.parametrize("wrong", [-1, 1.5, math.nan, math.inf, 10**400, -(10**400)])
+@pytest.mark.parametrize("use", [wilson, confidence_sequence])
+def test_what_isnt_whole_is_a_value_error(use, wrong):
+    for numbers in ((wrong, 10), (1, wrong)):
+        with pytest.raises(ValueError, match="must be a whole number from 0 to"):
+            use(*numbers)
+
+
+@pytest.mark.parametrize("wrong", [0, 1, -0.5, 1.5, math.nan, math.inf, 1 - 2**-53, 10**400, True])
+def test_a_confidence_that_none_is_is_refused(wrong):
+    uses = (
+        lambda: wilson(1, 2, wrong),
+        lambda: confidence_sequence(1, 2, wrong),
+        lambda: paired_difference([True], [False], wrong),
+        lambda: decision_rates([1], wrong),
+        lambda: accuracy([1], True, wrong),
+    )
+    for use in uses:
+        with pytest.raises(ValueError, match="must be between 0 and 1"):
+            use()
+    with pytest.raises(TypeError, match="must be a number"):
+        wilson(1, 2, "0.95")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "rule"),
+    [
+        ([2], "must be 1 feasible, 0 infeasible, or -1"),
+        ([-2, 1], "must be 1 feasible, 0 infeasible, or -1"),
+        ([0.5], "must be whole numbers"),
+        ([math.nan], "63 bits"),
+        ([2**64 - 1], "63 bits"),
+        (1, "has 0 dimensions: must have 1, a number a run"),
+        ([[1, 0]], "has 2 dimensions: must have 1, a number a run"),
+    ],
+)
+def test_what_isnt_decisions_is_refused(wrong, rule):
+    for use in (decision_counts, decision_rates, lambda each: accuracy(each, True)):
+        with pytest.raises(ValueError, match=rule):
+            use(wrong)
+
+
+def test_arrays_that_dont_fit_are_refused():
+    for use, rule in (
+        (lambda: opinion_quartiles([1, 2], 10), "has 1 dimensions: must have 2"),
+        (lambda: opinion_quartiles(np.zeros((0, 5), int), 10), "at least one run, step and robot"),
+        (lambda: opinion_quartiles([[1]], 0), "at least one run, step and robot"),
+        (lambda: bits_per_robot_and_step([1, 2], [1], 1, 1, False), "2 and 1 runs"),
+        (lambda: paired_difference([2], [1]), "must be True or False"),
+        (lambda: pareto([1.0], []), "1 costs and 0 gains"),
+        (lambda: pareto([math.nan], [1.0]), "must be as many numbers of both"),
+    ):
+        with pytest.raises(ValueError, match=rule):
+            use()
+
+
+@pytest.mark.parametrize("wrong", [None, "x", [True], 1.0])
+def test_a_truth_is_true_or_false(wrong):
+    for use in (lambda: accuracy([1], wrong), lambda: bits_per_robot_and_step([1], [1], 1, 1, wrong)):
+        with pytest.raises(TypeError, match="must be True or False"):
+            use()

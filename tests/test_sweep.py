@@ -31,7 +31,7 @@ from feasibee.study.journal import Journal
 from feasibee.study.plan import Until, study_of
 from feasibee.study.schema import NAME
 from feasibee.study.sweep import Crew, Progress, is_sure, play, sweep
-from feasibee.study.table import share, summaries
+from feasibee.study.table import KINDS, share, summaries
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -929,8 +929,8 @@ RECIPES = [(point.scenario.hash, 5) for point in study().points]
 def test_an_export_has_a_row_a_run(results, tmp_path, kind):
     if kind == "parquet":
         pytest.importorskip("pyarrow")
-    path = tmp_path / "runs"
-    assert f"144 runs are in {path}" in output_of("export", results, "--to", kind, "--out", path)
+    path = tmp_path / f"runs{KINDS[kind]}"
+    assert f"144 runs are in {path}" in output_of("export", results, "--out", path)
     frame = exported(kind, path)
     assert len(frame) == 144
     assert list(frame.columns)[:6] == ["point", *VARIED, "seed", "truth", "run"]
@@ -947,7 +947,15 @@ def test_an_export_has_a_row_a_run(results, tmp_path, kind):
 def test_an_export_lies_beside_the_journal(results, kind, name):
     output_of("export", results, "--to", kind)
     assert (results / name).is_file()
-    assert "can't be written" in refused("export", results, "--to", kind, "--out", results / "no" / "a")
+    assert "can't be written" in refused("export", results, "--out", results / "no" / name)
+
+
+@pytest.mark.parametrize("words", [["a.nc", "--to", "csv"], ["a.csv", "--to", "parquet"], ["a.txt"], ["a"]])
+def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, words):
+    assert f"{words[0]}: unknown kind of file; end it with ." in refused(
+        "export", results, "--out", tmp_path / words[0], *words[1:]
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
@@ -961,14 +969,15 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
         {"arena.side": [7.0, [6.0, 5.0]], "radio.id_bits": [4]},
     ):
         sweep(study(runs=2, sweep=varied), tmp_path, crews.threads(1))
-    output_of("export", tmp_path, "--to", kind, "--out", tmp_path / "runs")
+    path = tmp_path / f"runs{KINDS[kind]}"
+    output_of("export", tmp_path, "--to", kind, "--out", path)
     if kind == "netcdf":
         import xarray as xr
 
-        with xr.open_dataset(tmp_path / "runs", engine="h5netcdf") as dataset:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
             frame = dataset.load().to_dataframe()
     else:
-        frame = exported(kind, tmp_path / "runs")
+        frame = exported(kind, path)
     assert frame["tasks.count"].tolist() == [3, 3, 4, 4, *[20] * 6]
     np.testing.assert_allclose(frame["radio.loss"], [0, 0, 0, 0, 0.1, 0.1, 0, 0, 0, 0])
     assert frame["robots.avoid_collisions"].astype(bool).tolist() == [*[False] * 4, True, True, *[False] * 4]
@@ -979,7 +988,7 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
 def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     assert "install feasibee[parquet]" in refused(
-        "export", results, "--to", "parquet", "--out", tmp_path / "a"
+        "export", results, "--to", "parquet", "--out", tmp_path / "a.parquet"
     )
     assert list(tmp_path.iterdir()) == []
 

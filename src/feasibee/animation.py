@@ -16,11 +16,11 @@ import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError
-from feasibee.files import check_writable, whole_file
+from feasibee.files import check_output, whole_file
 from feasibee.frames import DARK, LIGHT, Painter, frame
 from feasibee.palette import COLOURS, TASK
 from feasibee.scenario import Scenario
-from feasibee.simulation import check_numbers, simulate_record
+from feasibee.simulation import check_numbers, check_progress, check_scenario, pair, simulate_record, whole
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import UNDECIDED
 
@@ -83,11 +83,12 @@ def animate(
     >>> from feasibee.animation import animate
     >>> animate(feasibee.Scenario(), "run.gif", seed=1)  # doctest: +SKIP
     """
-    path = Path(path)
+    path, scenario = Path(path), check_scenario(scenario)
+    check_progress(progress)
     _, seed, run = check_numbers(1, seed, run, "run")
     _check(path, every, fps, size)
     start, end = _span(scenario, seed, run, steps)
-    shown = [end] if path.suffix.lower() == ".png" else list(range(start, end + 1, every))
+    shown = range(end, end + 1) if path.suffix.lower() == ".png" else range(start, end + 1, every)
     if len(shown) > FRAMES_LIMIT:
         raise FeasibeeError(
             f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; "
@@ -101,34 +102,29 @@ def animate(
 
 def _check(path: Path, every: int, fps: int, size: int) -> None:
     """Refuse, before the work, what can't be written."""
-    suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise FeasibeeError(f"{path}: unknown kind of animation; end it with {', '.join(SUFFIXES)}")
+    suffix = check_output(path, SUFFIXES)
+    for name, value, low, high in (
+        ("fps", fps, 1, 120),
+        ("size", size, 240, 4096),
+        ("every", every, 1, 10**9),
+    ):
+        whole(name, value, low, high)
     if suffix == ".mp4":
         _ffmpeg(path)
     if suffix == ".gif" and fps not in GIF_RATES:
         known = ", ".join(map(str, GIF_RATES))
         rule = f"a GIF counts in hundredths of a second: must be one of {known}"
         raise FeasibeeError(f"fps = {fps}: {rule}; choose one, or write .mp4 or .webp")
-    for name, value, low, high in (
-        ("fps", fps, 1, 120),
-        ("size", size, 240, 4096),
-        ("every", every, 1, 10**9),
-    ):
-        if not low <= value <= high:
-            raise FeasibeeError(f"{name} = {value}: must be from {low} to {high}; choose one")
-    check_writable(path)
 
 
 def _span(scenario: Scenario, seed: int, run: int, steps: tuple[int, int] | None) -> tuple[int, int]:
     """Return the first and the last step to show."""
     last = scenario.run.steps
     if steps is not None:
-        start, end = steps
-        if not 0 <= start <= end <= last:
-            raise FeasibeeError(
-                f"steps = {start}:{end}: must lie between 0 and run.steps = {last}, in order; choose others"
-            )
+        start, end = pair("steps", steps)
+        if end > last:
+            rule = f"must lie between 0 and run.steps = {last}"
+            raise FeasibeeError(f"steps = {start}:{end}: {rule}; choose others")
         return start, end
     record = simulate_record(scenario, 1, seed, first_run=run)
     decided = int(record.decision_step[0])
@@ -142,7 +138,7 @@ def _frames(
     seed: int,
     run: int,
     span: tuple[int, int],
-    shown: list[int],
+    shown: range,
     size: int,
     dark: bool,
     progress: Callable[[float], None] | None,

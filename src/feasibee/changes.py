@@ -1,20 +1,76 @@
-"""Changes to nested tables by dotted paths."""
+"""Nested tables: read from TOML, and changed by dotted paths."""
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from typing import Any
 
-from feasibee.errors import Problem
+from feasibee.errors import FeasibeeError, Problem
+
+DEEPEST = 8
+"""Tables and lists that a path may lead through; robots.classes.0.skills.0 leads through four."""
+_PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{4 * DEEPEST}}}")
+"""A dotted key of so many parts takes tomllib a time and room that grow with their square."""
+
+
+def toml_tables(text: str, source: str) -> dict[str, Any]:
+    """Read tables from TOML; ``source`` names the text in errors.
+
+    Raises
+    ------
+    FeasibeeError
+        If it isn't TOML, or nested more deeply than any scenario or study.
+    """
+    try:
+        if _LONG_KEY.search(text):
+            raise RecursionError
+        tables = tomllib.loads(text)
+        _check_depth(tables)
+    except RecursionError:
+        raise FeasibeeError(f"{source}: nested too deeply; no table or list needs over {DEEPEST}") from None
+    except ValueError as error:
+        raise FeasibeeError(f"{source}: not TOML: {error}; mend it there") from None
+    return tables
+
+
+def _check_depth(tables: dict[str, Any]) -> None:
+    """Raise a RecursionError if tables and lists are nested more deeply than `DEEPEST`."""
+    level: list[Any] = [tables]
+    for _ in range(DEEPEST + 1):
+        inner = [each.values() if isinstance(each, dict) else each for each in level]
+        level = [each for values in inner for each in values if isinstance(each, dict | list)]
+    if level:
+        raise RecursionError
 
 
 def read_value(text: str) -> Any:
     """Read a value that somebody typed: TOML or else plain text."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
+        return toml_value(text)
+    except ValueError:
         return text.strip()
+
+
+def toml_value(text: str) -> Any:
+    """Read one value in TOML, with nothing before or after it.
+
+    Between braces TOML allows neither a second line nor a comment; between brackets no brace may be closed.
+
+    Raises
+    ------
+    ValueError
+        If it isn't one.
+    """
+    try:
+        braced, listed = tomllib.loads(f"it = {{ value = {text} }}"), tomllib.loads(f"it = [ {text}\n]")
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if braced.keys() != {"it"} or braced["it"].keys() != {"value"} or len(listed["it"]) != 1:
+        raise ValueError("not one value")
+    return braced["it"]["value"]
 
 
 def with_changes(
@@ -28,7 +84,7 @@ def with_changes(
     problems = []
     for path, value in changes.items():
         *way, last = path.split(".")
-        if not (way or path == "preset") or "" in (*way, last):
+        if not (way or path == "preset") or "" in (*way, last) or len(way) > DEEPEST:
             rule = "isn't the path of a field"
             problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
             continue
@@ -37,7 +93,7 @@ def with_changes(
             for part in way:
                 table = _step_into(table, part)
             if isinstance(table, list):
-                table[int(last)] = value
+                table[place(last)] = value
             else:
                 table[last] = value
         except (AttributeError, LookupError, TypeError, ValueError):
@@ -53,10 +109,17 @@ def _open(value: Any) -> Any:
     return [_open(each) for each in value] if isinstance(value, tuple | list) else value
 
 
+def place(part: str) -> int:
+    """Return the place in a list that a part of a path names, from 0."""
+    if not (part.isascii() and part.isdigit()):
+        raise ValueError(part)
+    return int(part)
+
+
 def _step_into(table: Any, part: str) -> Any:
     """Return what is in a table or list, which has it from now on."""
     if isinstance(table, list):
-        return table[int(part)]
+        return table[place(part)]
     if table.get(part) is None:
         table[part] = {}
     return table[part]

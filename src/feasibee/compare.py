@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,9 +119,10 @@ def contenders_of(
     if strategies and presets:
         raise FeasibeeError("strategies and presets: can't be compared at once; name one kind")
     names = list(presets or strategies or STRATEGIES)
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise FeasibeeError(f"{twice[0]}: is named twice; name it once")
     for name in names:
-        if names.count(name) > 1:
-            raise FeasibeeError(f"{name}: is named twice; name it once")
         if presets and name not in (DEFAULT, *PRESETS):
             known = ", ".join([DEFAULT, *PRESETS])
             raise FeasibeeError(f"{name}: is no preset; choose from {known}")
@@ -130,8 +132,8 @@ def contenders_of(
         changes = [{"decision.strategy": name, "decision.parameters": {}} for name in names]
         own = scenario.decision.strategy
         changes = [{} if name == own else each for name, each in zip(names, changes, strict=True)]
-    short = [Path(name).name for name in names]
-    labels = [brief if short.count(brief) == 1 else name for brief, name in zip(short, names, strict=True)]
+    short = Counter(Path(name).name for name in names)
+    labels = [Path(name).name if short[Path(name).name] == 1 else name for name in names]
     return {
         label: scenario.replace({**each, "run.stop_at_decision": False})
         for label, each in zip(labels, changes, strict=True)
@@ -193,7 +195,8 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Sum up the runs of one contender."""
     feasible = truth(scenario)
     held = record.feasible_count if feasible else record.infeasible_count
-    counted = np.array([scenario.counted(step) for step in range(held.shape[1])])
+    stop = scenario.faults.stop_step
+    counted = np.where(np.arange(held.shape[1]) < stop, scenario.counted(0), scenario.counted(stop))
     needed = exact(scenario.decision.threshold)
     right = held * needed.denominator > counted * needed.numerator
     most = np.maximum(record.feasible_count[:, -1], record.infeasible_count[:, -1])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.geometry import images
 from feasibee.palette import COLOURS, TASK
 from feasibee.vocabulary import DECISIONS, INFEASIBLE, NO_OPINION
 
@@ -160,12 +161,11 @@ def draw_arena(
     width, height = (max(1, round(side * scale)) for side in size)
     radius = max(LEAST, round(diameter / 2 * scale))
     detailed = radius >= DETAILED
-    parts = [_triangles(_places(tasks, scale, height, 0, None), radius, detailed)]
-    around = None if walls else (width, height)
+    parts = [_triangles(_places(tasks, scale, (width, height), 0, walls), radius, detailed)]
     for opinion, name in DECISIONS.items():
         for tells in (False, True):
             chosen = positions[(opinions == opinion) & (disseminating == tells)]
-            spots = _places(chosen, scale, height, round(1.5 * radius), around)
+            spots = _places(chosen, scale, (width, height), round(1.5 * radius), walls)
             colour = COLOURS[name]
             if detailed and tells:
                 parts += [_dots(spots, 2.8 * radius, colour), _dots(spots, 2.4 * radius, "#fff")]
@@ -191,16 +191,12 @@ def draw_arena(
 
 
 def _places(
-    units: NDArray[np.float64], scale: float, height: int, reach: int, around: tuple[int, int] | None
+    units: NDArray[np.float64], scale: float, size: tuple[int, int], reach: int, walls: bool
 ) -> list[list[int]]:
-    """Return where things are in a drawing, y downward, and on a torus all of each that shows."""
+    """Return where things show in a drawing, y downward."""
     places = np.rint(units.reshape(-1, 2) * scale).astype(np.int64)
-    places[:, 1] = height - places[:, 1]
-    for axis, side in enumerate(around or ()):
-        shift = np.array([side, 0] if axis == 0 else [0, side])
-        low, high = places[places[:, axis] < reach] + shift, places[places[:, axis] > side - reach] - shift
-        places = np.concatenate([places, low, high])
-    listed: list[list[int]] = places.tolist()
+    places[:, 1] = size[1] - places[:, 1]
+    listed: list[list[int]] = images(places, reach, size, walls)[0].tolist()
     return listed
 
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 from typing import Any, NamedTuple, Protocol
 
+from feasibee.errors import FeasibeeError, quoted
 from feasibee.sections import RobotClass, Robots, TaskClass, Tasks
 
 ANY = "any"
@@ -117,6 +118,9 @@ def explain(scenario: Team) -> Verdict:
     >>> explain(Scenario(robots=robots, tasks=tasks)).violator
     Violator(skills=('lift',), demand=6, robots=5)
     """
+    sections = getattr(scenario, "robots", None), getattr(scenario, "tasks", None)
+    if not isinstance(sections[0], Robots) or not isinstance(sections[1], Tasks):
+        raise FeasibeeError(f"scenario = {quoted(scenario)}: must be a Scenario; write Scenario(...)")
     robots, tasks = _classes(scenario)
     demand: Counter[str] = Counter()
     for each in tasks:

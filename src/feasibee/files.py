@@ -11,12 +11,16 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-from feasibee.errors import FeasibeeError, one_line
+from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
 
 TEXT_LIMIT = 2**20
 """Bytes of a scenario, a study or a strategy: a thousand times what people write."""
-TABLE_LIMIT = 64 * 2**20
+TABLE_LIMIT = 32 * 2**20
 """Bytes of a table of points or of a design."""
+FIGURES = (".png", ".pdf", ".svg")
+"""Suffixes of figures."""
+RESULTS = (".nc", ".csv")
+"""Suffixes of saved results."""
 
 
 class UnreadableError(FeasibeeError):
@@ -46,7 +50,7 @@ def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
     """
     text, why = _text_of(Path(path), limit)
     if why:
-        error = UnreadableError(f"{one_line(str(path), 200)}: can't be read: {why}; name {what}")
+        error = UnreadableError(f"{_named(path)}: can't be read: {why}; name {what}")
         error.why = why
         raise error
     return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -71,9 +75,26 @@ def _text_of(path: Path, limit: int) -> tuple[str, str]:
     return text, "it holds a NUL, as no text does" if "\0" in text else ""
 
 
+def lines_of(text: str) -> Iterator[str]:
+    """Yield the lines of a text, one at a time: a list of them takes several times its room."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start) + 1 or len(text)
+        yield text[start:end]
+        start = end
+
+
 def why_not(error: OSError | ValueError) -> str:
     """Return in words why the system refuses a path; a ValueError is about a character in it, such as NUL."""
     return (error.strerror or str(error)) if isinstance(error, OSError) else "it can't be a file's name"
+
+
+def is_file(path: str | Path) -> bool:
+    """Tell whether a path is that of a plain file; no name is too long or too odd to ask."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
 
 
 @contextmanager
@@ -93,9 +114,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else _usual_permissions())
         temporary.replace(target)
     except OSError as error:
-        raise FeasibeeError(
-            f"{target}: can't be written: {error.strerror or error}; free some room"
-        ) from None
+        raise FeasibeeError(f"{_named(target)}: can't be written: {why_not(error)}; free some room") from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -108,26 +127,51 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
         writer.writerows(rows)
 
 
-def check_writable(path: str | Path) -> None:
-    """Raise the error of `whole_file` now, before the work whose outcome couldn't be written."""
+def check_output(path: str | Path, suffixes: Sequence[str], option: str = "") -> str:
+    """Raise an error now, before the work, if its outcome couldn't be written; return the path's suffix.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; its suffix says in which format it is to be.
+    suffixes : sequence of str
+        Those that are known, such as ``".csv"``.
+    option : str
+        Which option named it, for the error.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
+        known = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}" if len(suffixes) > 1 else suffixes[0]
+        raise FeasibeeError(f"{option} {_named(path)}: unknown kind of file; end it with {known}".lstrip())
     _beside(path)[1].unlink()
+    return suffix
+
+
+def _named(path: str | Path) -> str:
+    return one_line(str(path), LINE_LIMIT // 2)
 
 
 def _beside(path: str | Path) -> tuple[Path, Path]:
     """Return the file that a path names, and an empty temporary one in its folder."""
-    target = Path(path)
-    if target.exists() and not target.is_file():
-        raise FeasibeeError(f"{target}: isn't a plain file; name another")
-    target = target.resolve() if target.is_symlink() else target
+    target, suffix = Path(path), Path(path).suffix[-20:]  # writers go by the name given, not by a link's end
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
-    except OSError as error:
-        why = error.strerror
-        raise FeasibeeError(
-            f"{target}: can't be written: {why}; name a folder that you may write to"
-        ) from None
+        if _is_something_else(target):
+            raise FeasibeeError(f"{_named(target)}: isn't a plain file; name another")
+        target = target.resolve() if target.is_symlink() else target
+        handle, name = tempfile.mkstemp(suffix, f".{target.stem[:20]}-", target.parent)
+    except (OSError, ValueError) as error:
+        remedy = "name a file in a folder that you may write to"
+        raise FeasibeeError(f"{_named(target)}: can't be written: {why_not(error)}; {remedy}") from None
     os.close(handle)
     return target, Path(name)
+
+
+def _is_something_else(target: Path) -> bool:
+    """Tell whether there is something that isn't a plain file; a name that can't be is the system's error."""
+    try:
+        return not stat.S_ISREG(target.stat().st_mode)
+    except FileNotFoundError:
+        return False
 
 
 def cache_root() -> Path:
@@ -145,10 +189,10 @@ def check_cache() -> None:
         root.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=root):
             pass
-    except OSError as error:
-        why = error.strerror
+    except (OSError, ValueError) as error:
+        why = why_not(error)
         raise FeasibeeError(
-            f"FEASIBEE_CACHE = {root}: can't be written: {why}; name a folder that you may write to"
+            f"FEASIBEE_CACHE = {_named(root)}: can't be written: {why}; name a folder that you may write to"
         ) from None
 
 
@@ -157,8 +201,10 @@ def make_folder(path: str | Path) -> Path:
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise FeasibeeError(f"{folder}: can't be made: {error.strerror}; name another folder") from None
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(
+            f"{_named(folder)}: can't be made: {why_not(error)}; name another folder"
+        ) from None
     return folder
 
 

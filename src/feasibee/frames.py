@@ -10,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
+from feasibee.errors import FeasibeeError, quoted
 from feasibee.feasibility import truth
+from feasibee.geometry import images
 from feasibee.palette import COLOURS, TASK
 from feasibee.scenario import Scenario
+from feasibee.simulation import pair, whole
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 
@@ -67,6 +70,10 @@ def frame(
     >>> frame(feasibee.Swarm(), size=300).width
     300
     """
+    if not isinstance(swarm, Swarm):
+        raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
+    size = whole("size", size, 24, 8192)
+    span = None if span is None else pair("span", span)
     return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm)
 
 
@@ -149,7 +156,7 @@ class Painter:
         ground = Image.new("RGB", self.arena, self.theme.paper)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
         stamp = _task(round(8 * half) / 8, self.theme)
-        for x, y, _ in self._images(tasks, half * 1.3, np.zeros(len(tasks), np.int64)):
+        for x, y, _ in self._images(tasks, half * 1.3):
             _press(ground, stamp, x, y)
         return ground
 
@@ -158,7 +165,7 @@ class Painter:
         opinions = swarm.opinions.astype(np.int64) + 1
         looks = opinions + 3 * swarm.disseminating + 6 * swarm.counted
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
-        spots = self._images(swarm.positions, reach, np.arange(len(looks)))
+        spots = self._images(swarm.positions, reach)
         if self.radius >= DETAILED_RADIUS * DRAWN:
             self._noses(arena, spots, swarm.headings)
         stamps = [
@@ -182,21 +189,12 @@ class Painter:
             x, y = (DRAWN * round(each / DRAWN) for each in (far_x, far_y))
             pen.line((x, y, x + ahead[robot][0], y + ahead[robot][1]), self.theme.ink, thick)
 
-    def _images(
-        self, places: NDArray[np.float64], reach: float, names: NDArray[np.int64]
-    ) -> list[tuple[float, float, int]]:
-        """Return where in the arena's picture things are, y upward, and on a torus all that shows of them."""
-        width, height = self.arena
-        x = places[:, 0] * self.scale
-        y = height - places[:, 1] * self.scale
-        if self.scenario.arena.boundary == "torus":
-            for axis, side in ((0, width), (1, height)):
-                low, high = ((x, y)[axis] < reach).nonzero()[0], ((x, y)[axis] > side - reach).nonzero()[0]
-                every = np.concatenate([np.arange(x.size), low, high])
-                shift = np.concatenate([np.zeros(x.size), np.full(low.size, side), np.full(high.size, -side)])
-                x, y, names = x[every], y[every], names[every]
-                x, y = (x + shift, y) if axis == 0 else (x, y + shift)
-        return list(zip(x.tolist(), y.tolist(), names.tolist(), strict=True))
+    def _images(self, places: NDArray[np.float64], reach: float) -> list[tuple[float, float, int]]:
+        """Return where in the arena's picture things show, y downward, and which."""
+        pixels = places * self.scale
+        pixels[:, 1] = self.arena[1] - pixels[:, 1]
+        spots, names = images(pixels, reach, self.arena, self.scenario.arena.boundary == "walls")
+        return list(zip(*spots.T.tolist(), names.tolist(), strict=True))
 
     def _edge(self, pen: ImageDraw.ImageDraw) -> None:
         """Draw walls as a thick line, and the edges of a torus, which aren't there, as a faint one."""

@@ -16,16 +16,18 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError
-from feasibee.files import whole_file
+from feasibee.errors import FeasibeeError, quoted
+from feasibee.files import FIGURES, check_output, whole_file
+from feasibee.geometry import images
 from feasibee.palette import COLOURS, TASK
 from feasibee.results import scenario_of
+from feasibee.scenario import Scenario
+from feasibee.simulation import whole
 from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
-ROBOT_DIAMETER = 1.0  # units (model.md 1.2); drawn, and without effect in the paper's setting
 STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -51,6 +53,7 @@ def figure(width: float, height: float, columns: int = 1, **options: Any) -> Ite
 
 def save_figure(drawn: Figure, path: str | Path) -> None:
     """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
+    check_output(path, FIGURES)
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
     with whole_file(path) as temporary, style.context("default"), rc_context(STYLE):
         drawn.savefig(temporary, metadata=metadata)
@@ -72,40 +75,38 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
-    ax = _axes(ax, 3.4, 3.4)
-    side, reach = swarm.scenario.arena.side, swarm.scenario.sensing.range
+    scenario = getattr(swarm, "scenario", None)
+    if not isinstance(scenario, Scenario):
+        raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
+    width, height = scenario.arena.size
+    with _axes(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
+        _draw_robots(axes, swarm, scenario)
+        x, y = swarm.tasks.T
+        look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
+        axes.scatter(x, y, marker="^", s=26, zorder=2, **look)
+        axes.set(xlim=(0, width), ylim=(0, height), xlabel="x (units)", ylabel="y (units)", aspect="equal")
+        ticks = axes.get_xticks() if width >= height else axes.get_yticks()
+        axes.set_xticks([tick for tick in ticks if 0 <= tick <= width])
+        axes.set_yticks([tick for tick in ticks if 0 <= tick <= height])
+        axes.spines[:].set_visible(True)
+        if scenario.arena.boundary == "walls":
+            axes.spines[:].set_linewidth(2.5)
+        _arena_legend(axes)
+        return axes
+
+
+def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
+    """Draw each robot's range, its body in the colour of its opinion, and its number."""
+    reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
+    walls = scenario.arena.boundary == "walls"
     names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
-    for number, (place, opinion) in enumerate(zip(swarm.positions, swarm.opinions, strict=True), start=1):
-        for x, y in _images(place, max(reach, ROBOT_DIAMETER / 2), side):
-            ax.add_patch(Circle((x, y), reach, color="0.5", alpha=0.13, linewidth=0))
-            colour = COLOURS[names[int(opinion)]]
-            ax.add_patch(Circle((x, y), ROBOT_DIAMETER / 2, color=colour, linewidth=0, zorder=3))
-            ax.annotate(
-                str(number),
-                (x, y),
-                color="white",
-                fontsize=5.5,
-                ha="center",
-                va="center_baseline",
-                zorder=4,
-                clip_on=True,
-            )
-    ax.scatter(
-        swarm.tasks[:, 0],
-        swarm.tasks[:, 1],
-        marker="^",
-        s=26,
-        color=TASK,
-        edgecolor="black",
-        linewidth=0.4,
-        zorder=2,
-    )
-    ax.set(xlim=(0, side), ylim=(0, side), xlabel="x (units)", ylabel="y (units)", aspect="equal")
-    ticks = [tick for tick in ax.get_xticks() if 0 <= tick <= side]
-    ax.set(xticks=ticks, yticks=ticks)
-    ax.spines[:].set_visible(True)
-    _arena_legend(ax)
-    return ax
+    places, numbers = images(swarm.positions, max(reach, radius), scenario.arena.size, walls)
+    middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
+    for place, number in zip(map(tuple, places.tolist()), numbers.tolist(), strict=True):
+        colour = COLOURS[names[int(swarm.opinions[number])]]
+        ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
+        ax.add_patch(Circle(place, radius, color=colour, linewidth=0, zorder=3))
+        ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)
 
 
 def plot_opinions(
@@ -127,12 +128,15 @@ def plot_opinions(
     FeasibeeError
         If the results have no curves.
     """
-    named = {"": results} if isinstance(results, xr.Dataset) else results  # a Dataset is a Mapping too
-    if any("feasible_count" not in dataset for dataset in named.values()):
+    if isinstance(results, xr.Dataset) or not isinstance(results, Mapping):  # a Dataset is a Mapping too
+        results = {"": results}
+    scenarios = {name: scenario_of(dataset) for name, dataset in results.items()}
+    if not results or any("feasible_count" not in dataset for dataset in results.values()):
         raise FeasibeeError("the results have no curves; simulate with curves=True")
+    until = None if until is None else whole("until", until, 1, 2**31)
     bands = {
-        str(name): opinion_quartiles(dataset["feasible_count"], scenario_of(dataset).robots.count)
-        for name, dataset in named.items()
+        str(name): opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
+        for name, dataset in results.items()
     }
     return draw_opinion_bands(bands, ax, until)
 
@@ -144,18 +148,18 @@ def draw_opinion_bands(
     colours: Sequence[Any] = (),
 ) -> Axes:
     """Draw quartiles, each of shape (3, steps + 1); a later line has longer dashes."""
-    ax = _axes(ax, 3.6, 2.7)
-    if not colours:
-        several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
-        colours = [COLOURS["feasible"]] if len(bands) == 1 else list(several)
-    for number, (name, (low, median, high)) in enumerate(bands.items()):
-        steps = np.arange(median.size)
-        ax.fill_between(steps, low, high, color=colours[number], alpha=0.15, linewidth=0)
-        dashes = "-" if number == 0 else (0, (1 + 2 * number, 1.2))
-        ax.plot(steps, median, color=colours[number], linewidth=1.4, linestyle=dashes, label=name)
-    ax.set(xlabel="time (steps)", ylabel="opinion feasible (% of robots)", ylim=(-2, 102))
-    ax.set_xlim(0, until or max(median.size - 1 for _, median, _ in bands.values()))
-    return ax
+    with _axes(ax, 3.6, 2.7) as axes:
+        if not colours:
+            several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
+            colours = [COLOURS["feasible"]] if len(bands) == 1 else list(several)
+        for number, (name, (low, median, high)) in enumerate(bands.items()):
+            steps = np.arange(median.size)
+            axes.fill_between(steps, low, high, color=colours[number], alpha=0.15, linewidth=0)
+            dashes = "-" if number == 0 else (0, (1 + 2 * number, 1.2))
+            axes.plot(steps, median, color=colours[number], linewidth=1.4, linestyle=dashes, label=name)
+        axes.set(xlabel="time (steps)", ylabel="opinion feasible (% of robots)", ylim=(-2, 102))
+        axes.set_xlim(0, until or max(median.size - 1 for _, median, _ in bands.values()))
+        return axes
 
 
 def plot_decisions(
@@ -171,18 +175,24 @@ def plot_decisions(
         For ``"feasible"``, ``"infeasible"`` and ``"undecided"``, one interval a ratio.
     ax : matplotlib Axes, optional
         By default a new figure's.
+
+    Raises
+    ------
+    FeasibeeError
+        If a ratio isn't above 0, or there isn't one interval for each.
     """
-    ax = _axes(ax, 3.8, 2.8)
-    ax.axvline(1, color="0.8", linewidth=0.8, zorder=0)
-    _draw_rates(ax, ratios, rates, marker=3.5, line=1.0, bar=0.8)
-    ax.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
-    ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
-    if len(ticks) >= 2:
-        ax.xaxis.set_major_locator(FixedLocator(ticks))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.legend(loc="center left", title="decision", bbox_to_anchor=(1.0, 0.5))
-    return ax
+    _check_rates(ratios, rates)
+    with _axes(ax, 3.8, 2.8) as axes:
+        axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
+        _draw_rates(axes, ratios, rates, marker=3.5, line=1.0, bar=0.8)
+        axes.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
+        ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
+        if len(ticks) >= 2:
+            axes.xaxis.set_major_locator(FixedLocator(ticks))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.legend(loc="center left", title="decision", bbox_to_anchor=(1.0, 0.5))
+        return axes
 
 
 def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -195,29 +205,32 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
-    ax = _axes(ax, 3.6, 2.7)
-    runs, steps = results.sizes["run"], scenario_of(results).run.steps
-    for code, name in DECISIONS.items():
-        if code == UNDECIDED:
-            continue
-        taken = np.sort(results["decision_step"].values[results["decision"].values == code])
-        share = 100 * np.arange(taken.size + 1) / runs
-        ax.step(
-            np.r_[0, taken, steps],
-            np.r_[share, share[-1]],
-            where="post",
-            color=COLOURS[name],
-            linestyle="-" if code == FEASIBLE else "--",
-            label=name,
-        )
-    median = decision_times(results["decision_step"].values).median
-    if median is not None:
-        ax.axvline(
-            median, color="0.6", linewidth=0.8, linestyle=":", label=f"half of the runs: step {median}"
-        )
-    ax.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
-    ax.legend(loc="center right")
-    return ax
+    steps = scenario_of(results).run.steps
+    if not {"decision", "decision_step"} <= set(results.data_vars) or results["decision"].dims != ("run",):
+        raise FeasibeeError("the results have no decisions of runs; take them from feasibee.simulate")
+    runs = results.sizes["run"]
+    with _axes(ax, 3.6, 2.7) as axes:
+        for code, name in DECISIONS.items():
+            if code == UNDECIDED:
+                continue
+            taken = np.sort(results["decision_step"].values[results["decision"].values == code])
+            share = 100 * np.arange(taken.size + 1) / runs
+            axes.step(
+                np.r_[0, taken, steps],
+                np.r_[share, share[-1]],
+                where="post",
+                color=COLOURS[name],
+                linestyle="-" if code == FEASIBLE else "--",
+                label=name,
+            )
+        median = decision_times(results["decision_step"].values).median
+        if median is not None:
+            axes.axvline(
+                median, color="0.6", linewidth=0.8, linestyle=":", label=f"half of the runs: step {median}"
+            )
+        axes.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
+        axes.legend(loc="center right")
+        return axes
 
 
 def spaced_by_ratio(ax: Axes) -> None:
@@ -231,20 +244,37 @@ def spaced_by_ratio(ax: Axes) -> None:
     ax.xaxis.set_minor_formatter(NullFormatter())
 
 
-def _axes(ax: Axes | None, width: float, height: float) -> Axes:
+def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:
+    """Refuse what isn't a ratio above 0 and three numbers for each, by decision."""
+    try:
+        numbers = np.asarray(ratios, np.float64)
+        fit = numbers.ndim == 1 and numbers.size > 0 and bool((np.isfinite(numbers) & (numbers > 0)).all())
+    except (OverflowError, TypeError, ValueError):
+        fit = False
+    if not fit:
+        raise FeasibeeError(f"ratios = {quoted(ratios)}: must be numbers above 0; such as [0.5, 1.0, 2.0]")
+    if not isinstance(rates, Mapping) or not rates or not set(rates) <= set(MARKERS):
+        raise FeasibeeError(f"rates = {quoted(rates)}: must be a dict; its keys are {', '.join(MARKERS)}")
+    for name, intervals in rates.items():
+        try:
+            shape = np.asarray(intervals, np.float64).shape
+        except (OverflowError, TypeError, ValueError):
+            shape = ()
+        if shape != (numbers.size, 3):
+            rule = f"must be {numbers.size} intervals, one a ratio"
+            raise FeasibeeError(f"rates[{name!r}] = {quoted(intervals)}: {rule}; such as [wilson(3, 10)]")
+
+
+@contextmanager
+def _axes(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
+    """Give the axes to draw on: those given, as they are, or a new figure's in the house style."""
     if ax is None:
         with figure(width, height) as (_, made):
-            ax = made
-    return ax
-
-
-def _images(place: NDArray[np.float64], reach: float, side: float) -> Iterator[tuple[float, float]]:
-    """Yield a place and those of its copies beyond the torus's edges whose range reaches into view."""
-    for dx in (-side, 0.0, side):
-        for dy in (-side, 0.0, side):
-            x, y = place[0] + dx, place[1] + dy
-            if -reach < x < side + reach and -reach < y < side + reach:
-                yield x, y
+            yield made
+    elif isinstance(ax, Axes):
+        yield ax
+    else:
+        raise FeasibeeError(f"ax = {quoted(ax)}: must be Axes of matplotlib; leave it out for a new figure")
 
 
 def _arena_legend(ax: Axes) -> None:

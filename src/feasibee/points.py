@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
+from array import array
+from collections.abc import Sequence
 
 from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
-from feasibee.files import TABLE_LIMIT, UnreadableError, read_text
+from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.sections import Point
 
 
-def read_points(path: str, field: str) -> tuple[tuple[Point, ...], list[str], list[Problem]]:
-    """Read a file of points; return them, where each stands, and what is wrong, by line.
+def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int], list[Problem]]:
+    """Read a file of points; return them, the line of each, and what is wrong, by line.
 
     Parameters
     ----------
@@ -24,11 +25,11 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], list[str], li
     try:
         text = read_text(path, "a CSV file of x and y", TABLE_LIMIT)
     except UnreadableError as error:
-        return (), [], [Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")]
+        return (), (), [Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")]
     points: list[Point] = []
-    places: list[str] = []
+    lines = array("L")
     problems: list[Problem] = []
-    reader = csv.reader(io.StringIO(text))
+    reader = csv.reader(lines_of(text), strict=True)
     try:
         for row in reader:
             line, cells = reader.line_num, [cell.strip() for cell in row]
@@ -37,7 +38,7 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], list[str], li
             point = _point(cells)
             if point is not None:
                 points.append(point)
-                places.append(f"{path}, line {line}")
+                lines.append(line)
                 continue
             rule = f"line {line} must be two numbers, x and y"
             problems.append(Problem(field, path, f"{rule}, not {quoted(','.join(row))}", "mend the line"))
@@ -45,7 +46,7 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], list[str], li
                 break
     except csv.Error as error:
         problems.append(Problem(field, path, f"isn't CSV: {error}", "name a CSV file of x and y"))
-    return tuple(points), places, problems
+    return tuple(points), lines, problems
 
 
 def _point(cells: list[str]) -> Point | None:

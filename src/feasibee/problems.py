@@ -19,6 +19,7 @@ WORDS: Final = {
     "less than": "<",
     "a valid integer": "a whole number",
     "a valid boolean": "true or false",
+    "a valid tuple": "a list",
     "a valid ": "a ",
     "Dictionary should have at least 1 item after validation": "must name a skill",
     "Tuple should have at most": "must be at most",

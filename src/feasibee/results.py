@@ -12,14 +12,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, quoted
 from feasibee.feasibility import truth
-from feasibee.files import whole_file
+from feasibee.files import RESULTS, check_output, is_file, whole_file, write_csv
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.vocabulary import DECISIONS, MODEL_VERSION
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
+SIZE_LIMIT = 20 * 2**30
+"""Bytes of results that are opened: two curves of the largest size, and the rest."""
+SAVED = "name a file that feasibee saved"
 
 
 def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
@@ -108,11 +111,15 @@ def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
 
 def recipe_of(dataset: xr.Dataset) -> dict[str, Any]:
     """Return the recipe that a dataset carries."""
+    if not isinstance(dataset, xr.Dataset):
+        raise FeasibeeError(
+            f"results = {quoted(dataset)}: must be a Dataset; take what feasibee.simulate returns"
+        )
     try:
         found = json.loads(dataset.attrs["recipe"])
-    except (KeyError, TypeError, ValueError):
+    except (KeyError, TypeError, ValueError, RecursionError):
         found = None
-    if not isinstance(found, dict) or "scenario" not in found:
+    if not isinstance(found, dict) or not isinstance(found.get("scenario"), dict):
         raise FeasibeeError("these aren't results of feasibee: no recipe in the attributes")
     return found
 
@@ -133,23 +140,39 @@ def scenario_of(dataset: xr.Dataset, *, trust: bool = False) -> Scenario:
 
 
 def save_results(dataset: xr.Dataset, path: str | Path) -> None:
-    """Save results as NetCDF: the file is whole or not there.
+    """Save results as NetCDF or as CSV: the file is whole or not there.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `feasibee.simulate`.
     path : path
-        Usually with the suffix ``.nc``.
+        Ending with ``.nc`` for NetCDF, which holds everything; or with ``.csv`` for a table with a row a run,
+        without the opinions at each step and without the recipe.
 
     Raises
     ------
     FeasibeeError
-        If it can't be written.
+        If the suffix is another, the dataset isn't of feasibee, or the file can't be written.
     """
+    kind = check_output(path, RESULTS)
+    recipe_of(dataset)
+    if kind == ".csv":
+        _write_runs(dataset, Path(path))
+        return
     packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
     with whole_file(path) as temporary:
         dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+
+
+def _write_runs(dataset: xr.Dataset, path: Path) -> None:
+    """Write a row a run: its number, and what there is of each run."""
+    if "run" not in dataset.dims:
+        raise FeasibeeError(
+            "the results have no runs to write; save them as they came from feasibee.simulate"
+        )
+    names = ["run", *(str(name) for name, values in dataset.data_vars.items() if values.dims == ("run",))]
+    write_csv(path, names, zip(*(dataset[name].values.tolist() for name in names), strict=True))
 
 
 def open_results(path: str | Path) -> xr.Dataset:
@@ -160,21 +183,26 @@ def open_results(path: str | Path) -> xr.Dataset:
     FeasibeeError
         If the file isn't there or isn't NetCDF of feasibee.
     """
+    if not is_file(path):
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: isn't a plain file; {SAVED}")
     try:
         with xr.open_dataset(path, engine="h5netcdf", phony_dims="sort") as opened:
-            dataset = opened.load()
+            recipe_of(opened)
+            _check_size(opened)
+            return opened.load()
     except ImportError:
         raise
-    except Exception as error:  # a damaged file raises whatever the HDF5 library thinks of
-        why = str(error).partition("\n")[0]
-        raise FeasibeeError(
-            f"{path}: can't be read as NetCDF: {why}; name a file that feasibee saved"
-        ) from None
-    try:
-        recipe_of(dataset)
     except FeasibeeError as error:
         raise FeasibeeError(f"{path}: {error}") from None
-    return dataset
+    except Exception as error:  # a damaged file raises whatever the HDF5 library thinks of
+        why = str(error).partition("\n")[0]
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: {why}; {SAVED}") from None
+
+
+def _check_size(dataset: xr.Dataset) -> None:
+    """Refuse more than `simulate` makes at a time: a small file may claim to hold any number of zeros."""
+    if dataset.nbytes > SIZE_LIMIT:
+        raise FeasibeeError(f"it holds {dataset.nbytes / 2**30:.0f} GiB, over {SIZE_LIMIT // 2**30}; {SAVED}")
 
 
 def _curves(dataset: xr.Dataset) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 from feasibee.errors import Problem
@@ -11,6 +12,7 @@ from feasibee.strategies.contract import Manifest
 from feasibee.vocabulary import exact
 
 Explicit = Mapping[str, Mapping[str, Any]]
+Places = Mapping[str, tuple[str, Sequence[int]]]
 SKILLS = 8
 UNIQUE_LIMIT = 4 * 2**30
 """Bytes of what all robots of a swarm remember to have seen."""
@@ -21,7 +23,7 @@ KNOWLEDGE_LIMIT = 4 * 2**30
 def conflicts(
     explicit: Explicit,
     given: Mapping[str, Any],
-    places: Mapping[str, Sequence[str]],
+    places: Places,
     wrong: set[str],
     manifest_of: Callable[[str], Manifest],
 ) -> Iterator[Problem]:
@@ -34,7 +36,7 @@ def conflicts(
     given : mapping
         The raw values alone.
     places : mapping
-        Where each point of a section stands, if a file named them.
+        The file of a section's points and the line of each, if there is one.
     wrong : set of str
         The paths that are wrong by themselves; a rule that needs one of them is left out.
     manifest_of : callable
@@ -50,7 +52,7 @@ def conflicts(
     if fit("robots.classes", "tasks.classes"):
         yield from _skills(explicit)
     if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
-        yield from _faults(explicit)
+        yield from _faults(explicit, fit)
     if fit("decision.inbox", "decision.inbox_size"):
         yield from _inbox(explicit["decision"])
     if fit("decision.strategy"):
@@ -64,7 +66,7 @@ def conflicts(
         if fit(f"{section}.spread", f"{section}.placement"):
             yield from _spread(section, explicit)
         if fit(f"{section}.points", f"{section}.placement", "robots.diameter"):
-            yield from _points(section, explicit, places.get(section))
+            yield from _points(section, explicit, places)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
         if fit("decision.strategy"):
@@ -120,12 +122,30 @@ def _skills(explicit: Explicit) -> Iterator[Problem]:
         yield Problem("robots.classes", f"{len(skills)} skills", rule, "join some of them")
 
 
-def _faults(explicit: Explicit) -> Iterator[Problem]:
-    faults = explicit["faults"]
-    shares = [faults[kind] for kind in ("stopped", "byzantine", "stubborn")]
-    if sum(shares) > 1 + 1e-12:
+def whole_robots(share: float, robots: int) -> int:
+    """Return the number of robots nearest to a share of the swarm, halves up (model.md 6.6)."""
+    return math.floor(exact(share) * robots + Fraction(1, 2))
+
+
+def _faults(explicit: Explicit, fit: Any) -> Iterator[Problem]:
+    kinds = ("stopped", "byzantine", "stubborn")
+    shares = [explicit["faults"][kind] for kind in kinds]
+    if sum(map(exact, shares)) > 1:
         rule = "stopped, byzantine and stubborn must be at most 1 together"
         yield Problem("faults", math.fsum(shares), rule, "a robot has one fault at most: lower a share")
+        return
+    if not fit("robots.count", "robots.classes"):
+        return
+    robots = total(explicit["robots"])
+    numbers = [whole_robots(share, robots) for share in shares]
+    excess = sum(numbers) - robots
+    if excess > 0:
+        largest = max(range(len(kinds)), key=numbers.__getitem__)
+        fitting = math.floor(1e6 * (numbers[largest] - excess) / robots) / 1e6
+        told = ", ".join(f"{number} {kind}" for kind, number in zip(kinds, numbers, strict=True))
+        rule = f"shares are rounded to whole robots, here {told}; there are {robots}"
+        remedy = f"lower a share, such as faults.{kinds[largest]} = {fitting:g}"
+        yield Problem("faults", f"{sum(numbers)} robots", rule, remedy)
 
 
 def _inbox(decision: Mapping[str, Any]) -> Iterator[Problem]:
@@ -228,7 +248,7 @@ def _spread(section: str, explicit: Explicit) -> Iterator[Problem]:
         yield Problem(f"{section}.spread", placed["spread"], rule, "take uniform placement instead")
 
 
-def _points(section: str, explicit: Explicit, places: Sequence[str] | None) -> Iterator[Problem]:
+def _points(section: str, explicit: Explicit, places: Places) -> Iterator[Problem]:
     if explicit[section]["placement"] != "points":
         return
     width, height = size_of(explicit)
@@ -240,7 +260,8 @@ def _points(section: str, explicit: Explicit, places: Sequence[str] | None) -> I
         inside = margin <= x <= width - margin and margin <= y <= height - margin
         if not inside or (not walled and (x == width or y == height)):
             place = "in the arena" if margin == 0 else f"in the arena, {margin:g} units from its walls"
-            where = places[number - 1] if places else f"point {number}"
+            path, lines = places.get(section, ("", ()))
+            where = f"{path}, line {lines[number - 1]}" if lines else f"point {number}"
             rule = f"{where}: must be {place}"
             yield Problem(f"{section}.points", (x, y), rule, "move the point")
     if section == "robots" and explicit["robots"]["avoid_collisions"]:
@@ -250,12 +271,13 @@ def _points(section: str, explicit: Explicit, places: Sequence[str] | None) -> I
 
 
 def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -> Iterator[tuple[int, int]]:
-    """Yield pairs of discs that overlap, by way of cells as large as a disc."""
+    """Yield pairs of discs that overlap, by way of cells as large as a disc, or larger than a tiny one."""
     cells: dict[tuple[int, int], list[int]] = {}
     shifts = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
-    wide, high = (math.floor(side / diameter) for side in torus) if torus else (0, 0)
+    cell = max(diameter, max(map(max, points), default=0.0) / 2**20)
+    wide, high = (max(1, math.floor(side / cell)) for side in torus) if torus else (0, 0)
     for i, (x, y) in enumerate(points):
-        column, row = math.floor(x / diameter), math.floor(y / diameter)
+        column, row = math.floor(x / cell), math.floor(y / cell)
         if torus:
             column, row = min(column, wide - 1), min(row, high - 1)
         around = {(column + dx, row + dy) for dx, dy in shifts}

@@ -9,11 +9,9 @@ import copy
 import dataclasses
 import hashlib
 import json
-import math
-import tomllib
-from collections.abc import Callable, Mapping
-from fractions import Fraction
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
@@ -29,16 +27,16 @@ from pydantic import (
     model_validator,
 )
 
-from feasibee.changes import with_changes
+from feasibee.changes import toml_tables, with_changes
 from feasibee.display import show_scenario
-from feasibee.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
 from feasibee.feasibility import truth
 from feasibee.files import read_text
 from feasibee.plugins import manifest_of, strategy_of
 from feasibee.points import read_points
 from feasibee.presets import PRESETS, with_preset
 from feasibee.problems import problem_of
-from feasibee.rules import conflicts
+from feasibee.rules import conflicts, whole_robots
 from feasibee.sections import (
     SECTIONS,
     Arena,
@@ -51,9 +49,9 @@ from feasibee.sections import (
     Sensing,
     Tasks,
     Walk,
+    plain,
 )
 from feasibee.strategies.contract import Manifest, Strategy
-from feasibee.vocabulary import exact
 
 
 class Scenario(BaseModel):
@@ -122,13 +120,18 @@ class Scenario(BaseModel):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "see `feasibee scenario`")]
             )
-        given, places, problems = _with_points(with_preset(given))
+        tables = {
+            name: plain(table) if isinstance(table, Mapping) else table for name, table in given.items()
+        }
+        given, places, problems = _with_points(with_preset(tables))
         try:
             scenario = handler(given)
         except ValidationError as error:
-            problems += [problem_of(details) for details in error.errors()]
+            found = error.errors(include_url=False, include_context=False)
+            problems += [problem_of(details) for details in found[:PROBLEMS_LIMIT]]
         find: Callable[[str], Manifest] = partial(manifest_of, **(info.context or {}))
-        problems += conflicts(_explicit(given), given, places, {problem.path for problem in problems}, find)
+        wrong = {problem.path for problem in problems}
+        problems += islice(conflicts(_explicit(given), given, places, wrong, find), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
         scenario._resolve(find(scenario.decision.strategy))
@@ -182,24 +185,30 @@ class Scenario(BaseModel):
         copy._manifest = dataclasses.replace(self.manifest, trusted=True)
         return copy
 
+    @property
+    def faulty(self) -> tuple[int, int, int]:
+        """Number of robots that stop, that lie, and that never change their opinion (model.md 6.6)."""
+        faults, robots = self.faults, self.robots.count
+        stopped, byzantine, stubborn = (
+            whole_robots(share, robots) for share in (faults.stopped, faults.byzantine, faults.stubborn)
+        )
+        return stopped, byzantine, stubborn
+
     def counted(self, step: int) -> int:
         """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
-        left = count = self.robots.count
-        faulty = []
-        for share in (self.faults.stopped, self.faults.byzantine):
-            faulty.append(min(left, math.floor(exact(share) * count + Fraction(1, 2))))
-            left -= faulty[-1]
-        return count - faulty[1] - (faulty[0] if step >= self.faults.stop_step else 0)
+        stopped, byzantine, _ = self.faulty
+        return self.robots.count - byzantine - (stopped if step >= self.faults.stop_step else 0)
 
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
         """Read a scenario from TOML text; ``source`` names it in errors."""
+        if not isinstance(text, str):
+            raise FeasibeeError(f"text = {quoted(text)}: must be TOML; to read a file, use Scenario.read")
+        tables = toml_tables(text, source or "scenario")
         try:
-            return cls.from_tables(tomllib.loads(text), Path(source).parent if source else None)
+            return cls.from_tables(tables, Path(source).parent if source else None)
         except ScenarioError as error:
             raise ScenarioError(error.problems, source) from None
-        except (ValueError, RecursionError) as error:
-            raise FeasibeeError(f"{source or 'scenario'}: not TOML: {error}; mend it there") from None
 
     @classmethod
     def from_tables(
@@ -222,6 +231,8 @@ class Scenario(BaseModel):
         trusted : bool
             Whether that text may be run; else it must be that of a present file of the user's own.
         """
+        if not isinstance(tables, Mapping):
+            return cls.model_validate(tables)
         given = copy.deepcopy(dict(tables))
         for name, key, suffix in (
             ("robots", "points", ""),
@@ -241,7 +252,9 @@ class Scenario(BaseModel):
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a scenario from a TOML file."""
-        return cls.from_toml(read_text(path, "a scenario in TOML"), source=str(path))
+        return cls.from_toml(
+            read_text(path, "a scenario in TOML, with many points in a CSV file"), source=str(path)
+        )
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Return this scenario with other values.
@@ -253,6 +266,9 @@ class Scenario(BaseModel):
             ``sensing.range`` takes an unset ``radio.range`` along. The text of a strategy's file stays as
             it is, unless ``decision.strategy`` is among the changes.
         """
+        if not isinstance(changes, Mapping) or not all(isinstance(path, str) for path in changes):
+            rule = "must be values by dotted path"
+            raise ScenarioError([Problem("changes", changes, rule, 'write {"tasks.count": 50}')])
         keeps = "decision.strategy" not in changes and self.manifest.source
         kept = {"source": self.manifest.source, "trusted": self.manifest.trusted} if keeps else None
         tables, problems = with_changes(self.model_dump(exclude_unset=True), changes)
@@ -309,10 +325,10 @@ def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
 
 def _with_points(
     given: Mapping[str, Any],
-) -> tuple[dict[str, Any], dict[str, list[str]], list[Problem]]:
+) -> tuple[dict[str, Any], dict[str, tuple[str, Sequence[int]]], list[Problem]]:
     """Read the files of points, so that the complete form holds the points themselves.
 
-    Returns the tables, where each point of a section stands, and the problems.
+    Returns the tables, the file of a section's points with the line of each, and the problems.
     """
     tables, places, problems = dict(given), {}, []
     for name, section in (("robots", Robots), ("tasks", Tasks)):
@@ -320,7 +336,8 @@ def _with_points(
         if isinstance(table, section):
             table = table.model_dump(exclude_unset=True)
         if isinstance(table, Mapping) and isinstance(table.get("points"), str):
-            points, places[name], found = read_points(table["points"], f"{name}.points")
+            points, lines, found = read_points(table["points"], f"{name}.points")
+            places[name] = (table["points"], lines)
             problems += found
             table = {**table, "points": points}
         if table is not None:
@@ -344,6 +361,7 @@ def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for name in ("robots", "tasks"):
         given_table = given.get(name)
         counted = isinstance(given_table, Mapping) and "count" in given_table
+        points = explicit[name]["points"]
         if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
-            explicit[name]["count"] = len(explicit[name]["points"])
+            explicit[name]["count"] = len(points) if isinstance(points, list | tuple) else 0
     return explicit

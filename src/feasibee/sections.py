@@ -33,10 +33,17 @@ def _without_minus(value: float) -> float:
     return value + 0.0
 
 
+def _printable(text: str) -> str:
+    """Refuse names that a terminal would obey, or that no file could hold."""
+    if not text.isprintable():
+        raise PydanticCustomError("printable", "must have printable characters only")
+    return text
+
+
 Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
 Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)]
-Word = Annotated[str, Field(min_length=1, max_length=40)]
+Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
 Point = tuple[float, float]
 
 
@@ -54,7 +61,10 @@ def _as_side(value: Any) -> Any:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    try:
+        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond the largest float
+        return False
 
 
 def _as_points(value: Any) -> Any:
@@ -127,14 +137,20 @@ class Section(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _plain(cls, given: Any) -> Any:
-        """Take numpy's numbers for Python's own: who varies a field takes its values from an array."""
-        if not isinstance(given, Mapping):
-            return given
-        return {key: value.item() if _is_scalar(value) else value for key, value in given.items()}
+        return plain(given) if isinstance(given, Mapping) else given
 
 
-def _is_scalar(value: object) -> bool:
-    return hasattr(value, "dtype") and getattr(value, "shape", None) == ()
+def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Take numpy's numbers and arrays for Python's own: who varies a field takes its values from an array."""
+    return {key: _plain(value) for key, value in table.items()}
+
+
+def _plain(value: Any) -> Any:
+    if not hasattr(value, "dtype"):
+        return value
+    if getattr(value, "shape", None) == ():
+        return value.item()
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 class Arena(Section):

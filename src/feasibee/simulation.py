@@ -9,7 +9,7 @@ from collections.abc import Callable
 from threading import Lock
 from typing import TYPE_CHECKING, Literal
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import check_cache
 from feasibee.record import Record
 from feasibee.scenario import Scenario
@@ -18,8 +18,12 @@ from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
 if TYPE_CHECKING:
     import xarray as xr
 
+STEPS_LIMIT = 2**31 - 1
+"""No step is later than this."""
 CURVES_LIMIT = 8 * 2**30
 """Bytes of curves in one call."""
+RUNS_LIMIT = 100_000_000
+"""Runs in one call: their outcomes take 4 GB."""
 
 REPLAY_LIMIT = 10_000_000
 """Pairs of robots and things, times steps, up to which the reference plays a failed run again: seconds."""
@@ -82,7 +86,7 @@ def simulate(
     """
     from feasibee.results import label
 
-    scenario = Scenario() if scenario is None else scenario
+    scenario = check_scenario(scenario)
     runs, seed, first_run = check_numbers(runs, seed, first_run)
     record = simulate_record(
         scenario,
@@ -110,21 +114,26 @@ def simulate_record(
     progress: Callable[[float], None] | None = None,
 ) -> Record:
     """Simulate without labels: see `simulate`; ``chunk`` is how many runs a thread plays at a time."""
-    if not isinstance(scenario, Scenario):
-        raise FeasibeeError(f"scenario = {scenario!r}: must be a Scenario; write Scenario(...)")
+    scenario = check_scenario(scenario)
     runs, seed, first_run = check_numbers(runs, seed, first_run)
+    if runs > RUNS_LIMIT:
+        rule = f"must be at most {RUNS_LIMIT} at a time"
+        raise FeasibeeError(f"runs = {runs}: {rule}; ask for fewer, and for the others with first_run")
+    if not isinstance(curves, bool):
+        raise FeasibeeError(f"curves = {quoted(curves)}: must be True or False; leave it out for False")
+    check_progress(progress)
     threads = processors() if threads is None else whole("threads", threads, 1, 1024)
     if curves and 4 * runs * (scenario.run.steps + 1) > CURVES_LIMIT:
         raise FeasibeeError(
             f"curves of {runs} runs x {scenario.run.steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; "
             "ask for fewer runs at a time, fewer steps, or no curves"
         )
+    if not isinstance(backend, str) or backend not in ("engine", "reference"):
+        raise FeasibeeError(f"backend = {quoted(backend)}: must be 'engine' or 'reference'; leave it out")
     if backend == "reference":
         from feasibee import reference
 
         return reference.simulate(scenario, runs, seed, first_run, curves)
-    if backend != "engine":
-        raise FeasibeeError(f"backend = {backend!r}: must be 'engine' or 'reference'")
     load_engine(scenario)
     from feasibee.engine import runner
 
@@ -190,6 +199,21 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def check_scenario(scenario: Scenario | None) -> Scenario:
+    """Return a scenario, by default the paper's, and refuse what isn't one."""
+    if scenario is None:
+        return Scenario()
+    if not isinstance(scenario, Scenario):
+        raise FeasibeeError(f"scenario = {quoted(scenario)}: must be a Scenario; write Scenario(...)")
+    return scenario
+
+
+def check_progress(progress: object) -> None:
+    """Refuse what can't be called with the share of the work done."""
+    if progress is not None and not callable(progress):
+        raise FeasibeeError(f"progress = {quoted(progress)}: must be a function of a share; leave it out")
+
+
 def check_numbers(runs: int, seed: int, first_run: int = 0, name: str = "first_run") -> tuple[int, int, int]:
     """Refuse numbers of runs that there aren't, and return the others as Python's own."""
     runs = whole("runs", runs, 1, RUN_LIMIT)
@@ -204,6 +228,17 @@ def first_run_of(point: int, runs: int) -> int:
     return point * RUNS_APART
 
 
+def pair(name: str, value: tuple[int, int]) -> tuple[int, int]:
+    """Return the first and the last of some steps as ints, if they are in order."""
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        rule = "must be the first and the last step"
+        raise FeasibeeError(f"{name} = {quoted(value)}: {rule}; such as (0, 100)")
+    first, last = (whole(name, each, 0, STEPS_LIMIT) for each in value)
+    if first > last:
+        raise FeasibeeError(f"{name} = {first}:{last}: must be in order; such as (0, 100)")
+    return first, last
+
+
 def whole(name: str, value: int, low: int, high: int) -> int:
     """Return a whole number of any library as an int, if it is between two bounds."""
     try:
@@ -211,5 +246,7 @@ def whole(name: str, value: int, low: int, high: int) -> int:
     except TypeError:
         number = low - 1
     if not low <= number <= high:
-        raise FeasibeeError(f"{name} = {value!r}: must be a whole number from {low} to {high}; choose one")
+        raise FeasibeeError(
+            f"{name} = {quoted(value)}: must be a whole number from {low} to {high}; choose one"
+        )
     return number

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from feasibee.errors import quoted
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE
 
 CONFIDENCE = 0.95
+MOST = 2**53
+"""Runs, robots and steps are no more than this: whole numbers are exact as floats up to here."""
 
 
 class Interval(NamedTuple):
@@ -50,6 +54,8 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     ------
     ValueError
         If there are no trials, or not 0 <= successes <= trials, or not 0 < confidence < 1.
+    TypeError
+        If they aren't numbers.
 
     References
     ----------
@@ -62,11 +68,10 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     >>> round(low, 3), round(high, 3)
     (0.0, 0.037)
     """
-    if trials < 1 or not 0 <= successes <= trials:
-        raise ValueError(f"{successes} of {trials}: must be 0 <= successes <= trials, and at least one trial")
-    if not 0 < confidence < 1:
-        raise ValueError(f"confidence = {confidence}: must be between 0 and 1; 0.95 is usual")
-    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    successes, trials = _counts(successes, trials)
+    if trials < 1:
+        raise ValueError(f"{successes} of {trials}: must be at least one trial")
+    z = _z(confidence)
     rate = successes / trials
     centre = (rate + z * z / (2 * trials)) / (1 + z * z / trials)
     half = z / (1 + z * z / trials) * math.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials * trials))
@@ -82,8 +87,15 @@ def decision_counts(decision: ArrayLike) -> dict[str, int]:
     ----------
     decision : array of int, shape (runs,)
         1 feasible, 0 infeasible, -1 undecided.
+
+    Raises
+    ------
+    ValueError
+        If there is anything else in it, or it has not one dimension.
+    TypeError
+        If it has no numbers.
     """
-    values = np.asarray(decision)
+    values = _decisions(decision)
     return {name: int((values == code).sum()) for code, name in DECISIONS.items()}
 
 
@@ -106,7 +118,7 @@ def decision_times(decision_step: ArrayLike) -> DecisionTimes:
     DecisionTimes
         The first step by which at least that share of all runs had decided.
     """
-    steps = np.asarray(decision_step, np.int64)
+    steps = _whole_numbers("decision_step", decision_step).astype(np.int64)
     if steps.size == 0:
         return DecisionTimes(None, None, None)
     ordered = np.sort(np.where(steps < 0, np.iinfo(np.int64).max, steps))
@@ -129,7 +141,12 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
     float64 array, shape (3, steps + 1)
         Lower quartile, median, upper quartile, in per cent.
     """
-    counts = np.asarray(feasible_count)
+    counts = _whole_numbers("feasible_count", feasible_count, dimensions=2)
+    robots = _whole("robots", robots)
+    if counts.size == 0 or robots < 1:
+        raise ValueError(
+            f"{counts.shape[0]} runs of {robots} robots: must be at least one run, step and robot"
+        )
     if counts.min(initial=0) < 0:
         held = np.maximum.accumulate(np.where(counts >= 0, np.arange(counts.shape[1]), 0), axis=1)
         counts = np.take_along_axis(counts, held, axis=1)
@@ -149,8 +166,8 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
     confidence : float
         Between 0 and 1.
     """
-    values = np.asarray(decision)
-    right = values == (FEASIBLE if feasible else INFEASIBLE)
+    values = _decisions(decision)
+    right = values == (FEASIBLE if _is_true("feasible", feasible) else INFEASIBLE)
     return wilson(int(right.sum()), values.size, confidence)
 
 
@@ -168,9 +185,13 @@ def bits_per_robot_and_step(
     stop_at_decision : bool
         Whether runs ended at their decision.
     """
-    decided = np.asarray(decision_step, np.int64)
-    lasted = np.where(stop_at_decision & (decided >= 0), decided, steps)
-    return float(np.asarray(bits_sent).sum() / max(1, robots * int(lasted.sum())))
+    bits, decided = _whole_numbers("bits_sent", bits_sent), _whole_numbers("decision_step", decision_step)
+    robots, steps = _whole("robots", robots), _whole("steps", steps)
+    if bits.size != decided.size:
+        raise ValueError(f"{bits.size} and {decided.size} runs: must be as many of both")
+    stops = _is_true("stop_at_decision", stop_at_decision)
+    lasted = np.where(decided >= 0, decided, steps) if stops else np.full(decided.size, steps)
+    return _sum(bits) / max(1, robots * _sum(lasted))
 
 
 def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
@@ -207,13 +228,13 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
     >>> paired_difference([True, True, True, False], [True, False, False, False]).estimate
     0.5
     """
-    first, second = np.asarray(one, np.bool_), np.asarray(other, np.bool_)
+    first, second = _truths("one", one), _truths("other", other)
     if first.size == 0 or first.shape != second.shape:
         raise ValueError(f"{first.size} and {second.size} runs: must be as many of both, and at least one")
     runs = first.size
     gained, lost = int((first & ~second).sum()), int((second & ~first).sum())
     up, down = (gained + 1) / (runs + 2), (lost + 1) / (runs + 2)
-    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    z = _z(confidence)
     half = z * math.sqrt((up + down - (up - down) ** 2) / (runs + 2))
     return Interval((gained - lost) / runs, max(-1.0, up - down - half), min(1.0, up - down + half))
 
@@ -227,6 +248,8 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     >>> pareto([3.0, 1.0, 2.0, 2.0], [0.9, 0.5, 0.4, 0.8])
     [1, 3, 0]
     """
+    if len(costs) != len(gains) or any(map(math.isnan, (*costs, *gains))):
+        raise ValueError(f"{len(costs)} costs and {len(gains)} gains: must be as many numbers of both")
     best: list[int] = []
     for place in sorted(range(len(costs)), key=lambda place: (costs[place], -gains[place])):
         if not best or gains[place] > gains[best[-1]]:
@@ -265,10 +288,8 @@ def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDE
     >>> round(low, 3), round(high, 3)
     (0.648, 0.909)
     """
-    if not 0 <= successes <= trials:
-        raise ValueError(f"{successes} of {trials}: must be 0 <= successes <= trials")
-    if not 0 < confidence < 1:
-        raise ValueError(f"confidence = {confidence}: must be between 0 and 1; 0.95 is usual")
+    successes, trials = _counts(successes, trials)
+    _z(confidence)
     if trials == 0:
         return Interval(math.nan, 0.0, 1.0)
     failures = trials - successes
@@ -295,3 +316,76 @@ def _edge(refuted: Callable[[float], bool], outer: float, inner: float) -> float
         else:
             inner = middle
     return outer
+
+
+def _whole(name: str, value: float, most: int = MOST) -> int:
+    """Return a whole number from 0 on, of any library, as an int."""
+    if isinstance(value, float):
+        number = int(value) if value.is_integer() else -1
+    else:
+        try:
+            number = operator.index(value)
+        except TypeError:
+            raise TypeError(f"{name} = {quoted(value)}: must be a whole number") from None
+    if not 0 <= number <= most:
+        raise ValueError(f"{name} = {quoted(value)}: must be a whole number from 0 to {most}")
+    return number
+
+
+def _counts(successes: int, trials: int) -> tuple[int, int]:
+    """Return how often something happened, of how many times, as ints."""
+    trials = _whole("trials", trials)
+    return _whole("successes", successes, trials), trials
+
+
+def _z(confidence: float) -> float:
+    """Return how many standard deviations lie on each side of the mean with a confidence."""
+    if not isinstance(confidence, float | int | np.number):
+        raise TypeError(f"confidence = {quoted(confidence)}: must be a number; 0.95 is usual")
+    if not 0 < confidence < 1 or 0.5 + confidence / 2 == 1:
+        raise ValueError(f"confidence = {quoted(confidence)}: must be between 0 and 1; 0.95 is usual")
+    return NormalDist().inv_cdf(0.5 + confidence / 2)
+
+
+def _is_true(name: str, value: bool) -> bool:
+    if not isinstance(value, bool | np.bool_ | int) or value not in (0, 1):
+        raise TypeError(f"{name} = {quoted(value)}: must be True or False")
+    return bool(value)
+
+
+def _whole_numbers(name: str, values: ArrayLike, dimensions: int = 1) -> NDArray[np.signedinteger[Any]]:
+    """Return whole numbers as an array of so many dimensions."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{name} = {quoted(values)}: must be whole numbers")
+    if array.ndim != dimensions:
+        rule = "a number a run" if dimensions == 1 else "a number a run and step"
+        raise ValueError(f"{name} has {array.ndim} dimensions: must have {dimensions}, {rule}")
+    if array.dtype.kind in "uf" and array.size and not (np.abs(array) < 2.0**63).all():
+        raise ValueError(f"{name}: must be whole numbers of 63 bits")
+    whole = array if array.dtype.kind == "i" else array.astype(np.int64)  # curves take gigabytes: no copy
+    if array.dtype.kind == "f" and (whole != array).any():
+        raise ValueError(f"{name}: must be whole numbers")
+    return whole
+
+
+def _decisions(decision: ArrayLike) -> NDArray[np.signedinteger[Any]]:
+    """Return the decisions of runs."""
+    values = _whole_numbers("decision", decision)
+    if values.size and not -1 <= values.min() <= values.max() <= 1:
+        raise ValueError("decision: must be 1 feasible, 0 infeasible, or -1 undecided")
+    return values
+
+
+def _truths(name: str, values: ArrayLike) -> NDArray[np.bool_]:
+    """Return what holds and what doesn't."""
+    whole = _whole_numbers(name, values)
+    if ((whole != 0) & (whole != 1)).any():
+        raise ValueError(f"{name}: must be True or False, run by run")
+    return whole.astype(np.bool_)
+
+
+def _sum(numbers: NDArray[np.signedinteger[Any]]) -> int:
+    """Return the sum of whole numbers, however large: in halves, since 64 bits may not hold it."""
+    values = numbers.astype(np.int64)
+    return (int((values >> 32).sum()) << 32) + int((values & 0xFFFFFFFF).sum())

@@ -12,10 +12,16 @@ from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.record import Record
 from feasibee.scenario import Scenario
-from feasibee.simulation import check_numbers, failure_of, load_engine, whole
+from feasibee.simulation import (
+    STEPS_LIMIT,
+    check_numbers,
+    check_scenario,
+    failure_of,
+    load_engine,
+    whole,
+)
 from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 
-STEPS_LIMIT = 2**31 - 1
 FIRST_STEPS = 1024
 """Room for counts, at first."""
 
@@ -65,7 +71,8 @@ class Swarm:
         self, scenario: Scenario | None = None, seed: int = 0, run: int = 0, *, room: int | None = None
     ) -> None:
         _, seed, run = check_numbers(1, seed, run, "run")
-        self.scenario = Scenario() if scenario is None else scenario
+        self.scenario = check_scenario(scenario)
+        room = None if room is None else whole("room", room, 0, 2**63)
         load_engine(self.scenario)
         from feasibee.engine import layout, runner, translation
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import errno
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from importlib.metadata import version
+from io import TextIOWrapper
 from typing import Any, NoReturn
 
 import click
@@ -19,7 +22,8 @@ from feasibee.cli.search import sensitivity, tune
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import export, merge, plot, status, sweep
 from feasibee.cli.watch import watch
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, one_line
+from feasibee.files import why_not
 
 
 class Commands(click.Group):
@@ -39,31 +43,48 @@ class Commands(click.Group):
         finally:
             interrupts.end()
 
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Parse what comes before the command; without anything, click shows the help."""
+        with _told(info_name or "feasibee") if args else nullcontext():
+            return super().make_context(info_name, args, parent, **extra)
+
     def invoke(self, context: click.Context) -> Any:
         """Run a command."""
-        try:
-            with interrupts.raising():
-                return super().invoke(context)
-        except FeasibeeError as error:
-            fail(str(error))
-        except click.UsageError as error:
-            path = error.ctx.command_path if error.ctx else context.command_path
-            message = error.format_message()
-            stop = "" if message.endswith((".", "?")) else "."
-            fail(f"{message}{stop} See '{path} --help'.")
-        except MemoryError:
-            fail("not enough memory; ask for fewer runs, steps or robots")
-        except OSError as error:
-            if error.errno != errno.ENOSPC:
-                raise
-            fail(f"{error.filename or 'the output'}: can't be written: {error.strerror}; free some room")
-        except KeyboardInterrupt as interrupt:
-            interrupts.interrupted(str(interrupt))
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, TextIOWrapper):  # a terminal may lack characters that a file's name has
+                stream.reconfigure(errors="backslashreplace")
+        with _told(context.command_path), interrupts.raising():
+            return super().invoke(context)
+
+
+@contextmanager
+def _told(path: str) -> Iterator[None]:
+    """Turn an error of the input or the surroundings into lines; ``path`` is that of the command."""
+    try:
+        yield
+    except FeasibeeError as error:
+        fail(str(error))
+    except click.UsageError as error:
+        message = one_line(error.format_message())
+        stop = "" if message.endswith((".", "?")) else "."
+        fail(f"{message}{stop} See '{error.ctx.command_path if error.ctx else path} --help'.")
+    except MemoryError:
+        fail("not enough memory; ask for fewer runs, steps or robots")
+    except OSError as error:
+        if error.errno == errno.EPIPE:  # whoever read the output has enough
+            raise
+        full = error.errno == errno.ENOSPC
+        rule, remedy = ("can't be written", "free some room") if full else ("can't be used", "name another")
+        fail(f"{one_line(str(error.filename or 'the output'))}: {rule}: {why_not(error)}; {remedy}")
+    except KeyboardInterrupt as interrupt:
+        interrupts.interrupted(str(interrupt))
 
 
 def fail(message: str) -> NoReturn:
-    """Print an error, and leave with the status of wrong input."""
-    for line in message.splitlines():
+    """Print the lines of an error, and leave with the status of wrong input."""
+    for line in message.split("\n"):
         click.echo(f"feasibee: {line}", err=True)
     sys.exit(2)
 

@@ -6,7 +6,13 @@ from pathlib import Path
 
 import click
 
-from feasibee.cli.options import progress, read_scenario, scenario_options, seed_option
+from feasibee.cli.options import (
+    path_type,
+    progress,
+    read_scenario,
+    scenario_options,
+    seed_option,
+)
 from feasibee.errors import FeasibeeError
 
 
@@ -33,7 +39,7 @@ from feasibee.errors import FeasibeeError
 @click.option("--dark", is_flag=True, help="On a dark background.")
 @click.option(
     "--out",
-    type=click.Path(path_type=Path),
+    type=path_type,
     default="run.gif",
     show_default=True,
     help="Ends with .gif, .webp, .mp4 (needs feasibee[video]), or .png for the last frame.",

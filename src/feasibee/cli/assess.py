@@ -9,6 +9,7 @@ from shutil import get_terminal_size
 import click
 
 from feasibee.cli.options import (
+    file_type,
     json_option,
     keep_matplotlib_in_cache,
     progress,
@@ -29,9 +30,7 @@ from feasibee.cli.options import (
 @click.option("--runs", type=click.IntRange(1), default=400, show_default=True, help="Swarms of each kind.")
 @seed_option
 @threads_option
-@click.option(
-    "--report", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.html", help="Write a page."
-)
+@click.option("--report", type=file_type, metavar="FILE.html", help="Write a page.")
 @json_option
 def assess(
     file: Path | None,
@@ -60,7 +59,7 @@ def assess(
     keep_matplotlib_in_cache()
     from feasibee.assess import assess as simulate_all
     from feasibee.assessment import words, write_report
-    from feasibee.files import check_writable
+    from feasibee.files import check_output
 
     fields = {
         "robots.count": robots,
@@ -72,7 +71,7 @@ def assess(
     more = (f"{field}={value}" for field, value in fields.items() if value is not None)
     scenario = read_scenario(file, (*changes, *more))
     if report is not None:
-        check_writable(report)
+        check_output(report, (".html", ".htm"), "--report")
     with progress("Assessing") as advance:
         assessment = simulate_all(scenario, runs, seed, threads, advance)
     if report is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,15 +14,38 @@ import click
 
 from feasibee.changes import read_value
 from feasibee.cli.completion import complete_change
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, quoted
 
 if TYPE_CHECKING:
     from feasibee.scenario import Scenario
 
 
+class NamedPath(click.Path):
+    """A path on the command line; refused if no file or folder can have such a name."""
+
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
+        """Return the path, or raise a usage error."""
+        name = os.fspath(value)
+        if not name:
+            self.fail("must be a name, and is empty.", param, ctx)
+        if any(unicodedata.category(each) == "Cc" for each in name):
+            self.fail(f"{quoted(name)} has control characters; name another.", param, ctx)
+        try:
+            return super().convert(value, param, ctx)
+        except ValueError:  # half a character
+            self.fail(f"{quoted(name)} can't be the name of a file or folder.", param, ctx)
+
+
+file_type = NamedPath(dir_okay=False, path_type=Path)
+folder_type = NamedPath(file_okay=False, path_type=Path)
+path_type = NamedPath(path_type=Path)
+
+
 def scenario_options(command: Callable[..., None]) -> Callable[..., None]:
     """Let a command take a scenario: a file, and changes to it."""
-    file = click.argument("file", required=False, type=click.Path(dir_okay=False, path_type=Path))
+    file = click.argument("file", required=False, type=file_type)
     return file(changes_option(command))
 
 
@@ -42,9 +66,19 @@ threads_option = click.option(
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 
 
+def named(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    """Read a word."""
+    if text is not None and not text.strip():
+        raise click.BadParameter("must name something, and is empty.")
+    return text
+
+
 def listed(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
     """Read A,B,..."""
-    return tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
+    parts = tuple(part.strip() for part in text.split(",") if part.strip()) if text is not None else ()
+    if text is not None and not parts:
+        named(context, parameter, "")
+    return parts
 
 
 def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
@@ -72,13 +106,10 @@ def keep_matplotlib_in_cache() -> None:
 
 def check_figure(option: str, path: Path | None) -> None:
     """Find out before a long computation that its figure couldn't be written."""
-    from feasibee.files import check_writable
+    from feasibee.files import FIGURES, check_output
 
-    if path is None:
-        return
-    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise FeasibeeError(f"{option} {path}: unknown kind of figure; end it with .png, .pdf or .svg")
-    check_writable(path)
+    if path is not None:
+        check_output(path, FIGURES, option)
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from feasibee.cli.options import (
     check_figure,
     json_option,
     keep_matplotlib_in_cache,
+    path_type,
     progress,
     read_scenario,
     scenario_options,
@@ -35,10 +36,13 @@ if TYPE_CHECKING:
 )
 @click.option("--steps", type=int, help="Steps a run: short for --set run.steps=...")
 @threads_option
-@click.option("--save", type=click.Path(path_type=Path), metavar="FILE.nc", help="Save all runs as NetCDF.")
 @click.option(
-    "--plot", type=click.Path(path_type=Path), metavar="FILE.png", help="Draw opinions and decision steps."
+    "--save",
+    type=path_type,
+    metavar="FILE",
+    help="Save all runs: .nc is NetCDF, with opinions at each step and the recipe; .csv has a row a run.",
 )
+@click.option("--plot", type=path_type, metavar="FILE.png", help="Draw opinions and decision steps.")
 @json_option
 def run(
     file: Path | None,
@@ -60,19 +64,20 @@ def run(
     Examples:
       feasibee run --set tasks.count=50 --runs 1000 --seed 1
       feasibee run mine.toml --plot mine.png --save mine.nc
+      feasibee run mine.toml --runs 1000 --save mine.csv
     """
     from feasibee.simulation import simulate_record
 
     more = () if steps is None else (f"run.steps={steps}",)
     scenario = read_scenario(file, (*changes, *more))
-    _check_outputs(save, plot)
+    curves = _check_outputs(save, plot)
     with progress("Simulating") as advance:
         record = simulate_record(
             scenario,
             runs,
             seed,
             first_run=first_run,
-            curves=bool(save or plot),
+            curves=curves,
             threads=threads,
             progress=advance,
         )
@@ -86,15 +91,15 @@ def run(
         _print_summary(summary, scenario)
 
 
-def _check_outputs(save: Path | None, plot: Path | None) -> None:
-    """Find out before a long computation that its outcome couldn't be written."""
-    from feasibee.files import check_writable
+def _check_outputs(save: Path | None, plot: Path | None) -> bool:
+    """Raise before a long computation if its outcome couldn't be written; return whether to keep curves."""
+    from feasibee.files import RESULTS, check_output
 
     check_figure("--plot", plot)
+    kind = check_output(save, RESULTS, "--save") if save is not None else ""
     if save is not None and plot is not None and save.resolve() == plot.resolve():
         raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; name two")
-    if save is not None:
-        check_writable(save)
+    return plot is not None or kind == ".nc"
 
 
 def _write_results(

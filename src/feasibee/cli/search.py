@@ -11,6 +11,8 @@ import click
 from feasibee.cli.completion import complete_field
 from feasibee.cli.options import (
     check_figure,
+    file_type,
+    folder_type,
     json_option,
     keep_matplotlib_in_cache,
     listed,
@@ -36,13 +38,13 @@ _within = click.option("--within", type=int, help="Steps: short for --set run.st
 @scenario_options
 @_over
 @_within
-@click.option("--trials", type=click.IntRange(2), default=60, show_default=True, help="In all.")
+@click.option("--trials", type=click.IntRange(2, 100_000), default=60, show_default=True, help="In all.")
 @click.option("--runs", type=click.IntRange(1), default=200, show_default=True, help="Swarms of each trial.")
 @seed_option
 @threads_option
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=folder_type,
     default=Path("tune"),
     show_default=True,
     help="Folder of the search; the same command goes on with what is there.",
@@ -73,16 +75,19 @@ def tune(
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
     from feasibee.plots import save_figure
+    from feasibee.simulation import check_numbers
     from feasibee.study.space import dimensions
     from feasibee.study.tune import draw_search
     from feasibee.study.tune import tune as search
 
     more = () if within is None else (f"run.steps={within}",)
     scenario = read_scenario(file, (*changes, *more))
+    space = dimensions(scenario, over)
+    check_numbers(10 * runs, seed)
     picture = make_folder(out) / "tune.png"
     check_figure("--out", picture)
     with progress("Tuning") as advance:
-        tuned = search(scenario, dimensions(scenario, over), out, trials, runs, seed, threads, advance)
+        tuned = search(scenario, space, out, trials, runs, seed, threads, advance)
     save_figure(draw_search(tuned), picture)
     if as_json:
         intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
@@ -102,11 +107,13 @@ def tune(
 @scenario_options
 @_over
 @_within
-@click.option("--points", type=click.IntRange(10), default=200, show_default=True, help="Of the hypercube.")
+@click.option(
+    "--points", type=click.IntRange(10, 10_000), default=200, show_default=True, help="Of the hypercube."
+)
 @click.option("--runs", type=click.IntRange(1), default=20, show_default=True, help="Swarms at each point.")
 @seed_option
 @threads_option
-@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE.png", help="Draw it.")
+@click.option("--plot", type=file_type, metavar="FILE.png", help="Draw it.")
 @json_option
 def sensitivity(
     file: Path | None,

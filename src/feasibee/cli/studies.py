@@ -9,6 +9,7 @@ import click
 
 from feasibee.cli.completion import complete_strategy
 from feasibee.cli.options import (
+    folder_type,
     keep_matplotlib_in_cache,
     listed,
     progress,
@@ -48,7 +49,7 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
 @threads_option
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=folder_type,
     default=Path("compare"),
     show_default=True,
     help="Folder for figures and data.",
@@ -79,10 +80,15 @@ def compare(
     from feasibee.compare import TASKS, contenders_of, write_comparison
     from feasibee.compare import compare as simulate_all
     from feasibee.files import make_folder
+    from feasibee.simulation import check_numbers, first_run_of
 
     scenario = read_scenario(file, changes)
+    first_run_of(0, runs)
+    check_numbers(runs, seed)
     numbers = tasks or (() if scenario.tasks.classes or scenario.tasks.points else TASKS)
     contenders = contenders_of(scenario, strategies, presets)
+    for number in tasks:
+        scenario.replace({"tasks.count": number})
     folder = make_folder(out)
     with progress("Comparing") as advance:
         outcomes = simulate_all(contenders, numbers, runs, seed, threads, advance)
@@ -94,7 +100,7 @@ def compare(
 @click.command()
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=folder_type,
     default=Path("paper"),
     show_default=True,
     help="Folder for figures, data and claims.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -16,15 +17,22 @@ import click
 
 from feasibee.cli.completion import complete_field
 from feasibee.cli.interrupts import leaving
-from feasibee.cli.options import check_figure, keep_matplotlib_in_cache
+from feasibee.cli.options import (
+    check_figure,
+    file_type,
+    folder_type,
+    keep_matplotlib_in_cache,
+    named,
+)
 from feasibee.errors import FeasibeeError
+from feasibee.files import why_not
 
 if TYPE_CHECKING:
     from feasibee.study.sweep import Crew, Progress
     from feasibee.study.table import Summary
 
-_folder = click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
-_field = partial(click.option, metavar="FIELD", shell_complete=complete_field)
+_folder = click.argument("folder", type=folder_type)
+_field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
 PATIENCE = 10.0
 """Seconds between two lines of progress where there is no terminal."""
 
@@ -33,17 +41,27 @@ def _shard(context: click.Context, parameter: click.Parameter, text: str | None)
     """Read I/N, parts counted from 1."""
     if text is None:
         return (0, 1)
-    part, _, parts = text.partition("/")
-    if part.isdigit() and parts.isdigit() and 1 <= int(part) <= int(parts):
-        return (int(part) - 1, int(parts))
+    numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    part, parts = map(int, numbers.groups()) if numbers else (0, 0)
+    if 1 <= part <= parts:
+        return (part - 1, parts)
     raise click.BadParameter("must be I/N, such as 3/16 for the third of 16 parts")
 
 
+def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    """Check a scheduler's address; with a port that can't be, Dask would wait without end."""
+    host = r"[\w.-]{1,253}|\[[\w:.%]{1,60}\]"
+    found = re.fullmatch(rf"(?:[a-z]{{2,9}}://)?(?:{host}):([0-9]{{1,5}})", text or "", re.ASCII)
+    if text is not None and not (found and 0 < int(found[1]) < 2**16):
+        raise click.BadParameter("must be the address of a scheduler, such as tcp://10.0.0.1:8786.")
+    return text
+
+
 @click.command()
-@click.argument("study", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("study", type=file_type)
 @click.option(
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=folder_type,
     default=Path("results"),
     show_default=True,
     help="Folder of the journal; what is there already isn't run again.",
@@ -53,9 +71,11 @@ def _shard(context: click.Context, parameter: click.Parameter, text: str | None)
 @click.option(
     "--processes", is_flag=True, help="Use processes instead of threads; one that dies is replaced."
 )
-@click.option("--dask", metavar="ADDRESS", help="Use a Dask cluster, such as tcp://10.0.0.1:8786.")
+@click.option(
+    "--dask", callback=_address, metavar="ADDRESS", help="Use a Dask cluster, such as tcp://10.0.0.1:8786."
+)
 @click.option("--shard", callback=_shard, metavar="I/N", help="Do part I of N only, for job arrays.")
-@click.option("--log", type=click.Path(dir_okay=False, path_type=Path), help="Append progress as JSON lines.")
+@click.option("--log", type=file_type, help="Append progress as JSON lines.")
 def sweep(
     study: Path,
     out: Path,
@@ -95,12 +115,17 @@ def _sweep(
 ) -> Progress:
     from dataclasses import replace
 
+    from feasibee.files import make_folder
+    from feasibee.simulation import check_numbers
     from feasibee.study.plan import Study
     from feasibee.study.sweep import sweep as run_sweep
 
     plan = Study.read(study)
     if runs is not None:
-        plan = replace(plan, runs=runs)
+        plan = replace(plan, runs=check_numbers(runs, plan.seed)[0])
+    make_folder(out)
+    if log is not None:
+        _check_log(log)
     workers = _crew(*crew)
     _prepare(plan, crew[-1])
     with _told(log) as progress:
@@ -172,12 +197,23 @@ def _end_line(log: Path) -> None:
 
 
 def _append(log: Path, entry: dict[str, Any]) -> None:
+    with _log_told(log), log.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(entry) + "\n")
+
+
+def _check_log(log: Path) -> None:
+    """Raise an error now if the log can't be written; don't wait for somebody to read a pipe."""
+    with _log_told(log):
+        os.close(os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0), 0o666))
+
+
+@contextmanager
+def _log_told(log: Path) -> Iterator[None]:
     try:
-        with log.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(entry) + "\n")
+        yield
     except OSError as error:
         raise FeasibeeError(
-            f"--log {log}: can't be written: {error.strerror}; name a file that you may write to"
+            f"--log {log}: can't be written: {why_not(error)}; name a file that you may write to"
         ) from None
 
 
@@ -278,26 +314,29 @@ def _as_json(point: Summary) -> dict[str, Any]:
 @click.command()
 @_folder
 @click.option(
-    "--to", "kind", type=click.Choice(["csv", "parquet", "netcdf"]), default="csv", show_default=True
+    "--to",
+    "kind",
+    type=click.Choice(["csv", "parquet", "netcdf"]),
+    help="By default as --out ends: .csv, .parquet or .nc; without --out, csv.",
 )
-@click.option(
-    "--out", type=click.Path(dir_okay=False, path_type=Path), help="By default FOLDER/runs.csv, ..."
-)
-def export(folder: Path, kind: str, out: Path | None) -> None:
+@click.option("--out", type=file_type, help="By default FOLDER/runs.csv, ...")
+def export(folder: Path, kind: str | None, out: Path | None) -> None:
     """Write all runs of a sweep as one table, a row a run.
 
     \b
     Examples:
       feasibee export results
-      feasibee export results --to parquet --out ratio.parquet
+      feasibee export results --out ratio.parquet
     """
+    from feasibee.files import check_output
     from feasibee.study.journal import Journal
+    from feasibee.study.table import KINDS
     from feasibee.study.table import export as write
 
-    suffix = {"netcdf": "nc"}.get(kind, kind)
-    target = out or folder / f"runs.{suffix}"
+    target = out or folder / f"runs{KINDS[kind or 'csv']}"
+    kinds = {suffix: name for name, suffix in KINDS.items() if kind in (None, name)}
     with Journal(folder) as journal:
-        rows = write(journal, kind, target)
+        rows = write(journal, kinds[check_output(target, list(kinds), "--out")], target)
     click.echo(f"{rows} runs are in {target}")
 
 
@@ -313,7 +352,7 @@ def export(folder: Path, kind: str, out: Path | None) -> None:
     show_default=True,
     help="The share of the runs to draw.",
 )
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="By default FOLDER/plot.png.")
+@click.option("--out", type=file_type, help="By default FOLDER/plot.png.")
 def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: Path | None) -> None:
     """Draw a sweep: lines with 95 % bands, or a heat map over two fields.
 
@@ -348,7 +387,7 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
 
 @click.command()
 @_folder
-@click.argument("parts", nargs=-1, required=True, type=click.Path(file_okay=False, path_type=Path))
+@click.argument("parts", nargs=-1, required=True, type=folder_type)
 def merge(folder: Path, parts: tuple[Path, ...]) -> None:
     """Merge journals: bring the runs of several, such as those of a job array, into one.
 

@@ -134,7 +134,7 @@ def _controller(scenario: Scenario) -> dict[str, Any]:
 
 def _faults(scenario: Scenario) -> dict[str, Any]:
     """Return the numbers of what goes wrong, and of how many robots make a decision."""
-    stopped, byzantine, stubborn = _faulty(scenario)
+    stopped, byzantine, stubborn = scenario.faulty
     says = ("opposite", "feasible", "infeasible", "random").index(scenario.faults.byzantine_says)
     honest = scenario.robots.count - byzantine
     return {
@@ -198,17 +198,6 @@ def _limit(squared: int) -> np.uint64:
 
 def _probability(share: float) -> np.uint64:
     return np.uint64(math.ceil(exact(share) * TURN))
-
-
-def _faulty(scenario: Scenario) -> tuple[int, int, int]:
-    """Return how many robots are stopped, Byzantine and stubborn."""
-    left = scenario.robots.count
-    numbers = []
-    for share in (scenario.faults.stopped, scenario.faults.byzantine, scenario.faults.stubborn):
-        number = min(left, math.floor(exact(share) * scenario.robots.count + Fraction(1, 2)))
-        numbers.append(number)
-        left -= number
-    return numbers[0], numbers[1], numbers[2]
 
 
 def _quorum(scenario: Scenario, counted: int) -> int:

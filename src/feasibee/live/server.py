@@ -22,7 +22,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, quoted
 from feasibee.live.guard import Guard, is_loopback
 from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
 from feasibee.live.programme import Programme
@@ -198,6 +198,8 @@ def listen(host: str, port: int | None) -> socket.socket:
                 if port is None and error.errno == EADDRINUSE:
                     continue
                 raise FeasibeeError(_why_not(host, each, error)) from None
+            except (TypeError, ValueError):  # a NUL in the host, or what no name of a host has
+                raise FeasibeeError(f"--host {quoted(host)}: can't be a host; such as 127.0.0.1") from None
             return tried.dup()
     raise FeasibeeError(f"ports {ports[0]} to {ports[-1]}: all are taken; give another with --port")
 

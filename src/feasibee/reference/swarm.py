@@ -236,6 +236,6 @@ def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:
     if any(number for _, number in numbers):
         left = iter(shuffle(count, draw))
         for fault, number in numbers:
-            for _, robot in zip(range(number), left, strict=False):
-                faults[robot] = fault
+            for _ in range(number):
+                faults[next(left)] = fault
     return faults

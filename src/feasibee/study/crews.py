@@ -91,7 +91,7 @@ def _connected(address: str) -> Any:
         raise FeasibeeError("Dask isn't installed; install feasibee[dask]") from None
     try:
         return Client(address, timeout=PATIENCE)  # type: ignore[no-untyped-call,unused-ignore]
-    except (OSError, ValueError) as error:
+    except (OSError, TypeError, ValueError) as error:  # TypeError: tls:// without certificates
         raise FeasibeeError(
             f"--dask {address}: doesn't answer: {error}; give a scheduler's address"
         ) from None

@@ -16,25 +16,27 @@ A study file::
 from __future__ import annotations
 
 import csv
-import io
 import itertools
 import math
-import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from pydantic import BaseModel
 
-from feasibee.errors import FeasibeeError, Problem, ScenarioError, quoted
-from feasibee.files import TABLE_LIMIT, UnreadableError, read_text
+from feasibee.changes import place, toml_tables, toml_value
+from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
+from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.scenario import Scenario
 from feasibee.sections import Section
 from feasibee.simulation import check_numbers
 from feasibee.vocabulary import RUN_LIMIT
 
 POINTS_LIMIT = 1_000_000
+VALUES_LIMIT = 2 * POINTS_LIMIT
+"""Values of all fields of a sweep, before they are combined."""
 MOST = 1e15
 """No number of a range is larger: whole numbers are exact as floats up to here."""
 KEYS = ("runs", "seed", "curves", "combine", "file", "design", "until", "scenario", "sweep")
@@ -107,10 +109,7 @@ class Study:
         ScenarioError
             With what is wrong with its points.
         """
-        try:
-            tables = tomllib.loads(read_text(path, "a study in TOML"))
-        except (ValueError, RecursionError) as error:
-            raise FeasibeeError(f"{path}: not TOML: {error}; mend it there") from None
+        tables = toml_tables(read_text(path, "a study in TOML"), str(path))
         try:
             return study_of(tables, Path(path).parent)
         except ScenarioError as error:
@@ -129,8 +128,7 @@ def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
     if not isinstance(curves, bool):
         raise FeasibeeError(f"curves = {curves!r}: must be true or false; leave it out for false")
     base = _base(tables, folder)
-    designs = [_located(values, folder) for values in _designs(tables, folder, base)]
-    points = _points(base, designs)
+    points = _points(base, (_located(values, folder) for values in _designs(tables, folder, base)))
     return Study(points, runs, seed, curves, _until(tables.get("until"), runs))
 
 
@@ -159,18 +157,24 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
         return
     if not isinstance(sweep, Mapping):
         raise FeasibeeError(f"sweep = {sweep!r}: must be a table; write [sweep] and fields below")
-    values = {path: _values(path, given, base) for path, given in _listed(sweep, base)}
     combine = tables.get("combine", "grid")
-    if combine == "zip":
+    if combine not in ("grid", "zip"):
+        raise FeasibeeError(f"combine = {quoted(combine)}: must be 'grid' or 'zip'; leave it out for a grid")
+    values: dict[str, list[Any]] = {}
+    many, total = 1, 0
+    for path, given in _listed(sweep, base):
+        values[path] = _values(path, given, base)
+        many, total = many * len(values[path]), total + len(values[path])
+        if total > VALUES_LIMIT:
+            raise FeasibeeError(f"sweep: over {VALUES_LIMIT} values, at {path}; take fewer values or fields")
+        if combine == "grid":
+            _check_size(many)
+    if combine == "zip" and len({len(each) for each in values.values()}) > 1:
         lengths = {path: len(each) for path, each in values.items()}
-        if len(set(lengths.values())) > 1:
-            raise FeasibeeError(f"sweep: lengths {lengths} differ; to zip, give as many values to each field")
-        combined: Any = zip(*values.values(), strict=True)
-    elif combine == "grid":
-        _check_size(math.prod(map(len, values.values())))
-        combined = itertools.product(*values.values())
-    else:
-        raise FeasibeeError(f"combine = {combine!r}: must be 'grid' or 'zip'; leave it out for a grid")
+        raise FeasibeeError(f"sweep: lengths {lengths} differ; to zip, give as many values to each field")
+    combined = (
+        itertools.product(*values.values()) if combine == "grid" else zip(*values.values(), strict=True)
+    )
     for each in combined:
         yield dict(zip(values, each, strict=True))
 
@@ -211,7 +215,7 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
             raise FeasibeeError(
                 f"sweep.{path}: the step of a range can't be 0; such as range = [10, 100, 10]"
             )
-        steps = int(np.floor((last - first) / third + 1e-9)) + 1
+        steps = math.floor(min((last - first) / third + 1e-9, POINTS_LIMIT)) + 1
         _check_size(steps)
         made = [first + third * k for k in range(steps)]
     elif third == int(third) and 1 <= third <= POINTS_LIMIT:
@@ -251,10 +255,19 @@ def value_at(scenario: Scenario, path: str) -> Any:
     value: Any = scenario
     for part in path.split("."):
         try:
-            value = value[int(part)] if isinstance(value, tuple) else getattr(value, part)
-        except (AttributeError, IndexError, ValueError):
+            value = _within(value, part)
+        except (IndexError, KeyError, TypeError, ValueError):
             raise LookupError(path) from None
     return value
+
+
+def _within(value: Any, part: str) -> Any:
+    """Return what a section, a list or a table has of that name, and no other attribute of it."""
+    if isinstance(value, BaseModel):
+        if part not in type(value).model_fields:
+            raise KeyError(part)
+        return getattr(value, part)
+    return value[place(part)] if isinstance(value, tuple) else value[part]
 
 
 def _present(base: Scenario, path: str) -> Any:
@@ -274,7 +287,7 @@ def _check_size(points: int) -> None:
 def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
     """Yield the rows of a design table in CSV, whose header has the paths of fields."""
     try:
-        reader = csv.reader(io.StringIO(read_text(path, "a CSV file", TABLE_LIMIT)))
+        reader = csv.reader(lines_of(read_text(path, "a CSV file", TABLE_LIMIT)), strict=True)
         rows = [(reader.line_num, row) for row in reader if row]
     except (UnreadableError, csv.Error) as error:
         why = error.why if isinstance(error, UnreadableError) else f"not CSV: {error}"
@@ -299,8 +312,8 @@ def _read(text: str, is_whole: bool) -> Any:
     """Read a value, TOML or else plain text; designs of other tools have floats for whole numbers."""
     text = text.strip()
     try:
-        value = tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
+        value = toml_value(text)
+    except ValueError:
         value = _read_as_elsewhere(text)
     return round(value) if is_whole and isinstance(value, float) and _is_number(value) else value
 
@@ -326,20 +339,24 @@ def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     }
 
 
-def _points(base: Scenario, designs: Sequence[Mapping[str, Any]]) -> list[Point]:
-    """Return the points, each scenario once, or all that is wrong with them."""
-    _check_size(len(designs))
+def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[Point]:
+    """Return the points, each scenario once, or what is wrong with them, of at most `PROBLEMS_LIMIT`."""
     points: dict[str, Point] = {}
     problems: dict[str, Problem] = {}
-    for values in designs:
+    failed = 0
+    for number, values in enumerate(designs, start=1):
+        _check_size(number)
         try:
             scenario = base.replace(values)
         except ScenarioError as error:
             problems |= {str(problem): problem for problem in error.problems}
+            failed += 1
+            if failed == PROBLEMS_LIMIT:
+                break
             continue
         points.setdefault(scenario.hash, Point(values, scenario))
     if problems:
-        raise ScenarioError(list(problems.values()))
+        raise ScenarioError(problems.values())
     return list(points.values())
 
 

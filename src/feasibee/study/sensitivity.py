@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from feasibee.compare import right_at_end
 from feasibee.plots import figure
 from feasibee.scenario import Scenario
+from feasibee.simulation import check_numbers
 from feasibee.stats import Interval
 from feasibee.study.space import Dimension
 
@@ -76,6 +77,7 @@ def sensitivities(
     float64 array, shape (points,)
         The share of swarms that are right at the last step, at each point.
     """
+    check_numbers(points * runs, seed)
     places = latin_hypercube(points, len(space), seed)
     shares = np.empty(points)
     for number, place in enumerate(places):

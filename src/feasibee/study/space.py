@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -10,6 +11,7 @@ from typing import Any, get_args
 from feasibee.changes import read_value
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.scenario import Scenario
+from feasibee.study.plan import value_at
 
 FACTOR = 5.0
 """By default a field goes from a fifth of its value to five times it."""
@@ -59,19 +61,18 @@ def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
     if not texts:
         raise FeasibeeError("--over: names no field; such as --over decision.exploration,decision.gain")
     found = [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
-    paths = [each.path for each in found]
-    for path in paths:
-        if paths.count(path) > 1:
-            raise FeasibeeError(f"--over: names {path} twice; leave one of them out")
+    twice = [path for path, count in Counter(each.path for each in found).items() if count > 1]
+    if twice:
+        raise FeasibeeError(f"--over: names {twice[0]} twice; leave one of them out")
     return found
 
 
 def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
     section, _, key = path.partition(".")
     try:
-        now = getattr(getattr(scenario, section), key)
-        kind = type(getattr(scenario, section)).model_fields[key].annotation
-    except (AttributeError, KeyError):
+        kind = type(value_at(scenario, section)).model_fields[key].annotation
+        now = value_at(scenario, path)
+    except (AttributeError, LookupError):
         raise FeasibeeError(f"{path}: isn't a field; such as decision.gain") from None
     if given:
         return _checked(scenario, _read(path, given, now))

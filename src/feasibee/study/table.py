@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from feasibee.errors import FeasibeeError
-from feasibee.files import whole_file
+from feasibee.files import check_output, whole_file
 from feasibee.stats import (
     DecisionTimes,
     Interval,
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 SOURCE = "source"
-KINDS = ("csv", "parquet", "netcdf")
+KINDS: Mapping[str, str] = {"csv": ".csv", "parquet": ".parquet", "netcdf": ".nc"}
+"""Formats of an export, and their suffixes."""
 
 
 class Summary(NamedTuple):
@@ -189,6 +190,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
     path : path
         The file.
     """
+    check_output(path, [KINDS[kind]])
     rows = frame(journal)
     with whole_file(path) as temporary:
         if kind == "csv":

@@ -1,0 +1,166 @@
+"""Commands with one option or argument that they must refuse: all options there are, by their types."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import click
+
+from feasibee.cli import main
+from hostile.words import LENGTHS, NAMES, NUMBERS, THINGS, WORDS
+
+NEEDED = {
+    "tune": ["--over", "decision.gain"],
+    "sensitivity": ["--over", "decision.gain"],
+    "sweep": ["study.toml"],
+    "status": ["results"],
+    "plot": ["results", "--x", "tasks.count"],
+    "export": ["results"],
+}
+"""What a command must have beside, to be right."""
+
+SUFFIXES = {
+    ("run", "--save"): (".nc", ".csv"),
+    ("run", "--plot"): (".png",),
+    ("animate", "--out"): (".gif", ".png"),
+    ("assess", "--report"): (".html",),
+    ("export", "--out"): (".csv", ".nc"),
+    ("plot", "--out"): (".svg",),
+    ("sensitivity", "--plot"): (".pdf",),
+}
+"""With which the names of files are tried, beside none."""
+
+MADE = {"nowhere", "no text", "a folder", "here", "root"}
+"""Folders that a command may write to, or make: these it would."""
+LOGS = {"no text", "right to left", "bytes", "zeros", "noise", "nothing", "full", "memory", "a terabyte"}
+"""Where a log may be written to: what is a device or a file is no harm there."""
+BESIDE = {"no text", "right to left"}
+"""Names that a file may have, odd as they are."""
+
+LINES = {
+    "two of a kind": ["run", "--set", "tasks.count"],
+    "no field": ["run", "--set", "=5"],
+    "no value": ["truth", "--set", "tasks.count="],
+    "a second line": ["run", "--set", "tasks.count=1\nx=2"],
+    "a comment": ["truth", "--set", "tasks.count=1 # 2"],
+    "two values": ["truth", "--set", "tasks.count=1, x = 2"],
+    "a brace": ["truth", "--set", "tasks.count=1 } #"],
+    "a field of 3,000 parts": ["truth", "--set", ".".join("a" * 3000) + "=1"],
+    "a field in a list": ["truth", "--set", "robots.classes.-1.count=1"],
+    "a superscript in a list": ["truth", "--set", "robots.classes.².count=1"],
+    "5,000 digits in a list": ["truth", "--set", f"robots.classes.{'9' * 5000}.count=1"],
+    "deep brackets": ["truth", "--set", "tasks.count=" + "[" * 20_000],
+    "a date": ["truth", "--set", "run.steps=1979-05-27"],
+    "many changes": ["truth", *[word for i in range(2000) for word in ("--set", f"x.y{i}=1")]],
+    "a long change": ["truth", "--set", "tasks.count=" + "x" * 100_000],
+    "shard of superscripts": ["sweep", "study.toml", "--shard", "²/³"],
+    "shard of digits": ["sweep", "study.toml", "--shard", f"1/{'9' * 5000}"],
+    "shard of Arabic digits": ["sweep", "study.toml", "--shard", "\u0661/\u0663"],
+    "shard 0": ["sweep", "study.toml", "--shard", "0/3"],
+    "shard 4/3": ["sweep", "study.toml", "--shard", "4/3"],
+    "shard of lines": ["sweep", "study.toml", "--shard", "1/3\n"],
+    "shard with a sign": ["sweep", "study.toml", "--shard", "+1/3"],
+    "shard with an underscore": ["sweep", "study.toml", "--shard", "1/1_0"],
+    "dask without a port": ["sweep", "study.toml", "--dask", "tcp://127.0.0.1"],
+    "dask at port 0": ["sweep", "study.toml", "--dask", "127.0.0.1:0"],
+    "dask at a huge port": ["sweep", "study.toml", "--dask", "tcp://127.0.0.1:99999999"],
+    "dask by another protocol": ["sweep", "study.toml", "--dask", "http://127.0.0.1:8786"],
+    "dask at a name of accents": ["sweep", "study.toml", "--dask", "é" * 300 + ":8786"],
+    "dask and workers": ["sweep", "study.toml", "--dask", "127.0.0.1:1", "--workers", "2"],
+    "host of accents": ["watch", "--no-browser", "--host", "é" * 300],
+    "host elsewhere": ["watch", "--no-browser", "--host", "192.0.2.1"],
+    "host of dots": ["watch", "--no-browser", "--host", "..."],
+    "host of digits": ["watch", "--no-browser", "--host", "9" * 5000],
+    "steps backwards": ["animate", "--steps", "7:3"],
+    "steps of digits": ["animate", "--steps", "9" * 5000],
+    "steps of superscripts": ["animate", "--steps", "²"],
+    "a billion frames": ["animate", "--set", "run.steps=1000000000", "--steps", "1000000000"],
+    "steps beyond": ["animate", "--steps", "5000"],
+    "speed of no GIF": ["animate", "--fps", "3"],
+    "tasks of letters": ["compare", "--tasks", "a,b"],
+    "tasks of digits": ["compare", "--tasks", "9" * 5000],
+    "tasks below 0": ["compare", "--tasks", "-5"],
+    "twice the same": ["compare", "--strategies", "dmmd,dmmd"],
+    "strategies and presets": ["compare", "--strategies", "dmmd", "--presets", "default"],
+    "a range that overflows": ["sensitivity", "--over", "decision.gain=1:1e999"],
+    "a range backwards": ["sensitivity", "--over", "decision.gain=9:1"],
+    "a range of nan": ["sensitivity", "--over", "decision.gain=nan:nan"],
+    "a range of words": ["sensitivity", "--over", "decision.strategy=a|b"],
+    "a range without values": ["tune", "--over", "tasks.count=|"],
+    "a field twice": ["tune", "--over", "decision.gain,decision.gain"],
+    "a field without a range": ["sensitivity", "--over", "radio.loss"],
+    "runs of a sweep": ["sweep", "study.toml", "--runs", "4294967297"],
+    "runs at a time": ["run", "--runs", "4294967296"],
+    "runs and first": ["run", "--runs", "2", "--first-run", "4294967295"],
+    "curves": ["run", "--runs", "100000000", "--save", "a.nc"],
+    "kinds that differ": ["export", "results", "--to", "csv", "--out", "a.nc"],
+    "an unknown suffix": ["run", "--save", "a.txt"],
+    "no suffix": ["run", "--plot", "a"],
+    "hue and y": ["plot", "results", "--x", "tasks.count", "--hue", "radio.loss", "--y", "run.steps"],
+    "no parts": ["merge", "merged"],
+    "a sweep with changes": ["watch", "results", "--set", "tasks.count=5"],
+    "a sweep with a run": ["watch", "results", "--run", "5"],
+    "an unknown command": ["nope"],
+    "a command of control characters": ["\x1b[2J"],
+    "a long command": ["x" * 100_000],
+    "an unknown option": ["--nope"],
+    "an unknown option of a command": ["run", "--nope"],
+    "a long option": ["run", "--" + "x" * 100_000],
+    "an option of lines": ["run", "--a\nfeasibee: b"],
+    "too many arguments": ["truth", *"abcdefgh"],
+    "very many arguments": ["truth", *["x" * 50] * 5000],
+    "a value for a flag": ["run", "--json=5"],
+    "half an option": ["run", "--s", "5"],
+}
+"""By hand."""
+
+
+def cases() -> Iterator[tuple[str, list[str]]]:
+    """Yield names and words of commands."""
+    yield from LINES.items()
+    for name, command in main.commands.items():
+        for parameter in command.params:
+            for kind, word in _words(name, parameter):
+                yield f"{name} {parameter.opts[0]}: {kind}", _line(name, parameter, word)
+
+
+def _line(name: str, parameter: click.Parameter, word: str) -> list[str]:
+    """Return a command that is right but for one word."""
+    needed = NEEDED.get(name, [])
+    if name == "merge":
+        return [name, "--", *(["merged", word] if parameter.name == "parts" else [word, "results"])]
+    if isinstance(parameter, click.Argument):
+        own = needed if needed[:1] and needed[0].startswith("-") else needed[1:]
+        return [name, *own, "--", word]
+    if parameter.opts[0] in needed:
+        place = needed.index(parameter.opts[0])
+        needed = needed[:place] + needed[place + 2 :]
+    return [name, *needed, f"{parameter.opts[0]}={word}"]
+
+
+def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
+    option, kind = parameter.opts[0], parameter.type.name
+    if isinstance(parameter, click.Option) and parameter.is_flag:
+        yield "a value", "yes"
+    elif isinstance(parameter.type, click.Path):
+        yield from _paths(name, parameter)
+    elif kind.startswith("integer"):
+        yield from ((each, word) for each, word in NUMBERS.items() if (option, each) != ("--trials", "huge"))
+    elif kind.startswith("float"):
+        yield from LENGTHS.items()
+    else:
+        yield from WORDS.items()
+
+
+def _paths(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
+    option = parameter.opts[0]
+    makes = not parameter.type.file_okay and (option == "--out" or (name, option) == ("merge", "folder"))
+    fine = LOGS if option == "--log" else MADE | BESIDE if makes else set()
+    yield "empty", ""
+    yield from ((kind, path) for kind, path in {**NAMES, **THINGS}.items() if kind not in fine)
+    for suffix in SUFFIXES.get((name, option), ()):
+        for kind, path in NAMES.items():
+            if kind not in BESIDE and kind != "a loop":
+                yield f"{kind}{suffix}", f"{path}{suffix}"
+        for kind in ("a loop", "a pipe", "a folder"):
+            yield f"{kind}, {suffix}", f"{kind.split()[-1]}{suffix}"

@@ -1,0 +1,64 @@
+"""What shows in a picture of the arena: one rule for figures, frames and notebooks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from feasibee import display, frames, geometry, plots
+from feasibee.geometry import images
+
+SIDES = st.integers(1, 200).map(lambda number: number / 4)
+PARTS = st.integers(0, 64).map(lambda number: number / 64)
+"""Sums of these are exact, so that edges are edges."""
+
+
+def copies(places, reach, size):
+    """Return all of the nine copies of each place that reach into view, the plain way."""
+    width, height = size
+    return sorted(
+        (x + dx, y + dy, name)
+        for name, (x, y) in enumerate(places)
+        for dx in (-width, 0.0, width)
+        for dy in (-height, 0.0, height)
+        if -reach < x + dx < width + reach and -reach < y + dy < height + reach
+    )
+
+
+@given(SIDES, SIDES, PARTS, st.lists(st.tuples(PARTS, PARTS), max_size=8))
+def test_on_a_torus_every_copy_that_reaches_into_view_shows(width, height, share, shares):
+    """Catches sides taken for each other: most arenas are longer one way."""
+    reach = share * min(width, height) / 2
+    places = np.array([(x * width, y * height) for x, y in shares]).reshape(-1, 2)
+    spots, names = images(places, reach, (width, height), walls=False)
+    found = sorted((*spot, name) for spot, name in zip(spots.tolist(), names.tolist(), strict=True))
+    inside = [(*place, name) for name, place in enumerate(places.tolist())]
+    assert found == sorted({*copies(places.tolist(), reach, (width, height)), *inside})
+
+
+def test_within_walls_each_shows_once():
+    places = np.array([(0.0, 0.0), (30.0, 12.0), (0.1, 11.9)])
+    spots, names = images(places, 5.0, (30.0, 12.0), walls=True)
+    assert spots.tolist() == places.tolist()
+    assert names.tolist() == [0, 1, 2]
+
+
+def test_whole_numbers_stay_whole():
+    """A drawing for a notebook is short because its numbers are."""
+    spots, names = images(np.array([[1, 5]]), 2, (30, 12), walls=False)
+    assert spots.dtype == np.int64
+    assert spots.tolist() == [[1, 5], [31, 5]]
+    assert names.tolist() == [0, 0]
+
+
+def test_nothing_has_no_images():
+    spots, names = images(np.zeros((0, 2)), 2.0, (30.0, 12.0), walls=False)
+    assert spots.shape == (0, 2)
+    assert names.shape == (0,)
+
+
+@pytest.mark.parametrize("painter", [display, frames, plots])
+def test_every_painter_asks_the_one_rule(painter):
+    assert painter.images is geometry.images
