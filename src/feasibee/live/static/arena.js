@@ -3,7 +3,8 @@
 import { Crowd } from "./crowd.js";
 import { COMMITTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, WORKING } from "./frames.js";
 
-const TURN = 65536, LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | LIAR;
+const TURN = 65536,
+  LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | LIAR;
 const DETAILED = 2000; // with more robots than this, no ticks, flashes, or copies beyond the edge
 const FLASH = 700; // milliseconds
 
@@ -45,7 +46,8 @@ export class Arena {
 
   // Fit the world into the canvas as it is on the page.
   layout() {
-    const { clientWidth, clientHeight } = this.canvas.parentElement, ratio = devicePixelRatio || 1;
+    const { clientWidth, clientHeight } = this.canvas.parentElement,
+      ratio = devicePixelRatio || 1;
     const [width, height] = this.world.size;
     const scale = Math.max(0.001, Math.min(clientWidth / width, clientHeight / height));
     this.scale = scale * ratio;
@@ -76,9 +78,12 @@ export class Arena {
     context.strokeStyle = colours.line;
     context.lineWidth = ratio;
     context.beginPath();
-    const gap = 10 ** Math.ceil(Math.log10(this.longer / 15)) / (this.longer / 10 ** Math.floor(Math.log10(this.longer)) < 3 ? 2 : 1);
+    const gap =
+      10 ** Math.ceil(Math.log10(this.longer / 15)) /
+      (this.longer / 10 ** Math.floor(Math.log10(this.longer)) < 3 ? 2 : 1);
     for (let at = gap; at * scale < Math.max(width, height) - 1; at += gap) {
-      const x = Math.round(at * scale) + 0.5, y = Math.round(height - at * scale) + 0.5;
+      const x = Math.round(at * scale) + 0.5,
+        y = Math.round(height - at * scale) + 0.5;
       context.moveTo(x, 0);
       context.lineTo(x, height);
       context.moveTo(0, y);
@@ -95,12 +100,14 @@ export class Arena {
   }
 
   paintTasks(context) {
-    const { x, y } = this.tasks, size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
+    const { x, y } = this.tasks,
+      size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
     context.fillStyle = this.colours.task;
     if (size < 4 * this.ratio) context.globalAlpha = 0.5; // so many would hide the robots
     context.beginPath();
     for (let i = 0; i < x.length; i++) {
-      const left = x[i] * this.unit, top = this.height - y[i] * this.unit;
+      const left = x[i] * this.unit,
+        top = this.height - y[i] * this.unit;
       context.moveTo(left, top - size);
       context.lineTo(left + 0.92 * size, top + 0.66 * size);
       context.lineTo(left - 0.92 * size, top + 0.66 * size);
@@ -148,14 +155,18 @@ export class Arena {
       py[i] = height - now.y[i] * unit;
     }
     if (!next) return;
-    const wraps = !world.walls, halfX = width / 2, halfY = height / 2;
+    const wraps = !world.walls,
+      halfX = width / 2,
+      halfY = height / 2;
     for (let i = 0; i < count; i++) {
-      let dx = (next.x[i] - now.x[i]) * unit, dy = (now.y[i] - next.y[i]) * unit;
+      let dx = (next.x[i] - now.x[i]) * unit,
+        dy = (now.y[i] - next.y[i]) * unit;
       if (wraps) {
         dx -= dx > halfX ? width : dx < -halfX ? -width : 0;
         dy -= dy > halfY ? height : dy < -halfY ? -height : 0;
       }
-      const x = px[i] + between * dx, y = py[i] + between * dy;
+      const x = px[i] + between * dx,
+        y = py[i] + between * dy;
       px[i] = x < 0 ? x + width : x >= width ? x - width : x;
       py[i] = y < 0 ? y + height : y >= height ? y - height : y;
     }
@@ -172,11 +183,14 @@ export class Arena {
   }
 
   robots(now) {
-    const { context, px, py, width, height, radius } = this, { marks, robots } = now;
+    const { context, px, py, width, height, radius } = this,
+      { marks, robots } = now;
     const reach = 1.7 * radius;
     for (let i = 0; i < robots; i++) {
       const sprite = this.sprites.get(marks[i] & LOOKS) ?? this.sprite(marks[i] & LOOKS);
-      const half = sprite.width / 2, x = px[i], y = py[i];
+      const half = sprite.width / 2,
+        x = px[i],
+        y = py[i];
       context.drawImage(sprite, x - half, y - half);
       if (this.world.walls) continue;
       const dx = x < reach ? width : x > width - reach ? -width : 0;
@@ -188,10 +202,13 @@ export class Arena {
 
   // Draw what a robot with these marks looks like, once.
   sprite(marks) {
-    const { radius, colours } = this, half = Math.ceil(1.75 * radius) + 1;
-    const sprite = document.createElement("canvas"), pen = sprite.getContext("2d");
+    const { radius, colours } = this,
+      half = Math.ceil(1.75 * radius) + 1;
+    const sprite = document.createElement("canvas"),
+      pen = sprite.getContext("2d");
     sprite.width = sprite.height = 2 * half;
-    const colour = marks & NEUTRAL ? colours.undecided : marks & FEASIBLE ? colours.feasible : colours.infeasible;
+    const colour =
+      marks & NEUTRAL ? colours.undecided : marks & FEASIBLE ? colours.feasible : colours.infeasible;
     const disc = (size) => {
       pen.beginPath();
       pen.arc(half, half, size, 0, 2 * Math.PI);
@@ -239,7 +256,9 @@ export class Arena {
     context.beginPath();
     for (let i = 0; i < now.robots; i++) {
       if (!(now.marks[i] & WORKING)) continue;
-      const angle = (now.heading[i] * Math.PI) / 128, x = Math.cos(angle), y = -Math.sin(angle);
+      const angle = (now.heading[i] * Math.PI) / 128,
+        x = Math.cos(angle),
+        y = -Math.sin(angle);
       context.moveTo(px[i] + 0.72 * radius * x, py[i] + 0.72 * radius * y);
       context.lineTo(px[i] + 1.28 * radius * x, py[i] + 1.28 * radius * y);
     }
@@ -247,7 +266,8 @@ export class Arena {
   }
 
   flash(time) {
-    const { context } = this, reach = this.world.radio * this.scale;
+    const { context } = this,
+      reach = this.world.radio * this.scale;
     context.strokeStyle = this.colours.ink;
     context.lineWidth = this.ratio;
     for (const [i, begun] of this.flashes) {
@@ -288,7 +308,8 @@ export class Arena {
     const around = this.world.walls || radius > Math.min(width, height) / 2 ? [0] : [-1, 0, 1];
     for (const across of around)
       for (const along of around) {
-        const left = x + across * width, top = y + along * height;
+        const left = x + across * width,
+          top = y + along * height;
         if (left < -radius || left > width + radius || top < -radius || top > height + radius) continue;
         context.moveTo(left + radius, top);
         context.arc(left, top, radius, 0, 2 * Math.PI);
@@ -299,8 +320,10 @@ export class Arena {
   at(clientX, clientY) {
     if (!this.px || !this.world) return -1;
     const box = this.canvas.getBoundingClientRect();
-    const x = (clientX - box.left) * this.ratio, y = (clientY - box.top) * this.ratio;
-    let found = -1, nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
+    const x = (clientX - box.left) * this.ratio,
+      y = (clientY - box.top) * this.ratio;
+    let found = -1,
+      nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
     for (let i = 0; i < this.px.length; i++) {
       const squared = (this.px[i] - x) ** 2 + (this.py[i] - y) ** 2;
       if (squared < nearest) [nearest, found] = [squared, i];

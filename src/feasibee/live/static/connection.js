@@ -1,6 +1,7 @@
 // The line to the server: opens itself again when it breaks, ever more patiently.
 
-const FIRST_WAIT = 500, LONGEST_WAIT = 8000;
+const FIRST_WAIT = 500,
+  LONGEST_WAIT = 8000;
 
 export class Connection {
   // handlers: ready(), message(object), binary(buffer), lost(milliseconds until the next attempt)

@@ -47,7 +47,11 @@ export class Controls {
     const values = { seed, run, ...fields };
     for (const [path, input] of this.inputs) {
       const value = values[path];
-      if (value === undefined || input === document.activeElement && String(this.valueOf(input)) === String(value)) continue;
+      if (
+        value === undefined ||
+        (input === document.activeElement && String(this.valueOf(input)) === String(value))
+      )
+        continue;
       if (input.type === "checkbox") input.checked = value;
       else input.value = value;
     }
@@ -74,7 +78,8 @@ export class Controls {
       input.setAttribute("aria-invalid", "true");
       input.note.textContent = text;
       input.note.hidden = false;
-      for (let above = input.closest("details"); above; above = above.parentElement.closest("details")) above.open = true;
+      for (let above = input.closest("details"); above; above = above.parentElement.closest("details"))
+        above.open = true;
     }
     const more = problems.length > others.length ? ["Not changed; the swarm before goes on."] : [];
     this.general([...others, ...more].join("\n"));

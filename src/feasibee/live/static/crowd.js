@@ -24,8 +24,11 @@ export class Crowd {
 
   // Return the pixels of a picture that aren't empty: where, what is added, and how much of the ground stays.
   stamp(looks, sprite) {
-    const size = sprite.width, data = sprite.getContext("2d").getImageData(0, 0, size, size).data;
-    const offsets = [], colours = [], stays = [];
+    const size = sprite.width,
+      data = sprite.getContext("2d").getImageData(0, 0, size, size).data;
+    const offsets = [],
+      colours = [],
+      stays = [];
     for (let k = 0; k < size * size; k++) {
       const [r, g, b, alpha] = data.subarray(4 * k, 4 * k + 4);
       if (alpha < 8) continue;
@@ -34,7 +37,12 @@ export class Crowd {
       colours.push(((Math.floor(b * part) << 16) | (Math.floor(g * part) << 8) | Math.floor(r * part)) >>> 0);
       stays.push(alpha > 250 ? 0 : Math.round(256 * (1 - part)));
     }
-    const stamp = { half: size / 2, offsets: Int32Array.from(offsets), colours: Uint32Array.from(colours), stays: Int32Array.from(stays) };
+    const stamp = {
+      half: size / 2,
+      offsets: Int32Array.from(offsets),
+      colours: Uint32Array.from(colours),
+      stays: Int32Array.from(stays),
+    };
     this.stamps.set(looks, stamp);
     return stamp;
   }
@@ -44,16 +52,20 @@ export class Crowd {
     const { pixels, width, height } = this;
     pixels.set(this.ground);
     for (let i = 0; i < marks.length; i++) {
-      const looks = marks[i] & mask, stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
-      const { half, offsets, colours, stays } = stamp, place = inside(py[i], half, height) * width + inside(px[i], half, width);
+      const looks = marks[i] & mask,
+        stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
+      const { half, offsets, colours, stays } = stamp,
+        place = inside(py[i], half, height) * width + inside(px[i], half, width);
       for (let k = 0; k < offsets.length; k++) {
-        const at = place + offsets[k], stay = stays[k];
+        const at = place + offsets[k],
+          stay = stays[k];
         if (!stay) {
           pixels[at] = 0xff000000 | colours[k];
           continue;
         }
         const under = pixels[at];
-        const redBlue = (Math.imul(under & 0xff00ff, stay) >>> 8) & 0xff00ff, green = ((under & 0xff00) * stay >>> 8) & 0xff00;
+        const redBlue = (Math.imul(under & 0xff00ff, stay) >>> 8) & 0xff00ff,
+          green = (((under & 0xff00) * stay) >>> 8) & 0xff00;
         pixels[at] = 0xff000000 | (colours[k] + redBlue + green);
       }
     }

@@ -1,8 +1,17 @@
 // Binary messages of the server; see messages.py, which says what stands where.
 
 export const PROTOCOL = 1;
-export const FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, COMMITTED = 8, COUNTED = 16, WORKING = 32, LIAR = 64, STUBBORN = 128;
-const FRAME = 1, HEADER = 60, TASKS_HEADER = 8;
+export const FEASIBLE = 1,
+  NEUTRAL = 2,
+  DISSEMINATING = 4,
+  COMMITTED = 8,
+  COUNTED = 16,
+  WORKING = 32,
+  LIAR = 64,
+  STUBBORN = 128;
+const FRAME = 1,
+  HEADER = 60,
+  TASKS_HEADER = 8;
 
 export function decode(buffer) {
   const view = new DataView(buffer);
@@ -11,7 +20,8 @@ export function decode(buffer) {
 }
 
 function frame(buffer, view) {
-  const robots = view.getUint32(4, true), length = view.getInt32(16, true);
+  const robots = view.getUint32(4, true),
+    length = view.getInt32(16, true);
   let at = HEADER;
   const take = (kind, count) => {
     const array = new kind(buffer, at, count);

@@ -3,7 +3,17 @@
 import { Arena } from "./arena.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
-import { COMMITTED, COUNTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, STUBBORN, WORKING, decode } from "./frames.js";
+import {
+  COMMITTED,
+  COUNTED,
+  DISSEMINATING,
+  FEASIBLE,
+  LIAR,
+  NEUTRAL,
+  STUBBORN,
+  WORKING,
+  decode,
+} from "./frames.js";
 import { Player, SPEEDS } from "./player.js";
 import { Plot } from "./plot.js";
 
@@ -18,9 +28,12 @@ let wanted = null; // {step, which}: what has been asked for and isn't there yet
 let waitingFor = 0;
 let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
-let shownStep = -1, shownDecision = null, plotted = 0;
+let shownStep = -1,
+  shownDecision = null,
+  plotted = 0;
 const settings = { theme: "auto" };
-const calm = matchMedia("(prefers-reduced-motion: reduce)"), dark = matchMedia("(prefers-color-scheme: dark)");
+const calm = matchMedia("(prefers-reduced-motion: reduce)"),
+  dark = matchMedia("(prefers-color-scheme: dark)");
 
 const player = new Player((steps) => connection.send({ type: "advance", steps }));
 const arena = new Arena($("arena"), colours());
@@ -108,14 +121,16 @@ const answers = {
     $("committed-row").hidden = $("legend-committed").hidden = !message.commits;
     $("legend-stopped").hidden = !message.fields["faults.stopped"];
     $("legend-liar").hidden = !message.fields["faults.byzantine"];
-    for (const item of $("replay-list").children) item.firstChild.setAttribute("aria-current", String(item.key === replayKey(point, message.run)));
+    for (const item of $("replay-list").children)
+      item.firstChild.setAttribute("aria-current", String(item.key === replayKey(point, message.run)));
     if (old) say(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress();
     dirty = true;
   },
   error(message) {
     veil("");
-    if (wanted) player.asked = false; // the swarm before goes on
+    if (wanted)
+      player.asked = false; // the swarm before goes on
     else player.halt();
     reflectPlay();
     wanted = null;
@@ -158,10 +173,12 @@ const connection = new Connection({
   lost(wait) {
     veil("");
     state("not connected", "lost");
-    if (world && !wanted) wanted = { step: player.frames[0].step, which: { seed: world.seed, run: world.run } };
+    if (world && !wanted)
+      wanted = { step: player.frames[0].step, which: { seed: world.seed, run: world.run } };
     player.asked = true;
     if (!answers.isFull)
-      $("banner-text").textContent = `The server doesn't answer. This page goes on where it was as soon as it does; next attempt in ${Math.ceil(wait / 1000)} s.`;
+      $("banner-text").textContent =
+        `The server doesn't answer. This page goes on where it was as soon as it does; next attempt in ${Math.ceil(wait / 1000)} s.`;
     answers.isFull = false;
     $("banner").hidden = false;
   },
@@ -175,12 +192,20 @@ const replayKey = (point, run) => `${point} ${run}`;
 
 function listReplays({ replays, pick, found }) {
   $("replays").hidden = !replays.length;
-  const kinds = { wrong: "decided wrong", right: "decided right", undecided: "didn't decide", all: "there are" };
-  $("replays-title").textContent = `${number(found)} runs that ${kinds[pick] ?? `decided ${pick}`}${found > replays.length ? `; ${replays.length} of them` : ""}`;
+  const kinds = {
+    wrong: "decided wrong",
+    right: "decided right",
+    undecided: "didn't decide",
+    all: "there are",
+  };
+  $("replays-title").textContent =
+    `${number(found)} runs that ${kinds[pick] ?? `decided ${pick}`}${found > replays.length ? `; ${replays.length} of them` : ""}`;
   $("replay-list").replaceChildren(
     ...replays.map((replay) => {
-      const item = document.createElement("li"), button = document.createElement("button");
-      const main = document.createElement("span"), more = document.createElement("small");
+      const item = document.createElement("li"),
+        button = document.createElement("button");
+      const main = document.createElement("span"),
+        more = document.createElement("small");
       const values = Object.entries(replay.values).map(([path, value]) => `${path} ${value}`);
       main.textContent = values.join(", ") || `point ${replay.point}`;
       more.textContent = `run ${replay.run}: ${replay.decision}${replay.decision_step >= 0 ? ` at ${replay.decision_step}` : ""}`;
@@ -215,12 +240,17 @@ function show(frame, time) {
   if (frame.step !== shownStep) {
     const undecided = frame.counted - frame.feasible - frame.infeasible;
     const values = { feasible: frame.feasible, infeasible: frame.infeasible, undecided, exploring };
-    Object.assign(values, { disseminating: frame.disseminating, committed: frame.committed, now: frame.step });
+    Object.assign(values, {
+      disseminating: frame.disseminating,
+      committed: frame.committed,
+      now: frame.step,
+    });
     values.stopped = frame.robots - frame.working;
     for (const [id, value] of Object.entries(values)) $(id).textContent = number(value);
     const bits = frame.step ? frame.bits / frame.robots / frame.step : 0;
     $("bits").textContent = bits.toPrecision(3).replace(/\.?0+$/, "");
-    $("undecided-row").hidden = $("legend-undecided").hidden = !undecided && !frame.marks.some((marks) => marks & NEUTRAL);
+    $("undecided-row").hidden = $("legend-undecided").hidden =
+      !undecided && !frame.marks.some((marks) => marks & NEUTRAL);
     const whole = Math.max(1, frame.counted);
     const [left, middle, right] = $("bar").children;
     left.style.width = `${(100 * frame.feasible) / whole}%`;
@@ -231,7 +261,10 @@ function show(frame, time) {
     plotted = Math.min(plotted, time - PLOT_PAUSE + 1);
   }
   if (plot.shown !== frame.step && (time - plotted >= PLOT_PAUSE || !player.playing)) {
-    plot.show(frame.step, frame.decisionStep >= 0 && frame.decisionStep <= frame.step ? frame.decisionStep : -1);
+    plot.show(
+      frame.step,
+      frame.decisionStep >= 0 && frame.decisionStep <= frame.step ? frame.decisionStep : -1,
+    );
     plotted = time;
   }
 }
@@ -240,14 +273,19 @@ function show(frame, time) {
 function decide(frame) {
   const key = `${frame.firstDecision} ${frame.decision}`;
   if (key === shownDecision) return;
-  const first = WORDS[frame.firstDecision], now = WORDS[frame.decision], decided = frame.firstDecision >= 0;
+  const first = WORDS[frame.firstDecision],
+    now = WORDS[frame.decision],
+    decided = frame.firstDecision >= 0;
   const right = decided && (frame.firstDecision === 1) === world.truth;
   $("decision").textContent = decided ? `${first}, since step ${number(frame.decisionStep)}` : "undecided";
-  if (decided && now !== first) $("decision").textContent = `first ${first}, at step ${number(frame.decisionStep)}; now ${now}`;
+  if (decided && now !== first)
+    $("decision").textContent = `first ${first}, at step ${number(frame.decisionStep)}; now ${now}`;
   $("verdict").dataset.verdict = decided ? (right ? "right" : "wrong") : "";
   $("judgement").textContent = decided ? `The swarm's decision is ${right ? "right" : "wrong"}.` : "";
   if (decided && shownDecision !== null && shownDecision.startsWith("-1"))
-    say(`The swarm has decided at step ${frame.decisionStep}: ${first}. That is ${right ? "right" : "wrong"}.`);
+    say(
+      `The swarm has decided at step ${frame.decisionStep}: ${first}. That is ${right ? "right" : "wrong"}.`,
+    );
   shownDecision = key;
 }
 
@@ -266,7 +304,8 @@ function className(robot) {
 }
 
 function tip(frame) {
-  const robot = arena.pointed, box = $("tip");
+  const robot = arena.pointed,
+    box = $("tip");
   box.hidden = robot < 0 || robot >= frame.robots;
   if (box.hidden) return;
   const marks = frame.marks[robot];
@@ -281,7 +320,8 @@ function tip(frame) {
   ];
   const text = `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;
   if (box.textContent !== text) box.textContent = text;
-  const [x, y] = arena.placeOf(robot), canvas = $("arena");
+  const [x, y] = arena.placeOf(robot),
+    canvas = $("arena");
   const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, $("frame").clientWidth - box.offsetWidth));
   const top = canvas.offsetTop + y + (y > 60 ? -14 - box.offsetHeight : 18);
   box.style.transform = `translate(${left}px, ${top}px)`;
@@ -291,7 +331,8 @@ let past = 0;
 function tick(time) {
   const seconds = Math.min(0.1, (time - past) / 1000);
   past = time;
-  const head = player.head, was = player.playing;
+  const head = player.head,
+    was = player.playing;
   const view = player.tick(seconds);
   if (was && !player.playing) reflectPlay();
   if (view && world && (dirty || head !== player.head)) {
@@ -306,7 +347,12 @@ function tick(time) {
 function reflectPlay() {
   $("play").setAttribute("aria-label", player.playing ? "Pause" : "Play");
   $("play").dataset.playing = player.playing;
-  $("arena").setAttribute("aria-label", world ? `The arena: ${world.robots} robots and ${world.tasks} tasks, ${player.playing ? "playing" : `at step ${player.frames[0]?.step ?? 0}`}` : "The arena");
+  $("arena").setAttribute(
+    "aria-label",
+    world
+      ? `The arena: ${world.robots} robots and ${world.tasks} tasks, ${player.playing ? "playing" : `at step ${player.frames[0]?.step ?? 0}`}`
+      : "The arena",
+  );
 }
 
 function reflectSpeed() {
@@ -344,7 +390,17 @@ function speed(by) {
   reflectSpeed();
 }
 
-const KEYS = { " ": "play", ".": "step", ArrowRight: "step", "+": "faster", "=": "faster", "-": "slower", r: "restart", n: "another", "?": "help" };
+const KEYS = {
+  " ": "play",
+  ".": "step",
+  ArrowRight: "step",
+  "+": "faster",
+  "=": "faster",
+  "-": "slower",
+  r: "restart",
+  n: "another",
+  "?": "help",
+};
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || $("help").open) return;
@@ -356,7 +412,8 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
   actions[action]();
 });
-for (const id of ["play", "step", "restart", "faster", "slower", "another"]) $(id).addEventListener("click", () => actions[id]());
+for (const id of ["play", "step", "restart", "faster", "slower", "another"])
+  $(id).addEventListener("click", () => actions[id]());
 $("skip").addEventListener("click", () => $("play").focus()); // no link: the address keeps the run
 $("help-open").addEventListener("click", actions.help);
 $("retry").addEventListener("click", () => connection.open());

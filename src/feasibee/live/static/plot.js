@@ -33,9 +33,11 @@ export class Plot {
         return longer;
       });
     }
-    const { counted, stopStep } = this.world, [steps, feasible, infeasible] = this.data;
+    const { counted, stopStep } = this.world,
+      [steps, feasible, infeasible] = this.data;
     for (let k = 0; k < frame.feasibleCounts.length; k++) {
-      const step = frame.first + k, whole = Math.max(1, counted[step >= stopStep ? 1 : 0]);
+      const step = frame.first + k,
+        whole = Math.max(1, counted[step >= stopStep ? 1 : 0]);
       steps[step] = step;
       feasible[step] = (100 * frame.feasibleCounts[k]) / whole;
       infeasible[step] = (100 * frame.infeasibleCounts[k]) / whole;
@@ -50,7 +52,10 @@ export class Plot {
     let span = this.world.last;
     while (span / 2 > Math.max(step, FIRST_SPAN)) span /= 2;
     this.chart.batch(() => {
-      this.chart.setData(this.data.map((each) => each.subarray(0, length)), false);
+      this.chart.setData(
+        this.data.map((each) => each.subarray(0, length)),
+        false,
+      );
       this.chart.setScale("x", { min: 0, max: Math.max(1, span) });
       this.chart.setScale("y", { min: 0, max: 100 });
       this.chart.redraw(false, true);
@@ -62,14 +67,22 @@ export class Plot {
   }
 
   size() {
-    return { width: Math.max(120, this.element.clientWidth), height: Math.max(120, this.element.clientHeight) };
+    return {
+      width: Math.max(120, this.element.clientWidth),
+      height: Math.max(120, this.element.clientHeight),
+    };
   }
 
   build() {
     this.chart?.destroy();
     const { colours } = this;
     const font = `11px ${getComputedStyle(this.element).fontFamily}`;
-    const axis = { stroke: colours.muted, font, grid: { stroke: colours.line, width: 1 }, ticks: { show: false } };
+    const axis = {
+      stroke: colours.muted,
+      font,
+      grid: { stroke: colours.line, width: 1 },
+      ticks: { show: false },
+    };
     const series = (colour, dash) => ({ stroke: colour, width: 1.75, dash, points: { show: false } });
     this.chart = new uPlot(
       {
@@ -91,7 +104,9 @@ export class Plot {
   }
 
   mark(chart) {
-    const pen = chart.ctx, { left, top, width, height } = chart.bbox, ratio = devicePixelRatio || 1;
+    const pen = chart.ctx,
+      { left, top, width, height } = chart.bbox,
+      ratio = devicePixelRatio || 1;
     const y = chart.valToPos(100 * this.world.threshold, "y", true);
     pen.save();
     pen.strokeStyle = this.colours.muted;
@@ -102,7 +117,8 @@ export class Plot {
     pen.lineTo(left + width, y);
     pen.stroke();
     if (this.decided >= 0) {
-      const x = chart.valToPos(this.decided, "x", true), late = x > left + 0.7 * width;
+      const x = chart.valToPos(this.decided, "x", true),
+        late = x > left + 0.7 * width;
       pen.setLineDash([]);
       pen.strokeStyle = pen.fillStyle = this.colours.ink;
       pen.beginPath();

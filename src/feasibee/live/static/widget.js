@@ -60,11 +60,19 @@ function bytesOf(view) {
 function render({ model, el }) {
   const shadow = el.attachShadow({ mode: "open" });
   shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: nothing else is markup
-  const $ = (selector) => shadow.querySelector(selector), root = $(".arena"), speed = $("input");
-  const world = model.get("_world"), [width, height] = world.size;
-  const calm = matchMedia("(prefers-reduced-motion: reduce)"), dark = matchMedia("(prefers-color-scheme: dark)");
+  const $ = (selector) => shadow.querySelector(selector),
+    root = $(".arena"),
+    speed = $("input");
+  const world = model.get("_world"),
+    [width, height] = world.size;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)"),
+    dark = matchMedia("(prefers-color-scheme: dark)");
   const ended = new AbortController();
-  let swarm = "", pending = 0, past = 0, late = 0, stale = true;
+  let swarm = "",
+    pending = 0,
+    past = 0,
+    late = 0,
+    stale = true;
 
   const wait = () => say(".note", "Waiting for the kernel. If it was restarted, run this cell again.");
   const want = (step) => {
@@ -104,7 +112,8 @@ function render({ model, el }) {
     if (stale) repaint();
     const view = player.tick(past ? Math.min(0.1, (time - past) / 1000) : 0);
     if (!view) return;
-    const flashing = arena.draw(view, time), rests = !player.playing && player.head >= player.target;
+    const flashing = arena.draw(view, time),
+      rests = !player.playing && player.head >= player.target;
     show(view.now);
     past = rests ? 0 : time;
     if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) wake(); // else a frame does
@@ -123,7 +132,9 @@ function render({ model, el }) {
       const place = $(`[data-count="${name}"]`);
       if (place) place.textContent = value.toLocaleString("en");
     }
-    const first = OUTCOMES[frame.firstDecision], now = OUTCOMES[frame.decision], truth = OUTCOMES[Number(world.truth)];
+    const first = OUTCOMES[frame.firstDecision],
+      now = OUTCOMES[frame.decision],
+      truth = OUTCOMES[Number(world.truth)];
     const since = `decided ${first} at step ${frame.decisionStep}: ${first === truth ? "right" : "wrong"}${now === first ? "" : `; now ${now}`}`;
     say(".outcome", frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since);
     say("[data-does=play]", player.playing ? "Pause" : "Play");
@@ -145,7 +156,14 @@ function render({ model, el }) {
     root.style.colorScheme = light === undefined ? "light dark" : light === "true" ? "light" : "dark";
     const probe = root.appendChild(document.createElement("span"));
     const colour = (name) => ((probe.style.color = `var(--${name})`), getComputedStyle(probe).color);
-    arena.setColours(Object.fromEntries(["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"].map((name) => [name, colour(name)])));
+    arena.setColours(
+      Object.fromEntries(
+        ["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"].map((name) => [
+          name,
+          colour(name),
+        ]),
+      ),
+    );
     probe.remove();
   }
 
@@ -186,7 +204,8 @@ function render({ model, el }) {
   arena.open(world);
   arena.setTasks(decode(bytesOf(model.get("_tasks"))));
   setSpeed();
-  const size = new ResizeObserver(refresh), theme = new MutationObserver(refresh);
+  const size = new ResizeObserver(refresh),
+    theme = new MutationObserver(refresh);
   size.observe($(".frame"));
   theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-jp-theme-name"] });
   dark.addEventListener("change", refresh, { signal: ended.signal });
