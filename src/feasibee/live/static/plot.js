@@ -2,13 +2,34 @@
 
 const FIRST_SPAN = 100;
 
+/** @import { World } from "./arena.js" */
+/** @import { Frame } from "./frames.js" */
+
+/** @typedef {Record<"line" | "ink" | "muted" | "feasible" | "infeasible", string>} PlotColours */
+/** @typedef {Pick<World, "last"> & {threshold: number, counted: [number, number], stopStep: number}} PlotWorld */
+
 export class Plot {
+  /** @type {Chart} */
+  chart; // from build() on
+  /** @type {PlotWorld} */
+  world;
+  /** @type {Float64Array<ArrayBuffer>[]} */
+  data = [];
+  known = 0; // steps
+  shown = -1;
+  decided = -1;
+
+  /**
+   * @param {HTMLElement} element
+   * @param {PlotColours} colours
+   */
   constructor(element, colours) {
     this.element = element;
     this.colours = colours;
     this.clear({ last: 1, threshold: 1, counted: [1, 1], stopStep: 0 });
   }
 
+  /** @param {PlotWorld} world */
   clear(world) {
     this.world = world;
     this.known = 0;
@@ -18,12 +39,14 @@ export class Plot {
     this.build();
   }
 
+  /** @param {PlotColours} colours */
   setColours(colours) {
     this.colours = colours;
     this.build();
     this.show(this.shown, this.decided);
   }
 
+  /** @param {Frame} frame */
   add(frame) {
     const until = frame.first + frame.feasibleCounts.length;
     if (until > this.data[0].length) {
@@ -45,6 +68,10 @@ export class Plot {
     this.known = Math.max(this.known, until);
   }
 
+  /**
+   * @param {number} step
+   * @param {number} decided
+   */
   show(step, decided) {
     this.shown = step;
     this.decided = decided;
@@ -83,6 +110,10 @@ export class Plot {
       grid: { stroke: colours.line, width: 1 },
       ticks: { show: false },
     };
+    /**
+     * @param {string} colour
+     * @param {number[]} [dash]
+     */
     const series = (colour, dash) => ({ stroke: colour, width: 1.75, dash, points: { show: false } });
     this.chart = new uPlot(
       {
@@ -96,13 +127,14 @@ export class Plot {
           { ...axis, size: 34, splits: () => [0, 25, 50, 75, 100] },
         ],
         series: [{}, series(colours.feasible), series(colours.infeasible, [6, 3])],
-        hooks: { draw: [(chart) => this.mark(chart)] },
+        hooks: { draw: [(/** @type {Chart} */ chart) => this.mark(chart)] },
       },
       this.data.map((each) => each.subarray(0, 0)),
       this.element,
     );
   }
 
+  /** @param {Chart} chart */
   mark(chart) {
     const pen = chart.ctx,
       { left, top, width, height } = chart.bbox,
