@@ -3,11 +3,12 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: help paper test lint bench docs claims claims-short clean
+.PHONY: help paper test lint lint-js format-js bench docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/"
 	@echo "make test    all tests"
-	@echo "make lint    style, types, layers"
+	@echo "make lint    style, types, layers, workflows, citation"
+	@echo "make lint-js format and types of the live page's JavaScript, with npm; make format-js formats it"
 	@echo "make bench   speed, start-up and memory, the ratios to Mesa and to a plain numba loop, the live arena"
 	@echo "make docs    the documentation, in docs/_build/html; runs the gallery's examples"
 	@echo "make claims  the numbers of the documentation, computed again and put right; CHECK=1 only reports, PAGE=paper"
@@ -24,6 +25,14 @@ lint: $(VENV)/with-lint
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+
+lint-js: node_modules/installed
+	npm run --silent lint
+
+format-js: node_modules/installed
+	npm run --silent format
 
 bench: $(VENV)/with-bench
 	$(BIN)/python benchmarks/bench.py
@@ -41,6 +50,10 @@ claims-short: $(VENV)/installed
 
 clean:
 	rm -rf $(VENV) paper docs/_build docs/gallery .claims
+
+node_modules/installed: package-lock.json
+	npm ci --silent --no-audit --no-fund
+	@touch $@
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -540,7 +540,7 @@ def test_the_page_takes_nothing_from_elsewhere_and_writes_no_markup():
 
 
 def test_the_page_reads_frames_as_the_server_writes_them():
-    text = (serving.STATIC / "frames.js").read_text()
+    text = " ".join((serving.STATIC / "frames.js").read_text("utf-8").split())
     assert f"PROTOCOL = {PROTOCOL};" in text
     assert f"HEADER = {HEADER.size}, TASKS_HEADER = {TASKS_HEADER.size};" in text
     names = [name.upper() for name in MARKS]

@@ -20,7 +20,7 @@ NUMBERED = [
     "examples/README.md",
     *(f"docs/{path.name}" for path in (book.ROOT / "docs").glob("*.md")),
 ]
-WITHOUT = {"docs/changelog.md", "docs/examples.md"}  # they include other files
+WITHOUT = {"docs/changelog.md", "docs/contributing.md", "docs/examples.md"}  # they include other files
 
 
 def page(*claims, tables=(), given=(), parts=()):

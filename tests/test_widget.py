@@ -82,8 +82,8 @@ def test_the_modules_become_one():
     assert not re.search(r"^\s*import\b", joined, re.MULTILINE)
     assert re.findall(r"^export.*", joined, re.MULTILINE) == ["export default { render };"]
     names = re.findall(r"^(?:async )?(?:function|class) (\w+)", joined, re.MULTILINE)
-    for line in re.findall(r"^(?:const|let) (.+)", joined, re.MULTILINE):
-        names += re.findall(r"(?:^|, )(\w+) = ", line)
+    for text in re.findall(r"^(?:const|let) ([^;]+);", joined, re.MULTILINE):
+        names += re.findall(r"(?:^|,\s)\s*(\w+) = ", text)
     assert {"decode", "Crowd", "Arena", "Player", "SPEEDS", "DISSEMINATING", "render"} <= set(names)
     assert len(names) == len(set(names))
 

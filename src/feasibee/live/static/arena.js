@@ -1,28 +1,81 @@
 // The arena on a canvas: tasks and ground on a layer of their own, robots as small pictures made once.
 
-import { Crowd } from "./crowd.js";
+import { Crowd, contextOf } from "./crowd.js";
 import { COMMITTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, WORKING } from "./frames.js";
 
-const TURN = 65536, LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | LIAR;
+const TURN = 65536,
+  LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | LIAR;
 const DETAILED = 2000; // with more robots than this, no ticks, flashes, or copies beyond the edge
 const FLASH = 700; // milliseconds
 
+/** @import { Frame, Tasks } from "./frames.js" */
+
+/**
+ * What the server tells of a swarm's world.
+ * @typedef {object} World
+ * @property {[number, number]} size
+ * @property {boolean} walls
+ * @property {number} diameter
+ * @property {number} sight
+ * @property {number} radio
+ * @property {number} robots
+ * @property {number} tasks
+ * @property {boolean} truth
+ * @property {number} last
+ */
+
+/**
+ * What the server tells of a swarm that has begun; see opened() in session.py.
+ * @typedef {World & {
+ *   generation: number, seed: string, run: string, fields: Record<string, string | number | boolean>,
+ *   toml: string, proof: string, robotClasses: [string, number][], threshold: number,
+ *   counted: [number, number], stopStep: number, commits: boolean,
+ * }} Opened
+ */
+
+/** @typedef {"ground" | "line" | "ink" | "feasible" | "infeasible" | "undecided" | "task"} Colour */
+/** @typedef {Record<Colour, string>} Colours */
+
+/**
+ * What is to be drawn: a frame, the next if one is there, and how far between them, 0 to 1.
+ * @typedef {object} View
+ * @property {Frame} now
+ * @property {Frame | null} next
+ * @property {number} between
+ */
+
 export class Arena {
-  // colours: {ground, line, ink, feasible, infeasible, undecided, task}
+  /** @type {World} */
+  world; // from open() on
+  /** @type {HTMLCanvasElement} */
+  ground; // from layout() on
+
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Colours} colours
+   */
   constructor(canvas, colours) {
     this.canvas = canvas;
-    this.context = canvas.getContext("2d", { alpha: false });
+    this.context = contextOf(canvas, { alpha: false });
     this.colours = colours;
-    this.world = null;
+    /** @type {Tasks | null} */
     this.tasks = null;
     this.crowd = new Crowd();
-    this.flashes = new Map();
+    /** @type {Map<number, number>} */
+    this.flashes = new Map(); // since when
+    /** @type {Map<number, HTMLCanvasElement>} */
+    this.sprites = new Map();
+    /** @type {Frame | null} */
+    this.before = null;
+    this.px = new Float32Array(0);
+    this.py = new Float32Array(0);
+    this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
     this.calm = false;
     this.pointed = -1;
     this.drawn = 0;
   }
 
-  // world: what the server tells of a swarm
+  /** @param {World} world */
   open(world) {
     this.world = world;
     this.longer = Math.max(...world.size);
@@ -33,11 +86,13 @@ export class Arena {
     this.layout();
   }
 
+  /** @param {Tasks} tasks */
   setTasks(tasks) {
     this.tasks = tasks;
     this.paintGround();
   }
 
+  /** @param {Colours} colours */
   setColours(colours) {
     this.colours = colours;
     if (this.world) this.layout();
@@ -45,7 +100,8 @@ export class Arena {
 
   // Fit the world into the canvas as it is on the page.
   layout() {
-    const { clientWidth, clientHeight } = this.canvas.parentElement, ratio = devicePixelRatio || 1;
+    const { clientWidth, clientHeight } = this.canvas.parentElement ?? this.canvas,
+      ratio = devicePixelRatio || 1;
     const [width, height] = this.world.size;
     const scale = Math.max(0.001, Math.min(clientWidth / width, clientHeight / height));
     this.scale = scale * ratio;
@@ -70,22 +126,25 @@ export class Arena {
     ground.width = width;
     ground.height = height;
     const crowded = this.world.robots > DETAILED;
-    const context = ground.getContext("2d", { alpha: false, willReadFrequently: crowded });
+    const context = contextOf(ground, { alpha: false, willReadFrequently: crowded });
     context.fillStyle = colours.ground;
     context.fillRect(0, 0, width, height);
     context.strokeStyle = colours.line;
     context.lineWidth = ratio;
     context.beginPath();
-    const gap = 10 ** Math.ceil(Math.log10(this.longer / 15)) / (this.longer / 10 ** Math.floor(Math.log10(this.longer)) < 3 ? 2 : 1);
+    const gap =
+      10 ** Math.ceil(Math.log10(this.longer / 15)) /
+      (this.longer / 10 ** Math.floor(Math.log10(this.longer)) < 3 ? 2 : 1);
     for (let at = gap; at * scale < Math.max(width, height) - 1; at += gap) {
-      const x = Math.round(at * scale) + 0.5, y = Math.round(height - at * scale) + 0.5;
+      const x = Math.round(at * scale) + 0.5,
+        y = Math.round(height - at * scale) + 0.5;
       context.moveTo(x, 0);
       context.lineTo(x, height);
       context.moveTo(0, y);
       context.lineTo(width, y);
     }
     context.stroke();
-    if (this.tasks) this.paintTasks(context);
+    if (this.tasks) this.paintTasks(context, this.tasks);
     if (this.world.walls) {
       context.strokeStyle = colours.ink;
       context.lineWidth = 6 * ratio; // half of it is outside
@@ -94,13 +153,18 @@ export class Arena {
     if (crowded) this.crowd.reset(ground);
   }
 
-  paintTasks(context) {
-    const { x, y } = this.tasks, size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Tasks} tasks
+   */
+  paintTasks(context, { x, y }) {
+    const size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
     context.fillStyle = this.colours.task;
     if (size < 4 * this.ratio) context.globalAlpha = 0.5; // so many would hide the robots
     context.beginPath();
     for (let i = 0; i < x.length; i++) {
-      const left = x[i] * this.unit, top = this.height - y[i] * this.unit;
+      const left = x[i] * this.unit,
+        top = this.height - y[i] * this.unit;
       context.moveTo(left, top - size);
       context.lineTo(left + 0.92 * size, top + 0.66 * size);
       context.lineTo(left - 0.92 * size, top + 0.66 * size);
@@ -115,7 +179,11 @@ export class Arena {
     }
   }
 
-  // Draw between two frames; return whether something still moves by itself.
+  /**
+   * Draw between two frames; return whether something still moves by itself.
+   * @param {View} view
+   * @param {number} time
+   */
   draw({ now, next, between }, time) {
     const { context } = this;
     this.place(now, next, between);
@@ -131,14 +199,19 @@ export class Arena {
       this.robots(now);
       if (this.radius > 2.5 * this.ratio) this.ticks(now);
     }
-    this.canvas.dataset.drawn = ++this.drawn; // for tests and benchmarks
+    this.canvas.dataset.drawn = String(++this.drawn); // for tests and benchmarks
     return this.flashes.size > 0;
   }
 
-  // Find the pixel of each robot, moving the shortest way round.
+  /**
+   * Find the pixel of each robot, moving the shortest way round.
+   * @param {Frame} now
+   * @param {Frame | null} next
+   * @param {number} between
+   */
   place(now, next, between) {
     const count = now.robots;
-    if (!this.px || this.px.length !== count) {
+    if (this.px.length !== count) {
       this.px = new Float32Array(count);
       this.py = new Float32Array(count);
     }
@@ -148,20 +221,28 @@ export class Arena {
       py[i] = height - now.y[i] * unit;
     }
     if (!next) return;
-    const wraps = !world.walls, halfX = width / 2, halfY = height / 2;
+    const wraps = !world.walls,
+      halfX = width / 2,
+      halfY = height / 2;
     for (let i = 0; i < count; i++) {
-      let dx = (next.x[i] - now.x[i]) * unit, dy = (now.y[i] - next.y[i]) * unit;
+      let dx = (next.x[i] - now.x[i]) * unit,
+        dy = (now.y[i] - next.y[i]) * unit;
       if (wraps) {
         dx -= dx > halfX ? width : dx < -halfX ? -width : 0;
         dy -= dy > halfY ? height : dy < -halfY ? -height : 0;
       }
-      const x = px[i] + between * dx, y = py[i] + between * dy;
+      const x = px[i] + between * dx,
+        y = py[i] + between * dy;
       px[i] = x < 0 ? x + width : x >= width ? x - width : x;
       py[i] = y < 0 ? y + height : y >= height ? y - height : y;
     }
   }
 
-  // Remember who has begun to send.
+  /**
+   * Remember who has begun to send.
+   * @param {Frame} now
+   * @param {number} time
+   */
   notice(now, time) {
     const old = this.before;
     if (old && !this.calm && now.step > old.step && now.robots <= DETAILED / 4) {
@@ -171,12 +252,16 @@ export class Arena {
     this.before = now;
   }
 
+  /** @param {Frame} now */
   robots(now) {
-    const { context, px, py, width, height, radius } = this, { marks, robots } = now;
+    const { context, px, py, width, height, radius } = this,
+      { marks, robots } = now;
     const reach = 1.7 * radius;
     for (let i = 0; i < robots; i++) {
       const sprite = this.sprites.get(marks[i] & LOOKS) ?? this.sprite(marks[i] & LOOKS);
-      const half = sprite.width / 2, x = px[i], y = py[i];
+      const half = sprite.width / 2,
+        x = px[i],
+        y = py[i];
       context.drawImage(sprite, x - half, y - half);
       if (this.world.walls) continue;
       const dx = x < reach ? width : x > width - reach ? -width : 0;
@@ -186,12 +271,19 @@ export class Arena {
     }
   }
 
-  // Draw what a robot with these marks looks like, once.
+  /**
+   * Draw what a robot with these marks looks like, once.
+   * @param {number} marks
+   */
   sprite(marks) {
-    const { radius, colours } = this, half = Math.ceil(1.75 * radius) + 1;
-    const sprite = document.createElement("canvas"), pen = sprite.getContext("2d");
+    const { radius, colours } = this,
+      half = Math.ceil(1.75 * radius) + 1;
+    const sprite = document.createElement("canvas"),
+      pen = contextOf(sprite);
     sprite.width = sprite.height = 2 * half;
-    const colour = marks & NEUTRAL ? colours.undecided : marks & FEASIBLE ? colours.feasible : colours.infeasible;
+    const colour =
+      marks & NEUTRAL ? colours.undecided : marks & FEASIBLE ? colours.feasible : colours.infeasible;
+    /** @param {number} size */
     const disc = (size) => {
       pen.beginPath();
       pen.arc(half, half, size, 0, 2 * Math.PI);
@@ -232,6 +324,7 @@ export class Arena {
     return sprite;
   }
 
+  /** @param {Frame} now */
   ticks(now) {
     const { context, px, py, radius } = this;
     context.strokeStyle = this.colours.ink;
@@ -239,15 +332,19 @@ export class Arena {
     context.beginPath();
     for (let i = 0; i < now.robots; i++) {
       if (!(now.marks[i] & WORKING)) continue;
-      const angle = (now.heading[i] * Math.PI) / 128, x = Math.cos(angle), y = -Math.sin(angle);
+      const angle = (now.heading[i] * Math.PI) / 128,
+        x = Math.cos(angle),
+        y = -Math.sin(angle);
       context.moveTo(px[i] + 0.72 * radius * x, py[i] + 0.72 * radius * y);
       context.lineTo(px[i] + 1.28 * radius * x, py[i] + 1.28 * radius * y);
     }
     context.stroke();
   }
 
+  /** @param {number} time */
   flash(time) {
-    const { context } = this, reach = this.world.radio * this.scale;
+    const { context } = this,
+      reach = this.world.radio * this.scale;
     context.strokeStyle = this.colours.ink;
     context.lineWidth = this.ratio;
     for (const [i, begun] of this.flashes) {
@@ -263,7 +360,10 @@ export class Arena {
     context.globalAlpha = 1;
   }
 
-  // What a robot sees, and hears if that is another range.
+  /**
+   * What a robot sees, and hears if that is another range.
+   * @param {number} i
+   */
   shadow(i) {
     const { context, world } = this;
     context.fillStyle = context.strokeStyle = this.colours.ink;
@@ -281,26 +381,38 @@ export class Arena {
     context.globalAlpha = 1;
   }
 
-  // Begin a path of a circle and of its copies on the other sides of a torus.
+  /**
+   * Begin a path of a circle and of its copies on the other sides of a torus.
+   * @param {number} x
+   * @param {number} y
+   * @param {number} radius
+   */
   circles(x, y, radius) {
     const { context, width, height } = this;
     context.beginPath();
     const around = this.world.walls || radius > Math.min(width, height) / 2 ? [0] : [-1, 0, 1];
     for (const across of around)
       for (const along of around) {
-        const left = x + across * width, top = y + along * height;
+        const left = x + across * width,
+          top = y + along * height;
         if (left < -radius || left > width + radius || top < -radius || top > height + radius) continue;
         context.moveTo(left + radius, top);
         context.arc(left, top, radius, 0, 2 * Math.PI);
       }
   }
 
-  // Return the robot at a place of the page; -1 if there is none.
+  /**
+   * Return the robot at a place of the page; -1 if there is none.
+   * @param {number} clientX
+   * @param {number} clientY
+   */
   at(clientX, clientY) {
-    if (!this.px || !this.world) return -1;
+    if (!this.world) return -1;
     const box = this.canvas.getBoundingClientRect();
-    const x = (clientX - box.left) * this.ratio, y = (clientY - box.top) * this.ratio;
-    let found = -1, nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
+    const x = (clientX - box.left) * this.ratio,
+      y = (clientY - box.top) * this.ratio;
+    let found = -1,
+      nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
     for (let i = 0; i < this.px.length; i++) {
       const squared = (this.px[i] - x) ** 2 + (this.py[i] - y) ** 2;
       if (squared < nearest) [nearest, found] = [squared, i];
@@ -308,7 +420,11 @@ export class Arena {
     return found;
   }
 
-  // Where a robot is on the canvas, in the page's pixels.
+  /**
+   * Where a robot is on the canvas, in the page's pixels.
+   * @param {number} i
+   * @returns {[number, number]}
+   */
   placeOf(i) {
     return [this.px[i] / this.ratio, this.py[i] / this.ratio];
   }

@@ -1,9 +1,17 @@
 // The line to the server: opens itself again when it breaks, ever more patiently.
 
-const FIRST_WAIT = 500, LONGEST_WAIT = 8000;
+const FIRST_WAIT = 500,
+  LONGEST_WAIT = 8000;
+
+/**
+ * @typedef {object} Handlers
+ * @property {(message: any) => void} message JSON of the server; see answers in main.js.
+ * @property {(buffer: ArrayBuffer) => void} binary
+ * @property {(wait: number) => void} lost With the milliseconds until the next attempt.
+ */
 
 export class Connection {
-  // handlers: ready(), message(object), binary(buffer), lost(milliseconds until the next attempt)
+  /** @param {Handlers} handlers */
   constructor(handlers) {
     this.handlers = handlers;
     this.wait = FIRST_WAIT;
@@ -32,7 +40,8 @@ export class Connection {
     };
   }
 
+  /** @param {object} message */
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 }

@@ -1,87 +1,135 @@
 // The form of settings: what has been changed, and what the server says of it.
 
+/** @typedef {HTMLInputElement | HTMLSelectElement} Input */
+/** @typedef {{path: string, text: string}} Problem */
+
 export class Controls {
-  // change(changes, which): somebody changed something; which is {seed, run}, as text
+  /**
+   * @param {HTMLFormElement} form
+   * @param {() => void} change Somebody changed something.
+   */
   constructor(form, change) {
     this.form = form;
     this.change = change;
+    /** @type {Record<string, unknown>} */
     this.changes = {};
+    /** @type {Map<string, Input>} */
     this.inputs = new Map();
-    for (const input of form.querySelectorAll("[data-path]")) {
-      this.inputs.set(input.dataset.path, input);
+    /** @type {Map<Input, HTMLElement>} */
+    this.notes = new Map();
+    for (const input of /** @type {NodeListOf<Input>} */ (form.querySelectorAll("[data-path]"))) {
+      const path = input.dataset.path ?? "";
+      this.inputs.set(path, input);
       const note = document.createElement("span");
       note.className = "note";
-      note.id = `note-${input.dataset.path.replace(".", "-")}`;
+      note.id = `note-${path.replace(".", "-")}`;
       note.hidden = true;
       input.setAttribute("aria-describedby", note.id);
-      input.closest("label").append(note);
-      input.note = note;
+      input.closest("label")?.append(note);
+      this.notes.set(input, note);
     }
-    form.addEventListener("change", (event) => event.target.dataset.path && this.changed(event.target));
+    form.addEventListener("change", (event) => {
+      const input = /** @type {Input} */ (event.target);
+      if (input.dataset.path) this.changed(input.dataset.path, input);
+    });
     form.addEventListener("submit", (event) => event.preventDefault());
   }
 
   get which() {
-    return { seed: this.inputs.get("seed").value.trim(), run: this.inputs.get("run").value.trim() };
+    return { seed: this.input("seed").value.trim(), run: this.input("run").value.trim() };
   }
 
-  changed(input) {
-    const { path } = input.dataset;
+  /**
+   * Return a control that the form has.
+   * @param {string} path
+   */
+  input(path) {
+    const input = this.inputs.get(path);
+    if (!input) throw new Error(`the form has no control for ${path}`);
+    return input;
+  }
+
+  /**
+   * @param {string} path
+   * @param {Input} input
+   */
+  changed(path, input) {
     if (path.includes(".")) this.changes[path] = this.valueOf(input);
     this.change();
   }
 
+  /** @param {Input} input */
   valueOf(input) {
+    if (!(input instanceof HTMLInputElement)) return input.value;
     if (input.type === "checkbox") return input.checked;
     if (input.type !== "number") return input.value;
     return Number.isNaN(input.valueAsNumber) ? input.value : input.valueAsNumber;
   }
 
+  /** @param {string[]} names */
   strategies(names) {
-    this.inputs.get("decision.strategy").replaceChildren(...names.map((name) => new Option(name, name)));
+    this.input("decision.strategy").replaceChildren(...names.map((name) => new Option(name, name)));
   }
 
-  // Show a swarm that has begun.
+  /**
+   * Show a swarm that has begun.
+   * @param {{fields: Record<string, string | number | boolean>, seed: string, run: string}} swarm
+   */
   show({ fields, seed, run }) {
     this.forgive();
+    /** @type {Record<string, string | number | boolean | undefined>} */
     const values = { seed, run, ...fields };
     for (const [path, input] of this.inputs) {
       const value = values[path];
-      if (value === undefined || input === document.activeElement && String(this.valueOf(input)) === String(value)) continue;
-      if (input.type === "checkbox") input.checked = value;
-      else input.value = value;
+      if (
+        value === undefined ||
+        (input === document.activeElement && String(this.valueOf(input)) === String(value))
+      )
+        continue;
+      if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = Boolean(value);
+      else input.value = String(value);
     }
   }
 
   forgive() {
-    for (const input of this.inputs.values()) {
+    for (const [input, note] of this.notes) {
       input.removeAttribute("aria-invalid");
-      input.note.hidden = true;
+      note.hidden = true;
     }
     this.general("");
   }
 
-  // Show what is wrong, each by its control if there is one.
+  /**
+   * Show what is wrong, each by its control if there is one.
+   * @param {Problem[]} problems
+   */
   refuse(problems) {
     this.forgive();
     const others = [];
     for (const { path, text } of problems) {
-      const input = this.inputs.get(path);
-      if (!input) {
+      const input = this.inputs.get(path),
+        note = input && this.notes.get(input);
+      if (!input || !note) {
         others.push(text);
         continue;
       }
       input.setAttribute("aria-invalid", "true");
-      input.note.textContent = text;
-      input.note.hidden = false;
-      for (let above = input.closest("details"); above; above = above.parentElement.closest("details")) above.open = true;
+      note.textContent = text;
+      note.hidden = false;
+      for (
+        let above = input.closest("details");
+        above;
+        above = above.parentElement?.closest("details") ?? null
+      )
+        above.open = true;
     }
     const more = problems.length > others.length ? ["Not changed; the swarm before goes on."] : [];
     this.general([...others, ...more].join("\n"));
   }
 
+  /** @param {string} text */
   general(text) {
-    const place = this.form.querySelector("#problem");
+    const place = /** @type {HTMLElement} */ (this.form.querySelector("#problem"));
     place.textContent = text;
     place.hidden = !text;
   }

@@ -1,31 +1,71 @@
 // Thousands of robots, pixel by pixel: in software, as in a browser without a graphics card, this draws 10,000
 // in a few milliseconds, where drawing a picture for each took 50.
 
-// Return the pixel nearest to a place, at which a picture doesn't stick out over the edge.
+/**
+ * What a picture adds to the pixels around its place.
+ * @typedef {object} Stamp
+ * @property {number} half
+ * @property {Int32Array} offsets
+ * @property {Uint32Array} colours
+ * @property {Int32Array} stays How much of the ground stays, of 256.
+ */
+
+/**
+ * Return the pixel nearest to a place, at which a picture doesn't stick out over the edge.
+ * @param {number} place
+ * @param {number} half
+ * @param {number} side
+ */
 function inside(place, half, side) {
   return Math.max(half, Math.min(Math.round(place), side - half));
 }
 
+/**
+ * Return what draws on a canvas; browsers refuse it only to canvases that something else draws on.
+ * @param {HTMLCanvasElement} canvas
+ * @param {CanvasRenderingContext2DSettings} [settings]
+ */
+export function contextOf(canvas, settings) {
+  const context = canvas.getContext("2d", settings);
+  if (!context) throw new Error("this browser gives no canvas to draw on");
+  return context;
+}
+
 export class Crowd {
   constructor() {
+    /** @type {Map<number, Stamp>} */
     this.stamps = new Map();
+    this.width = this.height = 0;
+    this.ground = this.pixels = new Uint32Array(0);
+    /** @type {ImageData | null} */
+    this.image = null;
   }
 
-  // Begin anew, upon a ground.
+  /**
+   * Begin anew, upon a ground.
+   * @param {HTMLCanvasElement} ground
+   */
   reset(ground) {
     const { width, height } = ground;
     this.width = width;
     this.height = height;
-    this.ground = new Uint32Array(ground.getContext("2d").getImageData(0, 0, width, height).data.buffer);
+    this.ground = new Uint32Array(contextOf(ground).getImageData(0, 0, width, height).data.buffer);
     this.image = new ImageData(width, height);
     this.pixels = new Uint32Array(this.image.data.buffer);
     this.stamps.clear();
   }
 
-  // Return the pixels of a picture that aren't empty: where, what is added, and how much of the ground stays.
+  /**
+   * Return the pixels of a picture that aren't empty: where, what is added, and how much of the ground stays.
+   * @param {number} looks
+   * @param {HTMLCanvasElement} sprite
+   */
   stamp(looks, sprite) {
-    const size = sprite.width, data = sprite.getContext("2d").getImageData(0, 0, size, size).data;
-    const offsets = [], colours = [], stays = [];
+    const size = sprite.width,
+      data = contextOf(sprite).getImageData(0, 0, size, size).data;
+    const offsets = [],
+      colours = [],
+      stays = [];
     for (let k = 0; k < size * size; k++) {
       const [r, g, b, alpha] = data.subarray(4 * k, 4 * k + 4);
       if (alpha < 8) continue;
@@ -34,29 +74,46 @@ export class Crowd {
       colours.push(((Math.floor(b * part) << 16) | (Math.floor(g * part) << 8) | Math.floor(r * part)) >>> 0);
       stays.push(alpha > 250 ? 0 : Math.round(256 * (1 - part)));
     }
-    const stamp = { half: size / 2, offsets: Int32Array.from(offsets), colours: Uint32Array.from(colours), stays: Int32Array.from(stays) };
+    const stamp = {
+      half: size / 2,
+      offsets: Int32Array.from(offsets),
+      colours: Uint32Array.from(colours),
+      stays: Int32Array.from(stays),
+    };
     this.stamps.set(looks, stamp);
     return stamp;
   }
 
-  // Draw robots at their places; picture(looks) gives the picture of those that look so.
+  /**
+   * Draw robots at their places; picture(looks) gives the picture of those that look so.
+   * @param {CanvasRenderingContext2D} context
+   * @param {Float32Array} px
+   * @param {Float32Array} py
+   * @param {Uint8Array} marks
+   * @param {number} mask
+   * @param {(looks: number) => HTMLCanvasElement} picture
+   */
   draw(context, px, py, marks, mask, picture) {
     const { pixels, width, height } = this;
     pixels.set(this.ground);
     for (let i = 0; i < marks.length; i++) {
-      const looks = marks[i] & mask, stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
-      const { half, offsets, colours, stays } = stamp, place = inside(py[i], half, height) * width + inside(px[i], half, width);
+      const looks = marks[i] & mask,
+        stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
+      const { half, offsets, colours, stays } = stamp,
+        place = inside(py[i], half, height) * width + inside(px[i], half, width);
       for (let k = 0; k < offsets.length; k++) {
-        const at = place + offsets[k], stay = stays[k];
+        const at = place + offsets[k],
+          stay = stays[k];
         if (!stay) {
           pixels[at] = 0xff000000 | colours[k];
           continue;
         }
         const under = pixels[at];
-        const redBlue = (Math.imul(under & 0xff00ff, stay) >>> 8) & 0xff00ff, green = ((under & 0xff00) * stay >>> 8) & 0xff00;
+        const redBlue = (Math.imul(under & 0xff00ff, stay) >>> 8) & 0xff00ff,
+          green = (((under & 0xff00) * stay) >>> 8) & 0xff00;
         pixels[at] = 0xff000000 | (colours[k] + redBlue + green);
       }
     }
-    context.putImageData(this.image, 0, 0);
+    if (this.image) context.putImageData(this.image, 0, 0);
   }
 }

@@ -1,16 +1,22 @@
 // Time: where the page is between the steps it has, and which it asks the server for.
 // The page asks for each frame when it needs it, so nothing waits anywhere and a hidden page costs nothing.
 
+/** @import { Frame } from "./frames.js" */
+
 export const SPEEDS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3000];
 const RATE = 60; // frames a second that a screen shows, about
 
 export class Player {
+  /** @param {(steps: number) => void} ask */
   constructor(ask) {
     this.ask = ask;
     this.speed = 20;
     this.playing = false;
     this.smooth = true;
-    this.clear();
+    /** @type {Frame[]} */
+    this.frames = [];
+    this.head = this.target = this.last = 0;
+    this.asked = false;
   }
 
   clear() {
@@ -21,6 +27,7 @@ export class Player {
     this.asked = false;
   }
 
+  /** @param {Frame} frame */
   add(frame) {
     this.asked = false;
     if (!this.frames.length) {
@@ -38,6 +45,7 @@ export class Player {
     return this.frames.length > 0 && this.head >= this.last;
   }
 
+  /** @param {boolean} on */
   play(on) {
     this.playing = on && !this.ended;
     if (!this.playing) this.target = Math.min(Math.ceil(this.head), this.last);
@@ -54,7 +62,10 @@ export class Player {
     this.target = Math.min(Math.floor(this.head + 1e-9) + 1, this.last);
   }
 
-  // Let time pass; return the frame to show, the next, and how far between them.
+  /**
+   * Let time pass; return the frame to show, the next, and how far between them.
+   * @param {number} seconds
+   */
   tick(seconds) {
     if (!this.frames.length) return null;
     const limit = this.playing ? this.last : this.target;

@@ -2,13 +2,34 @@
 
 const FIRST_SPAN = 100;
 
+/** @import { World } from "./arena.js" */
+/** @import { Frame } from "./frames.js" */
+
+/** @typedef {Record<"line" | "ink" | "muted" | "feasible" | "infeasible", string>} PlotColours */
+/** @typedef {Pick<World, "last"> & {threshold: number, counted: [number, number], stopStep: number}} PlotWorld */
+
 export class Plot {
+  /** @type {Chart} */
+  chart; // from build() on
+  /** @type {PlotWorld} */
+  world;
+  /** @type {Float64Array<ArrayBuffer>[]} */
+  data = [];
+  known = 0; // steps
+  shown = -1;
+  decided = -1;
+
+  /**
+   * @param {HTMLElement} element
+   * @param {PlotColours} colours
+   */
   constructor(element, colours) {
     this.element = element;
     this.colours = colours;
     this.clear({ last: 1, threshold: 1, counted: [1, 1], stopStep: 0 });
   }
 
+  /** @param {PlotWorld} world */
   clear(world) {
     this.world = world;
     this.known = 0;
@@ -18,12 +39,14 @@ export class Plot {
     this.build();
   }
 
+  /** @param {PlotColours} colours */
   setColours(colours) {
     this.colours = colours;
     this.build();
     this.show(this.shown, this.decided);
   }
 
+  /** @param {Frame} frame */
   add(frame) {
     const until = frame.first + frame.feasibleCounts.length;
     if (until > this.data[0].length) {
@@ -33,9 +56,11 @@ export class Plot {
         return longer;
       });
     }
-    const { counted, stopStep } = this.world, [steps, feasible, infeasible] = this.data;
+    const { counted, stopStep } = this.world,
+      [steps, feasible, infeasible] = this.data;
     for (let k = 0; k < frame.feasibleCounts.length; k++) {
-      const step = frame.first + k, whole = Math.max(1, counted[step >= stopStep ? 1 : 0]);
+      const step = frame.first + k,
+        whole = Math.max(1, counted[step >= stopStep ? 1 : 0]);
       steps[step] = step;
       feasible[step] = (100 * frame.feasibleCounts[k]) / whole;
       infeasible[step] = (100 * frame.infeasibleCounts[k]) / whole;
@@ -43,6 +68,10 @@ export class Plot {
     this.known = Math.max(this.known, until);
   }
 
+  /**
+   * @param {number} step
+   * @param {number} decided
+   */
   show(step, decided) {
     this.shown = step;
     this.decided = decided;
@@ -50,7 +79,10 @@ export class Plot {
     let span = this.world.last;
     while (span / 2 > Math.max(step, FIRST_SPAN)) span /= 2;
     this.chart.batch(() => {
-      this.chart.setData(this.data.map((each) => each.subarray(0, length)), false);
+      this.chart.setData(
+        this.data.map((each) => each.subarray(0, length)),
+        false,
+      );
       this.chart.setScale("x", { min: 0, max: Math.max(1, span) });
       this.chart.setScale("y", { min: 0, max: 100 });
       this.chart.redraw(false, true);
@@ -62,14 +94,26 @@ export class Plot {
   }
 
   size() {
-    return { width: Math.max(120, this.element.clientWidth), height: Math.max(120, this.element.clientHeight) };
+    return {
+      width: Math.max(120, this.element.clientWidth),
+      height: Math.max(120, this.element.clientHeight),
+    };
   }
 
   build() {
     this.chart?.destroy();
     const { colours } = this;
     const font = `11px ${getComputedStyle(this.element).fontFamily}`;
-    const axis = { stroke: colours.muted, font, grid: { stroke: colours.line, width: 1 }, ticks: { show: false } };
+    const axis = {
+      stroke: colours.muted,
+      font,
+      grid: { stroke: colours.line, width: 1 },
+      ticks: { show: false },
+    };
+    /**
+     * @param {string} colour
+     * @param {number[]} [dash]
+     */
     const series = (colour, dash) => ({ stroke: colour, width: 1.75, dash, points: { show: false } });
     this.chart = new uPlot(
       {
@@ -83,15 +127,18 @@ export class Plot {
           { ...axis, size: 34, splits: () => [0, 25, 50, 75, 100] },
         ],
         series: [{}, series(colours.feasible), series(colours.infeasible, [6, 3])],
-        hooks: { draw: [(chart) => this.mark(chart)] },
+        hooks: { draw: [(/** @type {Chart} */ chart) => this.mark(chart)] },
       },
       this.data.map((each) => each.subarray(0, 0)),
       this.element,
     );
   }
 
+  /** @param {Chart} chart */
   mark(chart) {
-    const pen = chart.ctx, { left, top, width, height } = chart.bbox, ratio = devicePixelRatio || 1;
+    const pen = chart.ctx,
+      { left, top, width, height } = chart.bbox,
+      ratio = devicePixelRatio || 1;
     const y = chart.valToPos(100 * this.world.threshold, "y", true);
     pen.save();
     pen.strokeStyle = this.colours.muted;
@@ -102,7 +149,8 @@ export class Plot {
     pen.lineTo(left + width, y);
     pen.stroke();
     if (this.decided >= 0) {
-      const x = chart.valToPos(this.decided, "x", true), late = x > left + 0.7 * width;
+      const x = chart.valToPos(this.decided, "x", true),
+        late = x > left + 0.7 * width;
       pen.setLineDash([]);
       pen.strokeStyle = pen.fillStyle = this.colours.ink;
       pen.beginPath();

@@ -4,7 +4,24 @@ import { Arena } from "./arena.js";
 import { decode } from "./frames.js";
 import { Player, SPEEDS } from "./player.js";
 
+/** @import { Colours, World } from "./arena.js" */
+/** @import { Frame, Tasks } from "./frames.js" */
+
+/**
+ * What anywidget gives of the Python side; traits by their names.
+ * @typedef {object} Model
+ * @property {(name: string) => any} get
+ * @property {(name: string, value: unknown) => void} set
+ * @property {() => void} save_changes
+ * @property {(content: object) => void} send
+ * @property {(event: string, hear: (...given: any[]) => void) => void} on
+ * @property {(event: string, hear: (...given: any[]) => void) => void} off
+ */
+
+/** @type {(keyof Colours)[]} */
+const PAINTS = ["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"];
 const PATIENCE = 2000; // milliseconds after which it says that it waits
+/** @type {Record<number, string>} */
 const OUTCOMES = { 1: "feasible", 0: "infeasible", [-1]: "nothing" };
 const SHAPE = `<style>
   .arena {
@@ -50,23 +67,41 @@ const SHAPE = `<style>
   <p class="outcome" role="status"></p>
   <p class="note" role="status"></p>
 </div>`;
+/** @type {Record<string, string>} */
 const KEYS = { " ": "play", ".": "step", ArrowRight: "step", r: "restart" };
 
-// Return a buffer of its own, since one that Jupyter gives is part of a message.
+/**
+ * Return a buffer of its own, since one that Jupyter gives is part of a message.
+ * @param {DataView | ArrayBuffer} view
+ * @returns {ArrayBuffer}
+ */
 function bytesOf(view) {
-  return new Uint8Array(view.buffer ?? view, view.byteOffset ?? 0, view.byteLength).slice().buffer;
+  if (!ArrayBuffer.isView(view)) return view.slice(0);
+  return new Uint8Array(view.buffer, view.byteOffset, view.byteLength).slice().buffer;
 }
 
+/** @param {{model: Model, el: HTMLElement}} view */
 function render({ model, el }) {
   const shadow = el.attachShadow({ mode: "open" });
   shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: nothing else is markup
-  const $ = (selector) => shadow.querySelector(selector), root = $(".arena"), speed = $("input");
-  const world = model.get("_world"), [width, height] = world.size;
-  const calm = matchMedia("(prefers-reduced-motion: reduce)"), dark = matchMedia("(prefers-color-scheme: dark)");
+  /** @param {string} selector */
+  const $ = (selector) => /** @type {HTMLElement} */ (shadow.querySelector(selector));
+  const root = $(".arena"),
+    speed = /** @type {HTMLInputElement} */ ($("input"));
+  /** @type {World} */
+  const world = model.get("_world");
+  const [width, height] = world.size;
+  const calm = matchMedia("(prefers-reduced-motion: reduce)"),
+    dark = matchMedia("(prefers-color-scheme: dark)");
   const ended = new AbortController();
-  let swarm = "", pending = 0, past = 0, late = 0, stale = true;
+  let swarm = "",
+    pending = 0,
+    past = 0,
+    late = 0,
+    stale = true;
 
   const wait = () => say(".note", "Waiting for the kernel. If it was restarted, run this cell again.");
+  /** @param {number} step */
   const want = (step) => {
     player.asked = true;
     clearTimeout(late);
@@ -78,10 +113,14 @@ function render({ model, el }) {
     }
   };
   const player = new Player((steps) => want(player.latest.step + steps));
-  const arena = new Arena($("canvas"), {});
+  const arena = new Arena(
+    /** @type {HTMLCanvasElement} */ ($("canvas")),
+    /** @type {Colours} */ ({}), // until the first repaint
+  );
   const wake = () => (pending ||= requestAnimationFrame(tick));
   const refresh = () => ((stale = true), wake());
 
+  /** @param {number} step */
   function begin(step) {
     swarm = Math.random().toString(36).slice(2); // frames of another are late ones
     player.clear();
@@ -89,22 +128,28 @@ function render({ model, el }) {
     want(step);
   }
 
+  /**
+   * @param {{problem?: string, swarm?: string}} message
+   * @param {(DataView | ArrayBuffer)[]} buffers
+   */
   function hear(message, buffers) {
     if (message.problem) return say(".note", message.problem);
     if (message.swarm !== swarm) return;
     clearTimeout(late);
     say(".note", "");
-    player.add(decode(bytesOf(buffers[0])));
+    player.add(/** @type {Frame} */ (decode(bytesOf(buffers[0]))));
     wake();
   }
 
+  /** @param {number} time */
   function tick(time) {
     pending = 0;
     if (!root.offsetWidth) return; // not on the page yet, or hidden: a change of size wakes it
     if (stale) repaint();
     const view = player.tick(past ? Math.min(0.1, (time - past) / 1000) : 0);
     if (!view) return;
-    const flashing = arena.draw(view, time), rests = !player.playing && player.head >= player.target;
+    const flashing = arena.draw(view, time),
+      rests = !player.playing && player.head >= player.target;
     show(view.now);
     past = rests ? 0 : time;
     if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) wake(); // else a frame does
@@ -113,17 +158,24 @@ function render({ model, el }) {
     model.save_changes();
   }
 
+  /**
+   * @param {string} where
+   * @param {string} text
+   */
   function say(where, text) {
     if ($(where).textContent !== text) $(where).textContent = text; // readers of screens hear each change
   }
 
+  /** @param {Frame} frame */
   function show(frame) {
     const none = frame.counted - frame.feasible - frame.infeasible;
     for (const [name, value] of Object.entries({ ...frame, none })) {
       const place = $(`[data-count="${name}"]`);
       if (place) place.textContent = value.toLocaleString("en");
     }
-    const first = OUTCOMES[frame.firstDecision], now = OUTCOMES[frame.decision], truth = OUTCOMES[Number(world.truth)];
+    const first = OUTCOMES[frame.firstDecision],
+      now = OUTCOMES[frame.decision],
+      truth = OUTCOMES[Number(world.truth)];
     const since = `decided ${first} at step ${frame.decisionStep}: ${first === truth ? "right" : "wrong"}${now === first ? "" : `; now ${now}`}`;
     say(".outcome", frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since);
     say("[data-does=play]", player.playing ? "Pause" : "Play");
@@ -133,7 +185,7 @@ function render({ model, el }) {
     player.speed = model.get("speed");
     player.smooth = !calm.matches;
     arena.calm = calm.matches || player.speed > 60; // so many flashes would only flicker
-    speed.value = SPEEDS.findLastIndex((each) => each <= player.speed);
+    speed.valueAsNumber = SPEEDS.findLastIndex((each) => each <= player.speed);
     const text = `${player.speed.toLocaleString("en")} ${player.speed === 1 ? "step" : "steps"} / s`;
     speed.setAttribute("aria-valuetext", text);
     say("output", text);
@@ -144,11 +196,13 @@ function render({ model, el }) {
     const light = document.body.dataset.jpThemeLight; // JupyterLab's; others go by the system
     root.style.colorScheme = light === undefined ? "light dark" : light === "true" ? "light" : "dark";
     const probe = root.appendChild(document.createElement("span"));
+    /** @param {keyof Colours} name */
     const colour = (name) => ((probe.style.color = `var(--${name})`), getComputedStyle(probe).color);
-    arena.setColours(Object.fromEntries(["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"].map((name) => [name, colour(name)])));
+    arena.setColours(/** @type {Colours} */ (Object.fromEntries(PAINTS.map((name) => [name, colour(name)]))));
     probe.remove();
   }
 
+  /** @type {Record<string, () => void>} */
   const actions = {
     play() {
       if (player.ended) begin(0);
@@ -157,36 +211,44 @@ function render({ model, el }) {
     step: () => player.step(),
     restart: () => begin(0),
   };
+  /** @param {string} name */
   function act(name) {
     actions[name]();
     wake();
   }
-  root.addEventListener("click", (event) => event.target.dataset.does && act(event.target.dataset.does));
+  root.addEventListener("click", (event) => {
+    const { does } = /** @type {HTMLElement} */ (event.target).dataset;
+    if (does) act(does);
+  });
   root.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
     event.stopPropagation(); // in a notebook, letters and Enter are commands
-    if (event.target.matches("input") && event.key === "ArrowRight") return;
-    if (!KEYS[event.key] || (event.target.matches("button") && event.key === " ")) return;
+    const at = /** @type {Element} */ (event.target);
+    if (at.matches("input") && event.key === "ArrowRight") return;
+    if (!KEYS[event.key] || (at.matches("button") && event.key === " ")) return;
     event.preventDefault();
     act(KEYS[event.key]);
   });
   speed.addEventListener("input", () => {
-    model.set("speed", SPEEDS[speed.value]);
+    model.set("speed", SPEEDS[speed.valueAsNumber]);
     model.save_changes();
   });
+  /** @param {PointerEvent} event */
   const point = (event) => {
     arena.pointed = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
     wake();
   };
-  for (const type of ["pointermove", "pointerleave"]) $(".frame").addEventListener(type, point);
+  for (const type of /** @type {const} */ (["pointermove", "pointerleave"]))
+    $(".frame").addEventListener(type, point);
 
   $(".frame").style.width = `${480 * Math.min(1, width / height)}px`;
-  $(".frame").style.aspectRatio = width / height;
+  $(".frame").style.aspectRatio = String(width / height);
   $(".frame").setAttribute("aria-label", `${world.robots} robots and ${world.tasks} tasks`);
   arena.open(world);
-  arena.setTasks(decode(bytesOf(model.get("_tasks"))));
+  arena.setTasks(/** @type {Tasks} */ (decode(bytesOf(model.get("_tasks")))));
   setSpeed();
-  const size = new ResizeObserver(refresh), theme = new MutationObserver(refresh);
+  const size = new ResizeObserver(refresh),
+    theme = new MutationObserver(refresh);
   size.observe($(".frame"));
   theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-jp-theme-name"] });
   dark.addEventListener("change", refresh, { signal: ended.signal });

@@ -1,0 +1,104 @@
+"""What strangers meet at the door: version, changelog, citation, records of decisions, workflows."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
+SECTIONS = ["Context", "Choice", "Measured consequence", "Sources"]
+CHANGES = ["Added", "Changed", "Deprecated", "Removed", "Fixed", "Security", "Results changed"]
+
+
+def read(name):
+    return (ROOT / name).read_text("utf-8")
+
+
+def test_the_version_is_the_same_everywhere():
+    assert importlib.metadata.version("feasibee") == VERSION
+    assert re.findall(r"^version: (.*)$", read("CITATION.cff"), re.MULTILINE) == [VERSION]
+    assert re.findall(r"version = \{(.*)\}", read("docs/citing.md")) == [VERSION]
+
+
+def test_the_changelog_has_this_version_and_each_release_a_date():
+    first, *released = re.findall(r"^## (.*)$", read("CHANGELOG.md"), re.MULTILINE)
+    assert first == "Unreleased"
+    dates = [datetime.date.fromisoformat(each.partition(" - ")[2]) for each in released]
+    assert dates == sorted(dates, reverse=True)
+    if released:
+        assert VERSION in [each.partition(" - ")[0] for each in released]
+    else:
+        assert f"To become {VERSION}, the first release." in read("CHANGELOG.md")
+
+
+def test_the_changelog_has_known_headings_and_says_what_results_changed():
+    for text in re.split(r"^## ", read("CHANGELOG.md"), flags=re.MULTILINE)[1:]:
+        headings = re.findall(r"^### (.*)$", text, re.MULTILINE)
+        assert headings == [each for each in CHANGES if each in headings]
+        assert "Results changed" in headings
+
+
+def test_the_citation_names_the_program_and_the_paper():
+    """The fields that the format requires, and that reference managers show."""
+    text = read("CITATION.cff")
+    top = re.findall(r"^([a-z-]+):", text, re.MULTILINE)
+    assert {"cff-version", "message", "title", "authors", "version", "license", "references"} <= set(top)
+    assert len(top) == len(set(top))
+    _, paper = text.split("\nreferences:\n")
+    assert re.findall(r"family-names: (.*)", paper) == ["Fuady", "Tarapore", "Ehsan", "Soorati"]
+    for part in ("type: article", "year: 2024", "arXiv:2405.07799"):
+        assert part in paper
+
+
+def test_there_are_decisions_to_read():
+    assert len(RECORDS) >= 8
+    listed = re.findall(r"^(\d\d-[a-z0-9-]+)$", read("docs/decisions/index.md"), re.MULTILINE)
+    assert listed == [path.stem for path in RECORDS]
+    assert [path.name[:2] for path in RECORDS] == [f"{place + 1:02}" for place in range(len(RECORDS))]
+
+
+@pytest.mark.parametrize("path", RECORDS, ids=lambda path: path.stem)
+def test_a_decision_has_a_date_a_status_and_all_sections_on_a_page(path):
+    text = path.read_text("utf-8")
+    assert re.findall(r"^## (.*)$", text, re.MULTILINE) == SECTIONS
+    (date,) = re.findall(r"^- Date: (.*)$", text, re.MULTILINE)
+    assert datetime.date.fromisoformat(date)
+    (status,) = re.findall(r"^- Status: (.*)$", text, re.MULTILINE)
+    assert re.fullmatch(r"accepted|replaced by \[.*\]\(\d\d-[a-z0-9-]+\.md\)", status)
+    assert len(text.splitlines()) <= 60
+
+
+def test_every_target_that_contributors_are_told_of_exists():
+    targets = set(re.findall(r"^([a-z-]+):", read("Makefile"), re.MULTILINE))
+    for name in ("CONTRIBUTING.md", "README.md"):
+        told = set(re.findall(r"\bmake ([a-z-]+)", re.sub(r"without\s+make", "", read(name))))
+        assert told <= targets, name
+
+
+def test_workflows_run_what_is_supported_and_pin_their_actions():
+    ci = read(".github/workflows/ci.yml")
+    for each in ("3.11", "3.12", "3.13", "3.14", "ubuntu-latest", "macos-latest", "windows-latest"):
+        assert each in ci
+    for path in WORKFLOWS:
+        text = path.read_text("utf-8")
+        uses = re.findall(r"uses: (\S+)", text)
+        assert uses
+        assert all(re.fullmatch(r"[\w./-]+@(v\d+|release/v\d+)", each) for each in uses), path.name
+        assert re.search(r"^permissions:", text, re.MULTILINE), f"{path.name}: its token may do anything"
+
+
+@pytest.mark.skipif(shutil.which("actionlint") is None, reason="actionlint isn't installed")
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_actionlint_finds_nothing(path):
+    done = subprocess.run(["actionlint", path], capture_output=True, text=True, check=False)
+    assert (done.stdout + done.stderr, done.returncode) == ("", 0)
