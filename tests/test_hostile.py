@@ -193,9 +193,10 @@ GREEDY = {
     "32 MB of words for points": ["truth", "--set", "tasks.points=words.csv"],
     "runs": ["run", "--runs", "4294967296"],
     "a billion frames": ["animate", "--set", "run.steps=1000000000", "--steps", "1000000000"],
+    "a cluster without certificates": ["sweep", "study.toml", "--dask", "tls://127.0.0.1:1"],
     "many points of a hypercube": ["sensitivity", "--over", "decision.gain", "--points", "1000000000"],
 }
-"""What took gigabytes, or never ended: commands of their own."""
+"""What took gigabytes, or never ended, or leaves Dask's threads behind: in processes of their own."""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="no /proc to look up memory")

@@ -128,8 +128,9 @@ def plot_opinions(
     FeasibeeError
         If the results have no curves.
     """
-    single = isinstance(results, xr.Dataset) or not isinstance(results, Mapping)  # a Dataset is a Mapping too
-    named = {"": results} if single else results
+    named: dict[str, Any] = {"": results}
+    if isinstance(results, Mapping) and not isinstance(results, xr.Dataset):  # a Dataset is a Mapping too
+        named = dict(results)
     scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
     if not named or any("feasible_count" not in dataset for dataset in named.values()):
         raise FeasibeeError("the results have no curves; simulate with curves=True")

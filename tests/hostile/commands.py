@@ -65,7 +65,6 @@ LINES = {
     "dask at port 0": ["sweep", "study.toml", "--dask", "127.0.0.1:0"],
     "dask at a huge port": ["sweep", "study.toml", "--dask", "tcp://127.0.0.1:99999999"],
     "dask by another protocol": ["sweep", "study.toml", "--dask", "http://127.0.0.1:8786"],
-    "dask without certificates": ["sweep", "study.toml", "--dask", "tls://127.0.0.1:1"],
     "dask at a name of accents": ["sweep", "study.toml", "--dask", "é" * 300 + ":8786"],
     "dask and workers": ["sweep", "study.toml", "--dask", "127.0.0.1:1", "--workers", "2"],
     "host of accents": ["watch", "--no-browser", "--host", "é" * 300],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from feasibee.scenario import fields
+from feasibee.sections import fields
 
 SECTIONS = ("arena", "robots", "tasks", "walk", "sensing", "radio", "decision", "faults", "run", "preset")
 NINES = "9" * 4000

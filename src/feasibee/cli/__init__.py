@@ -34,10 +34,12 @@ class Commands(click.Group):
         """Return the commands in the order in which they were added, not by their letters."""
         return list(self.commands)
 
-    def make_context(self, info_name: str | None, args: list[str], **extra: Any) -> click.Context:
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
         """Parse what comes before the command; without anything, click shows the help."""
         with _told(info_name or "feasibee") if args else nullcontext():
-            return super().make_context(info_name, args, **extra)
+            return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, context: click.Context) -> Any:
         """Run a command."""
