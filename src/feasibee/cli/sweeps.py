@@ -18,6 +18,7 @@ import click
 from feasibee.cli.completion import complete_field
 from feasibee.cli.options import (
     check_figure,
+    console,
     file_type,
     folder_type,
     keep_matplotlib_in_cache,
@@ -218,7 +219,6 @@ def status(folder: Path, as_json: bool) -> None:
         click.echo(json.dumps([_as_json(point) for point in points], indent=2))
         return
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Column, Table
 
     total = sum(point.runs for point in points)
@@ -249,7 +249,7 @@ def status(folder: Path, as_json: bool) -> None:
                 middle,
             ]
         table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *told)
-    Console(highlight=False).print(table)
+    console().print(table)
 
 
 def _text(value: Any) -> str:
