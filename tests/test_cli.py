@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -700,3 +701,41 @@ def test_accuracy_is_the_rate_of_the_true_decision(tasks, truth):
 
 def test_undecided_runs_are_not_accurate():
     assert summary_of("--steps", 1, "--runs", 20)["accuracy"]["estimate"] == 0
+
+
+def test_names_that_look_like_markup_are_printed_as_they_are(here):
+    """Rich's tables take [/red] for the end of a colour, and :bee: for a bee."""
+    (here / "study.toml").write_text('runs = 2\n[scenario]\nrun.steps = 3\n[sweep]\n"tasks.count" = [2]\n')
+    for folder in ("[", "[red]a", ":bee:"):
+        (here / folder).mkdir()
+        assert invoke("sweep", "study.toml", "--out", f"{folder}/red]").exit_code == 0
+        told = invoke("status", f"{folder}/red]")
+        assert told.exit_code == 0
+        assert f"{folder}/red]: 2 runs" in told.stdout.replace("\n", " ")
+    shutil.copy(Path(__file__).parents[1] / "examples" / "witness.py", here / "[" / "b].py")
+    change = "decision.strategy=[/b].py"
+    told = invoke("run", "--set", change, "--runs", 2, "--steps", 5)
+    assert "[/b].py: 2 runs" in told.stdout
+    told = invoke(
+        "compare", "--strategies", "dmmd,[/b].py", "--tasks", "5", "--runs", 2, "--set", "run.steps=5"
+    )
+    assert "b].py" in told.stdout
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="no names of files in any bytes")
+@pytest.mark.parametrize("locale", ["C", "C.UTF-8"])
+def test_a_name_that_isnt_text_is_printed_somehow(tmp_path, locale):
+    """Whether it is wrong or right, and whatever the terminal can show."""
+    environment = {**os.environ, "LC_ALL": locale, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+
+    def run(*words):
+        command = [sys.executable, "-m", "feasibee", *words]
+        return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=False)
+
+    told = run("truth", b"\xff\xe9.toml")
+    assert (told.returncode, told.stdout) == (2, b"")
+    assert told.stderr.startswith(b"feasibee: \\udcff\\udce9.toml: can't be read: No such file")
+    told = run("animate", "--steps", "1", "--out", b"\xff.png")
+    assert told.returncode == 0, told.stderr
+    assert told.stdout.startswith(b"Wrote ")
+    assert (tmp_path / os.fsdecode(b"\xff.png")).is_file()

@@ -128,15 +128,16 @@ def plot_opinions(
     FeasibeeError
         If the results have no curves.
     """
-    if isinstance(results, xr.Dataset) or not isinstance(results, Mapping):  # a Dataset is a Mapping too
-        results = {"": results}
-    scenarios = {name: scenario_of(dataset) for name, dataset in results.items()}
-    if not results or any("feasible_count" not in dataset for dataset in results.values()):
+    named: dict[str, Any] = {"": results}
+    if isinstance(results, Mapping) and not isinstance(results, xr.Dataset):  # a Dataset is a Mapping too
+        named = dict(results)
+    scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
+    if not named or any("feasible_count" not in dataset for dataset in named.values()):
         raise FeasibeeError("the results have no curves; simulate with curves=True")
     until = None if until is None else whole("until", until, 1, 2**31)
     bands = {
         str(name): opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
-        for name, dataset in results.items()
+        for name, dataset in named.items()
     }
     return draw_opinion_bands(bands, ax, until)
 

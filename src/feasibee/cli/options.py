@@ -17,6 +17,8 @@ from feasibee.cli.completion import complete_change
 from feasibee.errors import FeasibeeError, quoted
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from feasibee.scenario import Scenario
 
 
@@ -110,6 +112,13 @@ def check_figure(option: str, path: Path | None) -> None:
 
     if path is not None:
         check_output(path, FIGURES, option)
+
+
+def console(*, highlight: bool = False) -> Console:
+    """Return where tables are printed: as they are, since a file's name may look like Rich's markup."""
+    from rich.console import Console
+
+    return Console(markup=False, emoji=False, highlight=highlight)
 
 
 @contextmanager

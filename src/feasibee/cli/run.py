@@ -11,6 +11,7 @@ import click
 
 from feasibee.cli.options import (
     check_figure,
+    console,
     json_option,
     keep_matplotlib_in_cache,
     path_type,
@@ -176,7 +177,6 @@ def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
 
 
 def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     robots = _counted(scenario.robots.count, "robot")
@@ -191,28 +191,28 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         interval = f"{rate['low']:.1%} to {rate['high']:.1%}"
         share = f"{rate['estimate']:.1%}"
         table.add_row(name + right, str(counts[name]), share, interval, end_section=name == "undecided")
-    console = Console()
-    console.print(table)
+    out = console(highlight=True)
+    out.print(table)
     times = summary["decision_step"]
     shown = {key: "never" if step is None else f"by step {step}" for key, step in times.items()}
-    console.print(
+    out.print(
         f"Decided: a quarter of the runs {shown['q25']}, half {shown['median']}, "
         f"three quarters {shown['q75']} (of {scenario.run.steps}).",
         highlight=False,
         soft_wrap=True,
     )
-    console.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits a robot and step.", highlight=False)
+    out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits a robot and step.", highlight=False)
     if "committed" in summary:
         committed = summary["committed"]
         step = committed["step"]["median"]
         by = "no step" if step is None else f"step {step}"
-        console.print(
+        out.print(
             f"Committed: {committed['feasible']:.1%} of the robots to feasible, "
             f"{committed['infeasible']:.1%} to infeasible; half of the swarms by {by}.",
             highlight=False,
             soft_wrap=True,
         )
-    console.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
+    out.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
 
 
 def _counted(number: int, what: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import json_option, read_scenario, scenario_options
+from feasibee.cli.options import console, json_option, read_scenario, scenario_options
 
 if TYPE_CHECKING:
     from feasibee.feasibility import Verdict
@@ -64,7 +64,6 @@ def schema() -> None:
 
 
 def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     if verdict.violator is not None:
@@ -82,4 +81,4 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
     for names, count in verdict.assignment.items():
         table.add_row(*names, str(count))
     if verdict.assignment:
-        Console(markup=False, emoji=False).print(table)
+        console(highlight=True).print(table)

@@ -9,6 +9,7 @@ import click
 
 from feasibee.cli.completion import complete_strategy
 from feasibee.cli.options import (
+    console,
     folder_type,
     keep_matplotlib_in_cache,
     listed,
@@ -162,7 +163,6 @@ def _print_beyond(lines: list[list[str]], runs: int) -> None:
 
 def _print_comparison(outcomes: list[Outcome]) -> None:
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
     from feasibee.compare import by_contender, overall
@@ -195,9 +195,9 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
         sums.add_column(column, justify="right")
     for name in ranked:
         sums.add_row(name, *_sums(groups[name], next(iter(groups.values())), commits))
-    console = Console(highlight=False)
-    console.print(shares)
-    console.print(sums)
+    out = console()
+    out.print(shares)
+    out.print(sums)
 
 
 def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[str]:

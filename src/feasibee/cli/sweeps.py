@@ -19,6 +19,7 @@ from feasibee.cli.completion import complete_field
 from feasibee.cli.interrupts import leaving
 from feasibee.cli.options import (
     check_figure,
+    console,
     file_type,
     folder_type,
     keep_matplotlib_in_cache,
@@ -250,7 +251,6 @@ def status(folder: Path, as_json: bool) -> None:
 
 def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Column, Table
 
     from feasibee.study.table import held, varied
@@ -284,7 +284,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
                 middle,
             ]
         table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *told)
-    Console(highlight=False).print(table)
+    console().print(table)
 
 
 def _text(value: Any) -> str:
