@@ -9,8 +9,8 @@ from collections.abc import Callable
 from threading import Lock
 from typing import TYPE_CHECKING, Literal
 
+from feasibee.cache import check_cache
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import check_cache
 from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.strategies.contract import Strategy
