@@ -49,7 +49,7 @@ class Once(logging.Filter):
 
     def __init__(self) -> None:
         super().__init__()
-        self._seen: set[object] = set()
+        self._seen: set[tuple[str, tuple[str, int] | None]] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether a record is the first of its kind."""

@@ -23,7 +23,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from feasibee.errors import FeasibeeError
-from feasibee.live.connections import Connection, log_config
+from feasibee.live.connections import Connection, Once, log_config
 from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
 from feasibee.live.programme import Programme
@@ -42,7 +42,8 @@ PATIENCE: Final = 0.05
 """Seconds for which a swarm advances before the server looks at its page again."""
 TRY_LATER = 1013
 
-LOG: Final = logging.getLogger("uvicorn.error")
+LOG: Final = logging.getLogger("feasibee.live")
+LOG.addFilter(Once())
 
 Result = TypeVar("Result")
 
