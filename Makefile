@@ -2,11 +2,14 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+LOWEST ?= .venv-lowest
+LOWEST_PYTHON ?= python3.11
 
-.PHONY: help paper test lint lint-js format-js bench docs claims claims-short clean
+.PHONY: help paper test test-lowest lint lint-js format-js bench docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/"
 	@echo "make test    all tests"
+	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the live page's JavaScript, with npm; make format-js formats it"
 	@echo "make bench   speed, start-up and memory, the ratios to Mesa and to a plain numba loop, the live arena"
@@ -19,6 +22,10 @@ paper: $(VENV)/installed
 
 test: $(VENV)/with-test
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
+
+# Old versions warn of what new ones, brought along by others, no longer want.
+test-lowest: $(LOWEST)/installed
+	$(LOWEST)/bin/python -m pytest --numprocesses auto --dist worksteal -W ignore::DeprecationWarning
 
 lint: $(VENV)/with-lint
 	$(BIN)/ruff check
@@ -49,7 +56,7 @@ claims-short: $(VENV)/installed
 	$(BIN)/python -m claims --check --short $(PAGE)
 
 clean:
-	rm -rf $(VENV) paper docs/_build docs/gallery .claims
+	rm -rf $(VENV) $(LOWEST) paper docs/_build docs/gallery .claims
 
 node_modules/installed: package-lock.json
 	npm ci --silent --no-audit --no-fund
@@ -59,6 +66,15 @@ $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	$(BIN)/python -m pip install --quiet --editable .
+	@touch $@
+
+# pip has no lowest versions: uv chooses and installs them.
+$(LOWEST)/installed: pyproject.toml
+	$(LOWEST_PYTHON) -m venv --clear $(LOWEST)
+	$(LOWEST)/bin/python -m pip install --quiet uv
+	$(LOWEST)/bin/uv pip install --quiet --python $(LOWEST)/bin/python --resolution lowest-direct \
+		--requirements pyproject.toml --all-extras --group test
+	$(LOWEST)/bin/uv pip install --quiet --python $(LOWEST)/bin/python --no-deps --editable .
 	@touch $@
 
 $(VENV)/with-%: $(VENV)/installed

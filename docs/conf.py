@@ -6,11 +6,11 @@ import warnings
 from importlib.metadata import version as installed
 from pathlib import Path
 
-from feasibee.files import cache_root
+from feasibee.cache import cache_root, own_folder
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]  # ours, and claims/
-os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))  # not in the user's home
+os.environ.setdefault("MPLCONFIGDIR", str(own_folder(cache_root()) / "matplotlib"))  # not in the user's home
 warnings.filterwarnings("error", module=r"(__main__|feasibee)")  # in an example
 warnings.filterwarnings("ignore", module=r"(sphinx|myst)")  # theirs to mend
 

@@ -9,12 +9,11 @@ import tracemalloc
 
 import pytest
 
-from feasibee import FeasibeeError, Scenario, simulate
+from feasibee import FeasibeeError
 from feasibee.files import (
     TABLE_LIMIT,
     TEXT_LIMIT,
     UnreadableError,
-    check_cache,
     make_folder,
     read_text,
     whole_file,
@@ -129,18 +128,6 @@ def test_a_file_in_the_way_of_a_folder_is_told(tmp_path):
         with pytest.raises(FeasibeeError, match=r"file.*: can't be made: .*; name another folder"):
             make_folder(path)
     assert (tmp_path / "file").read_text() == "old"
-
-
-def test_a_cache_that_cant_be_is_told(tmp_path, monkeypatch):
-    """As in a container whose user has no home."""
-    (tmp_path / "file").touch()
-    monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "file" / "cache"))
-    check_cache.cache_clear()
-    try:
-        with pytest.raises(FeasibeeError, match=r"^FEASIBEE_CACHE = .*: can't be written: .*; name a folder"):
-            simulate(Scenario(), 1)
-    finally:
-        check_cache.cache_clear()
 
 
 # --- What a user names, read ---

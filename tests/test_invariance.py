@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import time
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
-from feasibee.engine import compile as compile_
 from feasibee.simulation import simulate_record
 
 SCENARIOS = {
@@ -75,25 +71,3 @@ def test_a_swarm_looked_at_step_by_step_is_the_simulated_run():
         for count in curve[curve >= 0]:
             assert swarm.feasible_count == count
             swarm.advance()
-
-
-def test_threads_that_compile_at_once_keep_their_code_in_our_folder(monkeypatch):
-    """numba's setting of the folder is global: one thread mustn't put back what another needs."""
-    seen = []
-
-    def njit(signature, **options):
-        def decorate(function):
-            before = compile_.CONFIG.CACHE_DIR
-            time.sleep(0.01)
-            seen.extend([before, compile_.CONFIG.CACHE_DIR])
-            return function
-
-        return decorate
-
-    monkeypatch.setattr(compile_.numba, "njit", njit)
-    monkeypatch.setattr(compile_.CONFIG, "CACHE_DIR", "the user's")
-    with ThreadPoolExecutor(8) as pool:
-        for _ in range(24):
-            pool.submit(compile_.entry("void()"), print)
-    assert seen == [str(compile_.cache_folder())] * 48
-    assert compile_.CONFIG.CACHE_DIR == "the user's"

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import struct
 import time
+from contextlib import ExitStack, suppress
 from hashlib import sha256
+from threading import Event
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from serving import serving_at
+from starlette.responses import PlainTextResponse
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from feasibee import FeasibeeError, Scenario, Swarm, simulate
+from feasibee import FeasibeeError, Scenario, Swarm, simulate, simulation
 from feasibee.cli import main
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _programme
+from feasibee.live import connections
 from feasibee.live import server as serving
+from feasibee.live.guard import Guard, check_host
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
 from feasibee.live.programme import PICKS, Programme, of_folder
+from feasibee.simulation import load_engine
 from feasibee.study import crews
 from feasibee.study.journal import Journal
 from feasibee.study.plan import study_of
@@ -470,6 +477,11 @@ def test_only_so_many_pages(port, monkeypatch):
         "http://127.0.0.1:1",
         "http://localhost:{port}",
         "file://127.0.0.1:{port}",
+        "127.0.0.1:{port}",
+        "http://127.0.0.1",
+        "http://127.0.0.1:{port}/",
+        "http://evil.example@127.0.0.1:{port}",
+        "http://127.0.0.1:{port}@evil.example",
     ],
 )
 def test_pages_of_others_are_refused(port, origin):
@@ -491,7 +503,16 @@ def asked(port, host, path="/", *lines):
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.example", "evil.example:{port}", "192.168.0.7", "[", "", "127.0.0.1.evil.example"]
+    "host",
+    [
+        *("evil.example", "evil.example:{port}", "192.168.0.7", "[", "", "127.0.0.1.evil.example"),
+        *("evil.example@127.0.0.1", "evil.example@127.0.0.1:{port}", "localhost@localhost"),
+        *("127.0.0.1/x", "127.0.0.1:{port}/x", "127.0.0.1?x", "127.0.0.1#x", "127.0.0.1\\x", "//127.0.0.1"),
+        *("127.0.0.1:abc", "127.0.0.1:", "127.0.0.1:1", "127.0.0.1:0{port}", "127.0.0.1:+{port}"),
+        *("127.0.0.1:{port}:{port}", "127.0.0.1:{port},evil.example", "127.0.0.1 evil.example"),
+        *("127.1", "127.0.0.01", "2130706433", "0x7f000001", "localhost.", "\uff4cocalhost", "localhost%00"),
+        *("::1", "[::1", "[::1]x", "[::1%lo]:{port}", "[127.0.0.1]", "[localhost]"),
+    ],
 )
 def test_names_of_others_are_refused(port, host):
     answer = asked(port, host.format(port=port))
@@ -513,6 +534,133 @@ def test_own_names_get_the_page_with_strict_headers(port, host):
     assert answer.startswith("HTTP/1.1 200")
     assert "default-src 'none'; script-src 'self'" in answer
     assert "x-content-type-options: nosniff" in answer.lower()
+
+
+def test_beyond_loopback_the_machines_names_and_all_addresses_are_its_own():
+    own = ("lab.example", "lab.example:8765", "192.168.0.7:8765", "[2001:db8::1]:8765", socket.gethostname())
+    assert {answered_beyond_loopback(name) for name in own} == {200}
+    others = (
+        "evil.example",
+        "x@lab.example",
+        "lab.example:1",
+        "lab.example/x",
+        "lab.example:8765@evil.example",
+    )
+    assert {answered_beyond_loopback(name) for name in others} == {403}
+
+
+def answered_beyond_loopback(name):
+    """Return the status for a Host, of a server that listens on lab.example, port 8765."""
+    statuses = []
+
+    async def send(message):
+        statuses.append(message.get("status"))
+
+    scope = {"type": "http", "headers": [(b"host", name.encode())], "server": ("192.168.0.7", 8765)}
+    asyncio.run(Guard(PlainTextResponse("a page"), "Lab.example")(scope, None, send))
+    return statuses[0]
+
+
+def opened_in_time(port, seconds=2.0):
+    """Open a page, and return how long it took."""
+    start = time.monotonic()
+    assert asked(port, f"127.0.0.1:{port}").startswith("HTTP/1.1 200")
+    with Page(port) as page:
+        assert page.open()["step"] == 0
+    assert time.monotonic() - start < seconds
+
+
+def silent(port, count, text=b""):
+    lines = [socket.create_connection(("127.0.0.1", port)) for _ in range(count)]
+    for line in lines:
+        line.sendall(text)
+    return lines
+
+
+@pytest.mark.parametrize("text", [b"", b"GET / HTTP/1.1\r\nHost: 127.0.0.1"])
+def test_connections_that_never_ask_for_anything_keep_no_page_out(port, text):
+    with Page(port) as page, ExitStack() as lines:
+        for line in silent(port, 400, text):
+            lines.enter_context(line)
+        opened_in_time(port)
+        assert page.open()["step"] == 0  # nor do they end one
+
+
+UPGRADE = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+UPGRADE += "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+HEADERS = "X: y\r\n" * 300
+UNFINISHED = {
+    "nothing": "",
+    "half a request": "GET / HTTP/1.1\r\nHost: localhost",
+    "a page and no more": "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
+    "a body that is announced": "POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n",
+    "an upgrade with a body": f"GET /swarm HTTP/1.1\r\nHost: localhost\r\n{UPGRADE}Content-Length: 9\r\n\r\n",
+    "an upgrade of 300 lines": f"GET /swarm HTTP/1.1\r\nHost: localhost\r\n{UPGRADE}{HEADERS}\r\n",
+}
+
+
+@pytest.mark.parametrize("what", UNFINISHED)
+def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, monkeypatch):
+    monkeypatch.setattr(connections, "LIFETIME", 0.5)
+    with serving_at(Programme(Scenario())) as port, Page(port) as page:
+        (line,) = silent(port, 1, UNFINISHED[what].encode())
+        with line:
+            line.settimeout(0.1)
+            end = time.monotonic() + 3
+            with suppress(ConnectionError):
+                while time.monotonic() < end:
+                    with suppress(TimeoutError):
+                        if not line.recv(65536):
+                            break
+                    line.sendall(b"x")  # one byte now and then: no sign of life
+            assert time.monotonic() < end
+        assert page.open()["step"] == 0
+
+
+def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
+    upgrade = b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: h2c\r\nConnection: Upgrade\r\n\r\n"
+    chunked = b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"
+    with serving_at(Programme(Scenario())) as port:
+        for text in (b"\x00\xff\r\n\r\n", upgrade, chunked):
+            for line in silent(port, 100, text):
+                with line, suppress(ConnectionError):
+                    line.recv(100)
+        opened_in_time(port)
+    told = capfd.readouterr().err
+    assert told.count("Exception in ASGI application") <= 1
+    assert "Invalid HTTP" not in told
+    assert "Unsupported" not in told
+
+
+def test_a_page_that_compiles_holds_up_none_whose_engine_is_ready(port, monkeypatch):
+    from numba.core.compiler_lock import global_compiler_lock
+
+    from feasibee.engine import runner
+
+    begun, done = Event(), Event()
+
+    def compile_slowly(scenario):
+        if scenario.arena.boundary == "walls":
+            with global_compiler_lock:
+                begun.set()
+                assert done.wait(30)
+        return ready(scenario)
+
+    for boundary in ("torus", "walls"):
+        load_engine(Scenario(arena={"boundary": boundary}))
+    ready = runner.engine_functions
+    monkeypatch.setattr(runner, "engine_functions", compile_slowly)
+    monkeypatch.setattr(simulation, "_loaded", {each for each in simulation._loaded if each[0]})
+    with Page(port) as first:
+        first.say(type="open", changes={"arena.boundary": "walls"})
+        assert begun.wait(10)
+        try:
+            opened_in_time(port)
+        finally:
+            done.set()
+        while (answer := first.receive())["type"] != "frame":
+            pass
+        assert answer["step"] == 0
 
 
 def test_nothing_but_the_page_is_served(port):
@@ -553,6 +701,52 @@ def test_a_port_that_is_taken(port):
         serving.listen("127.0.0.1", port)
     with serving.listen("127.0.0.1", None) as first, serving.listen("127.0.0.1", None) as second:
         assert first.getsockname()[1] != second.getsockname()[1]
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        *(
+            "",
+            " ",
+            "a b",
+            "0",
+            "1.2",
+            "127.1",
+            "0x7f000001",
+            "256.0.0.1",
+            "1.2.3.4.5",
+            "[::1]",
+            "::1%lo",
+            "::x",
+        ),
+        *(
+            "127.0.0.1:80",
+            "http://localhost",
+            "localhost/x",
+            "x@localhost",
+            "<broadcast>",
+            "*",
+            "-x",
+            "a..b",
+            ".",
+        ),
+        *("localhost\n", "\x00", "\ud800", "é" * 300, "a" * 64, "a." * 200 + "a"),
+    ],
+)
+def test_a_host_that_is_neither_address_nor_name_is_refused_in_a_line(host):
+    line = refused("--host", host, "--no-browser")
+    assert line.startswith("feasibee: --host = "), line
+    assert line.endswith("must be an address or a name of this machine; use 127.0.0.1, or leave it out\n")
+    assert line.count("\n") == 1
+    assert len(line) < 250
+
+
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1", "::1", "0.0.0.0", "::", "localhost", "LocalHost", "lab-7.example", "3d"]
+)
+def test_a_host_may_be_an_address_or_a_name(host):
+    check_host(host)
 
 
 def refused(*arguments):

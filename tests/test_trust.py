@@ -164,7 +164,7 @@ def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path,
         file.write_text(OTHER)
 
     sweep(study, tmp_path / "results", workers(1), progress=edit)
-    assert len(told) > 2
+    assert told[0].runs_done == 0  # it was edited before the first run
     with Journal(tmp_path / "results") as journal:
         for point, row in zip(study.points, journal.points, strict=True):
             assert row.scenario.manifest.source == TEXT

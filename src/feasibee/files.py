@@ -8,7 +8,6 @@ import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 
 from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
@@ -172,28 +171,6 @@ def _is_something_else(target: Path) -> bool:
         return not stat.S_ISREG(target.stat().st_mode)
     except FileNotFoundError:
         return False
-
-
-def cache_root() -> Path:
-    """Return the folder for what may be computed again; ``FEASIBEE_CACHE`` moves it."""
-    import platformdirs
-
-    return Path(os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False))
-
-
-@cache
-def check_cache() -> None:
-    """Raise an error if what is compiled couldn't be kept, as in a home that isn't there; look once."""
-    root = cache_root()
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=root):
-            pass
-    except (OSError, ValueError) as error:
-        why = why_not(error)
-        raise FeasibeeError(
-            f"FEASIBEE_CACHE = {_named(root)}: can't be written: {why}; name a folder that you may write to"
-        ) from None
 
 
 def make_folder(path: str | Path) -> Path:

@@ -9,10 +9,11 @@ from collections.abc import Callable
 from threading import Lock
 from typing import TYPE_CHECKING, Literal
 
+from feasibee.cache import check_cache
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import check_cache
 from feasibee.record import Record
 from feasibee.scenario import Scenario
+from feasibee.strategies.contract import Strategy
 from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
 
 if TYPE_CHECKING:
@@ -169,6 +170,7 @@ def failure_of(scenario: Scenario, seed: int, run: int, error: Exception) -> Exc
 
 
 _loading = Lock()  # a second thread finds what the first has compiled
+_loaded: set[tuple[bool, Strategy]] = set()
 
 
 def is_engine_compiled(scenario: Scenario) -> bool:
@@ -181,6 +183,11 @@ def is_engine_compiled(scenario: Scenario) -> bool:
 
 def load_engine(scenario: Scenario) -> None:
     """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
+    from feasibee.engine.translation import is_paper
+
+    kind = (is_paper(scenario), scenario.strategy)
+    if kind in _loaded:
+        return  # however long another thread compiles what another scenario takes
     check_cache()
     with _loading:
         if not is_engine_compiled(scenario):
@@ -192,6 +199,7 @@ def load_engine(scenario: Scenario) -> None:
         from feasibee.engine.runner import engine_functions
 
         engine_functions(scenario)
+    _loaded.add(kind)
 
 
 def processors() -> int:

@@ -6,7 +6,7 @@ import os
 import sys
 import unicodedata
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -101,8 +101,10 @@ def _parse_change(change: str) -> tuple[str, Any]:
 
 def keep_matplotlib_in_cache() -> None:
     """Let matplotlib keep its list of fonts in our folder; it would make one in the user's home."""
-    from feasibee.files import cache_root
+    from feasibee.cache import cache_root, own_folder
 
+    with suppress(FeasibeeError):  # matplotlib finds another place itself
+        own_folder(cache_root())
     os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import changes_option, named, path_type, read_scenario
+from feasibee.cli.options import changes_option, path_type, read_scenario
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 @click.option(
     "--trust", is_flag=True, help="Of a sweep: run the strategies' texts that it keeps; read them before."
 )
-@click.option("--host", default="127.0.0.1", show_default=True, callback=named, help="Where to listen.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Where to listen.")
 @click.option("--port", type=click.IntRange(0, 65535), help="By default the first free one from 8765.")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def watch(

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 import llvmlite
 import numba
 import numpy
+from numba.core import compiler, serialize
+from numba.core.typeinfer import register_dispatcher
 
-from feasibee.files import cache_root
+from feasibee.cache import cache_root, own_folder, read_sealed, write_sealed
 
-CONFIG: Any = numba.config
-ONE_AT_A_TIME = Lock()
-"""numba's settings are those of all threads."""
+CompileResult: Any = compiler.CompileResult
+dumps: Any = serialize.dumps
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
 # function would otherwise touch every array's count atomically, which doubled the cost of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
@@ -55,33 +56,77 @@ def careful(function: Callable[..., Any]) -> Callable[..., Any]:
 def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Compile a function that Python calls, for one signature, and keep the code on disk.
 
-    Code that comes of a user's ``text`` is kept in a folder named after it, since numba tells functions
-    apart by their own lines only.
+    Parameters
+    ----------
+    signature : numba signature
+        Types of its arguments and of what it returns.
+    text : str
+        Text of the user's file that it comes of, if any. It raises what Python would then.
     """
-    options, folder = OPTIONS, cache_folder()
-    if text:
-        options, folder = CAREFUL, folder / "own" / hashlib.sha256(text.encode()).hexdigest()[:16]
+    options = CAREFUL if text else OPTIONS
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        # The cache folder is fixed while numba decorates; the user's own setting is put back at once.
-        with ONE_AT_A_TIME:
-            users_folder = CONFIG.CACHE_DIR
-            CONFIG.CACHE_DIR = str(folder)
-            try:
-                compiled: Callable[..., Any] = numba.njit(signature, cache=True, **options)(function)
-            finally:
-                CONFIG.CACHE_DIR = users_folder
-        return compiled
+        compiled: Any = numba.njit(**options)(function)
+        compiled._cache = Kept(function, text)
+        with register_dispatcher(compiled):  # as numba does: the function may call itself
+            compiled.compile(signature)
+        compiled.disable_compile()
+        dispatcher: Callable[..., Any] = compiled
+        return dispatcher
 
     return decorate
+
+
+class Kept:
+    """Compiled code of a function on disk, in a sealed file for each signature and kind of processor.
+
+    It stands in for numba's own cache, which runs whatever it finds: a damaged file ended the program.
+
+    Parameters
+    ----------
+    function : callable
+        The function as Python has it.
+    text : str
+        Text of the user's file that it comes of; by default that of the file that defines it.
+    """
+
+    def __init__(self, function: Callable[..., Any], text: str) -> None:
+        code = function.__code__
+        source = text.encode() or Path(code.co_filename).read_bytes()
+        enclosed = tuple(cell.cell_contents for cell in function.__closure__ or ())
+        self._name = function.__name__
+        place = (function.__module__, code.co_firstlineno)  # the code, when loaded, looks its module up
+        self._made_from = (source, bool(text), *place, code.co_code, dumps(enclosed))
+
+    @property
+    def cache_path(self) -> str:
+        """Folder of the files."""
+        return str(cache_folder())
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the code for a signature; None if it is missing or damaged."""
+        target_context.refresh()
+        data = read_sealed(self._path(sig, target_context.codegen()))
+        return None if data is None else CompileResult._rebuild(target_context, *pickle.loads(data))
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the code for a signature, unless it holds addresses of this process."""
+        if not data.library.has_dynamic_globals:
+            write_sealed(self._path(sig, data.codegen), dumps(data._reduce()))
+
+    def _path(self, signature: Any, codegen: Any) -> Path:
+        """Return the file for a signature and this processor."""
+        digest = hashlib.sha256()
+        for each in (str(signature), codegen.magic_tuple(), *self._made_from):
+            digest.update(repr(each).encode())
+        return cache_folder() / f"{self._name}-{digest.hexdigest()[:16]}.nbc"
 
 
 @cache
 def cache_folder() -> Path:
     """Return the folder of the compiled code, named after all that it was compiled from.
 
-    numba notices a change in a kernel's own file, not in the files of the kernels that it calls. Strategies
-    call none.
+    A file's name tells its function's own source, not the kernels that it calls. Strategies call none.
     ``FEASIBEE_CACHE`` moves the folder.
     """
     package = Path(__file__).parent.parent
@@ -92,9 +137,9 @@ def cache_folder() -> Path:
         digest.update(source.read_bytes())
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
         digest.update(version.encode())
-    return cache_root() / digest.hexdigest()[:16]
+    return own_folder(own_folder(cache_root()) / digest.hexdigest()[:16])
 
 
 def is_compiled(name: str) -> bool:
-    """Tell whether the compiled code of an entry, from these very sources, is on disk already."""
-    return any(cache_folder().glob(f"**/*.{name}-*.nbc"))
+    """Return whether the compiled code of an entry, from these very sources, is on disk already."""
+    return any(cache_folder().glob(f"{name}-*.nbc"))

@@ -7,15 +7,17 @@ leads to this machine (DNS rebinding) is no name of the server, and an address c
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Collection
 from ipaddress import ip_address
 from typing import Final
-from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from feasibee.errors import FeasibeeError, Problem
 
 HEADERS: Final = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
@@ -28,6 +30,12 @@ HEADERS: Final = {
 }
 REFUSED = 1008
 """The code with which a WebSocket is closed for a breach of policy."""
+HOST: Final = re.compile(r"(?:\[([0-9a-f:.]+)\]|([0-9a-z_.-]+))(?::([0-9]{1,5}))?", re.ASCII)
+"""An IPv6 address in brackets, or a name, or an IPv4 address; then a port, if any. A URL may hold more, such
+as a user's name or a path, and a parser of URLs would pass over it."""
+NAME: Final = re.compile(r"(?=.{1,253}$)(?:(?!-)[0-9a-z_-]{1,63}(?<!-)(?:\.(?!$)|$))+", re.ASCII)
+NUMBER: Final = re.compile(r"(?:.*\.)?(?:[0-9]+|0x[0-9a-f]*)", re.ASCII)
+"""Names that systems read as addresses: ``0`` would be every address of this machine."""
 
 
 class Guard:
@@ -64,21 +72,44 @@ class Guard:
         """Return why a request is refused; nothing if it isn't."""
         headers = Headers(scope=scope)
         host, origins = headers.getlist("host"), headers.getlist("origin")
-        if len(host) != 1 or not self._is_own(_hostname(f"//{host[0]}")):
-            return "Host is no name of this server; use the address that feasibee watch printed"
+        if len(host) != 1 or not self._is_own(host[0].lower(), scope.get("server")):
+            return (
+                "Host isn't a name and the port of this server; use the address that feasibee watch printed"
+            )
         from_page = scope["type"] == "websocket" or origins
         if from_page and [_place(origin) for origin in origins] != [host[0].lower()]:
             return "Origin is another page's; open the address that feasibee watch printed"
         return ""
 
-    def _is_own(self, name: str) -> bool:
-        if name in self._names:
+    def _is_own(self, host: str, server: tuple[str, int | None] | None) -> bool:
+        """Return whether a Host, with or without a port, names the server."""
+        parts = HOST.fullmatch(host)
+        if parts is None:
+            return False
+        if parts[3] and server and server[1] and parts[3] != str(server[1]):
+            return False
+        if parts[2] in self._names:
             return True
         try:
-            address = ip_address(name)
+            address = ip_address(parts[1] or parts[2])
         except ValueError:
             return False
+        if (address.version == 6) != bool(parts[1]):
+            return False
         return self._addresses or address.is_loopback
+
+
+def check_host(host: str) -> None:
+    """Raise an error unless a host is an address or may be a name; the empty one would be all addresses."""
+    try:
+        ip_address(host)
+        correct = "%" not in host
+    except ValueError:
+        name = host.lower()
+        correct = NAME.fullmatch(name) is not None and NUMBER.fullmatch(name) is None
+    if not correct:
+        rule = "must be an address or a name of this machine"
+        raise FeasibeeError(str(Problem("--host", host, rule, "use 127.0.0.1, or leave it out")))
 
 
 def is_loopback(host: str) -> bool:
@@ -86,18 +117,11 @@ def is_loopback(host: str) -> bool:
     try:
         return ip_address(host).is_loopback
     except ValueError:
-        return host == "localhost"
+        return host.lower() == "localhost"
 
 
 def _names(host: str) -> Collection[str]:
     return {"localhost", host.lower(), socket.gethostname().lower(), socket.getfqdn().lower()}
-
-
-def _hostname(url: str) -> str:
-    try:
-        return (urlsplit(url).hostname or "").lower()
-    except ValueError:
-        return ""
 
 
 def _place(origin: str) -> str:

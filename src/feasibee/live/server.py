@@ -22,8 +22,9 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from feasibee.errors import FeasibeeError, quoted
-from feasibee.live.guard import Guard, is_loopback
+from feasibee.errors import FeasibeeError
+from feasibee.live.connections import Connection, Once, log_config
+from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
 from feasibee.live.programme import Programme
 from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, Plan, Session, plan_of
@@ -41,7 +42,8 @@ PATIENCE: Final = 0.05
 """Seconds for which a swarm advances before the server looks at its page again."""
 TRY_LATER = 1013
 
-LOG: Final = logging.getLogger("uvicorn.error")
+LOG: Final = logging.getLogger("feasibee.live")
+LOG.addFilter(Once())
 
 Result = TypeVar("Result")
 
@@ -183,6 +185,7 @@ def listen(host: str, port: int | None) -> socket.socket:
     FeasibeeError
         If the port is taken or the host isn't this machine's.
     """
+    check_host(host)
     ports = range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else [port]
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for each in ports:
@@ -198,8 +201,6 @@ def listen(host: str, port: int | None) -> socket.socket:
                 if port is None and error.errno == EADDRINUSE:
                     continue
                 raise FeasibeeError(_why_not(host, each, error)) from None
-            except (TypeError, ValueError):  # a NUL in the host, or what no name of a host has
-                raise FeasibeeError(f"--host {quoted(host)}: can't be a host; such as 127.0.0.1") from None
             return tried.dup()
     raise FeasibeeError(f"ports {ports[0]} to {ports[-1]}: all are taken; give another with --port")
 
@@ -226,14 +227,16 @@ def server_of(programme: Programme, host: str) -> uvicorn.Server:
     return uvicorn.Server(
         uvicorn.Config(
             application(programme, host),
-            log_level="warning",
+            http=Connection,
+            log_config=log_config(),
+            log_level="error",  # its warnings are of what others send
             access_log=False,
             server_header=False,
+            proxy_headers=False,
             lifespan="off",
             ws="websockets-sansio",
             ws_max_size=MESSAGE_LIMIT,
             ws_per_message_deflate=False,  # frames are nearly random, and go no further than this machine
-            limit_concurrency=8 * SESSIONS_LIMIT,
             timeout_graceful_shutdown=1,
         )
     )
