@@ -22,7 +22,7 @@ class FeasibeeError(Exception):
     Parameters
     ----------
     message : str
-        Which may quote what a user wrote: it becomes one printable line of at most `LINE_LIMIT` characters.
+        Which may quote what a user wrote: it becomes one printable line of at most ``LINE_LIMIT`` characters.
     """
 
     def __init__(self, message: str = "") -> None:
@@ -52,7 +52,7 @@ class ScenarioError(FeasibeeError):
     Parameters
     ----------
     problems : iterable of Problem
-        All that is wrong with it, not only the first; of more than `PROBLEMS_LIMIT`, so many.
+        All that is wrong with it, not only the first; of more than ``PROBLEMS_LIMIT``, so many.
     source : str, optional
         The file that it came from.
     """

@@ -2,7 +2,7 @@
 
 What a file declares (its constants, and which functions it has) is taken from its syntax tree, so that a
 scenario that names it can be checked, printed and compared. It runs when something simulates it:
-see `feasibee.trial`.
+see ``feasibee.trial``.
 """
 
 from __future__ import annotations

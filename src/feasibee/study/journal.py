@@ -62,7 +62,7 @@ class Journal:
     write : bool
         Whether to write; then it is made if need be, and locked against others that write.
     rescue : callable, optional
-        Makes a damaged journal anew before it is written to; see `feasibee.study.rescue`.
+        Makes a damaged journal anew before it is written to; see ``feasibee.study.rescue``.
 
     Attributes
     ----------
