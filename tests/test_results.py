@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import gc
 import json
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -357,3 +359,20 @@ def test_what_isnt_a_plain_file_is_never_opened(path):
     with pytest.raises(FeasibeeError, match="can't be read as NetCDF: isn't a plain file") as caught:
         open_results(path)
     assert len(str(caught.value)) <= 400
+
+
+def test_a_file_of_something_else_is_told_in_a_line_and_no_more(tmp_path):
+    """h5netcdf printed a traceback beside the error, from where it gives up what it hadn't opened."""
+    (tmp_path / "a.nc").write_text("run,decision\n")
+    script = """
+import feasibee
+try:
+    feasibee.open_results("a.nc")
+except feasibee.FeasibeeError as error:
+    print(error)
+"""
+    told = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert told.stdout.startswith("a.nc: can't be read as NetCDF: ")
+    assert told.stderr == ""

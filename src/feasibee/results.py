@@ -185,7 +185,10 @@ def open_results(path: str | Path) -> xr.Dataset:
     """
     if not is_file(path):
         raise FeasibeeError(f"{path}: can't be read as NetCDF: isn't a plain file; {SAVED}")
+    import h5py
+
     try:
+        h5py.File(path, "r").close()  # h5netcdf leaves a traceback behind where this fails
         with xr.open_dataset(path, engine="h5netcdf", phony_dims="sort") as opened:
             recipe_of(opened)
             _check_size(opened)
