@@ -120,7 +120,7 @@ def invoke(*arguments: object) -> Result:
 
 def export(folder: Path) -> bytes | None:
     """Return the table of a journal; None if it was refused in a line."""
-    table = folder / "table"
+    table = folder / "table.csv"
     result = invoke("export", folder, "--out", table)
     if result.exit_code == 0:
         return table.read_bytes()
