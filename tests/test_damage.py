@@ -257,6 +257,19 @@ def test_a_file_that_sqlite_wouldnt_write_to_is_mended(kept, table, folder):
     assert swept(kept, folder) == (0, "")
 
 
+def test_a_file_that_was_cut_short_loses_only_its_end(kept, table, folder):
+    """SQLite refuses such a file as a whole."""
+    os.truncate(folder / NAME, (folder / NAME).stat().st_size - 5000)
+    result = invoke("status", folder, "--json")
+    assert result.exit_code in (0, 2)
+    good = sum(point["runs"] for point in json.loads(result.stdout))
+    assert good > RUNS / 3
+    if result.exit_code:
+        assert f"; {good} runs of " in result.stderr
+    assert swept(kept, folder)[0] < RUNS - good + 1
+    assert export(folder) == table
+
+
 def test_what_is_no_database_any_more_is_lost_as_a_whole(kept, folder):
     data = (folder / NAME).read_bytes()
     (folder / NAME).write_bytes(bytes(100) + data[100:])

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from threading import Timer
 
 import pytest
 
@@ -65,7 +66,10 @@ def start(folder, *arguments, study=STUDY):
         text=True,
         start_new_session=True,
     )
+    alarm = Timer(60, process.kill)
+    alarm.start()
     assert process.stdout.readline() == "ready\n"
+    alarm.cancel()
     return process
 
 

@@ -16,6 +16,7 @@ from concurrent.futures import CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
+from threading import Timer
 
 import numpy as np
 import pytest
@@ -197,6 +198,42 @@ def test_a_half_done_sweep_is_balanced(tmp_path, small_chunks):
     assert 100 <= sum(counts(tmp_path)) < 110
     assert told[0].runs_done == told[0].runs_new == 0
     assert {(each.points, each.runs) for each in told} == {(6, 288)}
+
+
+class Slow(Executor):
+    """Has one chunk done, computes another, and has not begun with the rest."""
+
+    def __init__(self):
+        self.submitted = 0
+        self.late = None
+
+    def submit(self, work, *arguments):
+        future = Future()
+        self.submitted += 1
+        if self.submitted < 3:
+            future.set_running_or_notify_cancel()
+        if self.submitted == 1:
+            future.set_result(work(*arguments))
+        elif self.submitted == 2:
+            self.late = Timer(0.3, lambda: future.set_result(work(*arguments)))
+            self.late.start()
+        return future
+
+
+def test_a_chunk_that_is_being_computed_is_kept(tmp_path, small_chunks):
+    """Whatever ends the sweep; those that wait are cancelled."""
+
+    def tell(progress):
+        if progress.runs_new:
+            raise error
+
+    for number, error in enumerate((KeyboardInterrupt(), FeasibeeError("the log is full"))):
+        slow = Slow()
+        with pytest.raises(type(error)):
+            sweep(study(), tmp_path / str(number), Crew(lambda slow=slow: slow, 3), progress=tell)
+        slow.late.join()
+        assert slow.submitted > 2
+        assert sum(counts(tmp_path / str(number))) == 4
 
 
 # --- Who does the work ---
