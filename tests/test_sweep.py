@@ -373,7 +373,7 @@ def test_a_cluster_that_isnt_there_is_told():
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://here"])
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://here:1", "tls://127.0.0.1:1"])
 def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
     """In a process of its own: what Dask leaves open there would be another test's warning, later."""
     (tmp_path / "study.toml").write_text(TOML)
