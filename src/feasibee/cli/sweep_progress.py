@@ -1,0 +1,97 @@
+"""How far a sweep is: a bar on a terminal, a line now and then elsewhere, JSON lines in a log."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.errors import FeasibeeError
+from feasibee.files import why_not
+
+if TYPE_CHECKING:
+    from feasibee.study.sweep import Progress
+
+PATIENCE = 10.0
+"""Seconds between two lines of progress where there is no terminal."""
+
+
+@contextmanager
+def told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
+    """Show a bar on a terminal, a line now and then elsewhere, and append to a log if there is one."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    terminal = sys.stderr.isatty()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    last = time.monotonic()
+    if log is not None:
+        _end_line(log)
+    with Bar(*columns, console=Console(stderr=True), transient=True, disable=not terminal) as bar:
+        task = bar.add_task("Sweeping", total=None)
+
+        def tell(progress: Progress) -> None:
+            nonlocal last
+            rate = progress.runs_new / progress.seconds if progress.seconds > 0 else 0.0
+            bar.update(
+                task,
+                total=progress.runs,
+                completed=progress.runs_done,
+                description="stopping, Ctrl-C again ends at once"
+                if progress.stopping
+                else f"{progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
+            )
+            if log is not None:
+                _append(log, {"time": time.time(), **vars(progress)})
+            if not terminal and time.monotonic() - last >= PATIENCE:
+                last = time.monotonic()
+                click.echo(_line(progress, rate), err=True)
+
+        yield tell
+
+
+def _end_line(log: Path) -> None:
+    """End the line of a log that a killed sweep has left half-written."""
+    with suppress(OSError):
+        if log.is_file() and log.stat().st_size:
+            with log.open("r+b") as file:
+                file.seek(-1, os.SEEK_END)
+                if file.read() != b"\n":
+                    file.write(b"\n")
+
+
+def _append(log: Path, entry: dict[str, Any]) -> None:
+    with _log_told(log), log.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(entry) + "\n")
+
+
+def check_log(log: Path) -> None:
+    """Raise an error now if the log can't be written; don't wait for somebody to read a pipe."""
+    with _log_told(log):
+        os.close(os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0), 0o666))
+
+
+@contextmanager
+def _log_told(log: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FeasibeeError(
+            f"--log {log}: can't be written: {why_not(error)}; name a file that you may write to"
+        ) from None
+
+
+def _line(progress: Progress, rate: float) -> str:
+    left = (progress.runs - progress.runs_done) / rate if rate else float("inf")
+    return (
+        f"feasibee: {progress.points_done} of {progress.points} points, "
+        f"{progress.runs_done} of {progress.runs} runs, {rate:.0f} runs/s, about {left:.0f} s left"
+    )
