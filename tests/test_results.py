@@ -267,15 +267,18 @@ def test_a_file_cut_short_is_told(tmp_path):
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_damaged_file_is_told(tmp_path):
     """One byte is wrong, here and there: all is well, or it is an error of ours."""
-    save_results(label(RECORD, SCENARIO, 0), tmp_path / "a.nc")
+    dataset = label(RECORD, SCENARIO, 0)
+    save_results(dataset, tmp_path / "a.nc")
     whole = (tmp_path / "a.nc").read_bytes()
     told = 0
-    for place in range(0, len(whole), 397):
+    for place in range(0, len(whole), 211):
         damaged = bytearray(whole)
         damaged[place] ^= 0xFF
         (tmp_path / "b.nc").write_bytes(damaged)
         with suppress(FeasibeeError):
-            open_results(tmp_path / "b.nc")
+            opened = open_results(tmp_path / "b.nc")
+            assert opened.equals(dataset), place
+            assert opened.attrs["recipe"] == dataset.attrs["recipe"], place
             continue
         told += 1
     assert told > 3
@@ -376,3 +379,21 @@ except feasibee.FeasibeeError as error:
     )
     assert told.stdout.startswith("a.nc: can't be read as NetCDF: ")
     assert told.stderr == ""
+
+
+def test_no_flipped_bit_of_saved_results_changes_a_number(tmp_path):
+    """Where HDF5 itself sees nothing wrong: in values that aren't compressed."""
+    dataset = simulate(SCENARIO, runs=40, seed=1)
+    save_results(dataset, tmp_path / "a.nc")
+    assert open_results(tmp_path / "a.nc").identical(dataset)
+    data = (tmp_path / "a.nc").read_bytes()
+    starts = [
+        data.find(dataset[name].values.tobytes()) for name in ("decision", "decision_step", "bits_sent")
+    ]
+    assert min(starts) > 0
+    for place in (*starts, data.find(b'"seed": 1') + 8):
+        damaged = bytearray(data)
+        damaged[place] ^= 1
+        (tmp_path / "b.nc").write_bytes(damaged)
+        with pytest.raises(FeasibeeError, match=r"b.nc: isn't as save_results wrote it; name a file that"):
+            open_results(tmp_path / "b.nc")

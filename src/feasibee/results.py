@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 from collections.abc import Iterator
@@ -22,6 +23,8 @@ from feasibee.vocabulary import DECISIONS, MODEL_VERSION
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
 SIZE_LIMIT = 20 * 2**30
 """Bytes of results that are opened: two curves of the largest size, and the rest."""
+DIGEST = "digest"
+"""The attribute that a saved file has for its digest."""
 SAVED = "name a file that feasibee saved"
 
 
@@ -161,8 +164,9 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
         _write_runs(dataset, Path(path))
         return
     packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
+    sealed = dataset.assign_attrs({DIGEST: _digest(dataset)})
     with whole_file(path) as temporary:
-        dataset.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+        sealed.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
 
 
 def _write_runs(dataset: xr.Dataset, path: Path) -> None:
@@ -181,7 +185,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     Raises
     ------
     FeasibeeError
-        If the file isn't there or isn't NetCDF of feasibee.
+        If the file isn't there, isn't NetCDF of feasibee, or isn't as it was saved.
     """
     if not is_file(path):
         raise FeasibeeError(f"{path}: can't be read as NetCDF: isn't a plain file; {SAVED}")
@@ -192,7 +196,10 @@ def open_results(path: str | Path) -> xr.Dataset:
         with xr.open_dataset(path, engine="h5netcdf", phony_dims="sort") as opened:
             recipe_of(opened)
             _check_size(opened)
-            return opened.load()
+            dataset = opened.load()
+        if dataset.attrs.pop(DIGEST, None) != _digest(dataset):
+            raise FeasibeeError(f"isn't as save_results wrote it; {SAVED}")
+        return dataset
     except ImportError:
         raise
     except FeasibeeError as error:
@@ -206,6 +213,17 @@ def _check_size(dataset: xr.Dataset) -> None:
     """Refuse more than `simulate` makes at a time: a small file may claim to hold any number of zeros."""
     if dataset.nbytes > SIZE_LIMIT:
         raise FeasibeeError(f"it holds {dataset.nbytes / 2**30:.0f} GiB, over {SIZE_LIMIT // 2**30}; {SAVED}")
+
+
+def _digest(dataset: xr.Dataset) -> str:
+    """Return the SHA-256 of all values and of the recipe, whatever the order of bytes and of variables."""
+    text = hashlib.sha256(str(dataset.attrs["recipe"]).encode())
+    for name, variable in sorted(dataset.variables.items(), key=lambda each: str(each[0])):
+        values = np.ascontiguousarray(variable.values)
+        plain = values.astype(values.dtype.newbyteorder("<"))
+        text.update(repr((name, variable.dims, plain.dtype.str, plain.shape)).encode())
+        text.update(plain.tobytes())
+    return text.hexdigest()
 
 
 def _curves(dataset: xr.Dataset) -> Iterator[str]:
