@@ -1,4 +1,4 @@
-"""Hold the claims of a page against what its commands put out, and write what should stand there."""
+"""Compare the claims of a page with the output of its commands, and write the measured values."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class Slot:
         return show(evaluate(self.expression, outcomes), self.spec)
 
     def agrees(self, stated: str, measured: str) -> bool:
-        """Tell whether what stands there is right, or near enough."""
+        """Return whether the stated value equals the measured one, within the tolerance."""
         tolerance = SPEC.fullmatch(self.spec)[4]
         if tolerance == "±" or stated.split() == measured.split():
             return True

@@ -92,10 +92,6 @@ def quoted(value: object) -> str:
         return "a number too long to print"
 
 
-def _escaped(character: str) -> str:
-    return character.encode("unicode_escape").decode()
-
-
 def _cut(text: str, limit: int) -> str:
     half = limit // 2 - 2
     return text if len(text) <= limit else f"{text[:half]}...{text[-half:]}"

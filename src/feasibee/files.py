@@ -89,7 +89,7 @@ def why_not(error: OSError | ValueError) -> str:
 
 
 def is_file(path: str | Path) -> bool:
-    """Tell whether a path is that of a plain file; no name is too long or too odd to ask."""
+    """Return whether a path is a plain file; an invalid or overlong name is none."""
     try:
         return Path(path).is_file()
     except (OSError, ValueError):
@@ -166,7 +166,7 @@ def _beside(path: str | Path) -> tuple[Path, Path]:
 
 
 def _is_something_else(target: Path) -> bool:
-    """Tell whether there is something that isn't a plain file; a name that can't be is the system's error."""
+    """Return whether a path exists and isn't a plain file; an invalid name raises the system's error."""
     try:
         return not stat.S_ISREG(target.stat().st_mode)
     except FileNotFoundError:

@@ -246,7 +246,7 @@ def spaced_by_ratio(ax: Axes) -> None:
 
 
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:
-    """Refuse what isn't a ratio above 0 and three numbers for each, by decision."""
+    """Raise an error unless there is a ratio above 0 with three counts by decision for each."""
     try:
         numbers = np.asarray(ratios, np.float64)
         fit = numbers.ndim == 1 and numbers.size > 0 and bool((np.isfinite(numbers) & (numbers > 0)).all())

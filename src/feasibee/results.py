@@ -210,7 +210,7 @@ def open_results(path: str | Path) -> xr.Dataset:
 
 
 def _check_size(dataset: xr.Dataset) -> None:
-    """Refuse more than `simulate` makes at a time: a small file may claim to hold any number of zeros."""
+    """Raise an error for results larger than `simulate` makes: a small file may claim any number of zeros."""
     if dataset.nbytes > SIZE_LIMIT:
         raise FeasibeeError(f"it holds {dataset.nbytes / 2**30:.0f} GiB, over {SIZE_LIMIT // 2**30}; {SAVED}")
 

@@ -34,7 +34,7 @@ def _without_minus(value: float) -> float:
 
 
 def _printable(text: str) -> str:
-    """Refuse names that a terminal would obey, or that no file could hold."""
+    """Raise an error for file names with control characters or surrogates."""
     if not text.isprintable():
         raise PydanticCustomError("printable", "must have printable characters only")
     return text
@@ -141,7 +141,7 @@ class Section(BaseModel):
 
 
 def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Take numpy's numbers and arrays for Python's own: who varies a field takes its values from an array."""
+    """Convert numpy's numbers and arrays to Python's: values of a varied field often come from an array."""
     return {key: _plain(value) for key, value in table.items()}
 
 

@@ -217,7 +217,7 @@ def check_scenario(scenario: Scenario | None) -> Scenario:
 
 
 def check_progress(progress: object) -> None:
-    """Refuse what can't be called with the share of the work done."""
+    """Raise an error unless the progress callback can be called."""
     if progress is not None and not callable(progress):
         raise FeasibeeError(f"progress = {quoted(progress)}: must be a function of a share; leave it out")
 

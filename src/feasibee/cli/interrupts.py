@@ -21,7 +21,7 @@ _is_program = threading.Event()
 
 
 def begin() -> None:
-    """Take over Ctrl-C, unless whoever started this process had it ignored, as for one in the background."""
+    """Install the handler of Ctrl-C, unless the parent process ignores it, as for a background job."""
     if callable(signal.getsignal(signal.SIGINT)):
         _is_program.set()
         signal.signal(signal.SIGINT, _Leave(USUAL))
@@ -57,7 +57,7 @@ def leaving(what: str) -> Iterator[None]:
 
 
 def interrupted(what: str) -> NoReturn:
-    """Say that a command was interrupted, and what is left of its work."""
+    """Print that a command was interrupted and what it kept, and exit with status 130."""
     end()
     click.echo(f"feasibee: interrupted; {what or USUAL}", err=True)
     sys.exit(STATUS)

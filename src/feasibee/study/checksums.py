@@ -46,7 +46,7 @@ def of_about(about: Mapping[str, str]) -> str:
 
 
 def write_seal(folder: Path, commits: int) -> None:
-    """Note how many commits a journal has had, outside of it."""
+    """Write the number of a journal's commits to the seal, a file beside it."""
     text = f"{commits:020d}"
     handle = os.open(folder / SEAL, os.O_WRONLY | os.O_CREAT, 0o666)  # truncating it takes 2 ms
     try:
