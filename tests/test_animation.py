@@ -16,7 +16,7 @@ from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.animation import AFTER_DECISION, animate, frame
 from feasibee.cli import main
 from feasibee.frames import DRAWN, LIGHT, Painter
-from feasibee.palette import COLOURS
+from feasibee.model.codes import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
 WORLDS = {

@@ -11,7 +11,7 @@ import pytest
 from feasibee import Scenario, Swarm, simulate
 from feasibee.assess import assess
 from feasibee.display import GRAIN, MOST
-from feasibee.palette import COLOURS
+from feasibee.model.codes import COLOURS
 
 
 class Page(HTMLParser):

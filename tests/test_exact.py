@@ -9,11 +9,11 @@ import pytest
 
 from feasibee import Scenario, reference
 from feasibee.engine import layout, runner, translation
-from feasibee.record import Record
+from feasibee.model.purposes import IDENTITY
+from feasibee.model.record import Record
 from feasibee.robot import Controller, Message
 from feasibee.simulation import simulate_record
 from feasibee.strategies import STRATEGIES, dmmd
-from feasibee.vocabulary import IDENTITY
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
 UNIT = 2**32 / SIDE

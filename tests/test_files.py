@@ -10,14 +10,7 @@ import tracemalloc
 import pytest
 
 from feasibee import FeasibeeError
-from feasibee.files import (
-    TABLE_LIMIT,
-    TEXT_LIMIT,
-    UnreadableError,
-    make_folder,
-    read_text,
-    whole_file,
-)
+from feasibee.files import TABLE_LIMIT, TEXT_LIMIT, UnreadableError, make_folder, read_text, whole_file
 
 
 def names(folder):

@@ -17,6 +17,7 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
+from feasibee.model.codes import MODEL_VERSION
 from feasibee.simulation import simulate_record
 from feasibee.study import checksums
 from feasibee.study.journal import Journal
@@ -24,7 +25,6 @@ from feasibee.study.merging import merge
 from feasibee.study.plan import Point, Until
 from feasibee.study.schema import COLUMNS, FORMAT, LOCK, NAME, SEAL, Entry, Kind
 from feasibee.study.table import summaries
-from feasibee.vocabulary import MODEL_VERSION
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
 STRATEGY = """

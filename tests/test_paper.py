@@ -11,15 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from feasibee import (
-    FeasibeeError,
-    Scenario,
-    Swarm,
-    decision_counts,
-    decision_rates,
-    decision_times,
-    simulate,
-)
+from feasibee import FeasibeeError, Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate
 from feasibee.paper import reproduce
 
 RUNS, SEED = 8, 1

@@ -24,9 +24,9 @@ from feasibee import (
     simulate,
     wilson,
 )
-from feasibee.palette import COLOURS
+from feasibee.model.codes import COLOURS
+from feasibee.model.record import Record
 from feasibee.plots import draw_opinion_bands, figure, save_figure
-from feasibee.record import Record
 from feasibee.results import label
 from feasibee.stats import opinion_quartiles
 

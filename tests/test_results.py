@@ -16,7 +16,7 @@ import pytest
 import xarray as xr
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
-from feasibee.record import Record
+from feasibee.model.record import Record
 from feasibee.results import label, recipe_of
 from feasibee.strategies import dmvd
 

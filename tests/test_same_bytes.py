@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError
+from feasibee.model.codes import MODEL_VERSION
 from feasibee.simulation import simulate_record
 from feasibee.strategies import STRATEGIES
-from feasibee.vocabulary import MODEL_VERSION
 
 HASHES = Path(__file__).parent / "same_bytes.json"
 TEAM = {

@@ -15,8 +15,8 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.model.codes import FEASIBLE, INFEASIBLE
 from feasibee.stats import CONFIDENCE, Interval, wilson
-from feasibee.vocabulary import FEASIBLE, INFEASIBLE
 
 HOLDS, FAILS, CANNOT_TELL = "holds", "fails", "can't tell"
 RESAMPLES = 1000

@@ -15,14 +15,14 @@ from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
 from feasibee.files import write_csv
 from feasibee.frontier import draw_against_bits, draw_against_ratio, draw_against_time
+from feasibee.model.codes import FEASIBLE, INFEASIBLE, exact
+from feasibee.model.record import Record
 from feasibee.plots import save_both
 from feasibee.presets import PRESETS
-from feasibee.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import first_run_of, simulate_record
 from feasibee.stats import DecisionTimes, Interval, accuracy, decision_times, paired_difference, wilson
 from feasibee.strategies import STRATEGIES
-from feasibee.vocabulary import FEASIBLE, INFEASIBLE, exact
 
 TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)
 """Numbers of tasks for 20 robots, most of them near ratio one, where strategies differ."""

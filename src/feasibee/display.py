@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.geometry import images
-from feasibee.palette import COLOURS, TASK
-from feasibee.vocabulary import DECISIONS, INFEASIBLE, NO_OPINION
+from feasibee.model.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK
 
 LONGEST = 80
 """Characters of a value that are shown."""

@@ -13,11 +13,10 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.feasibility import truth
 from feasibee.geometry import images
-from feasibee.palette import COLOURS, TASK
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
 from feasibee.scenario import Scenario
 from feasibee.simulation import pair, whole
 from feasibee.swarm import Swarm
-from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 
 DRAWN = 2
 """How many times as large as the frame all is drawn."""

@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import FIGURES, check_output, whole_file
 from feasibee.geometry import images
-from feasibee.palette import COLOURS, TASK
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
 from feasibee.results import scenario_of
 from feasibee.scenario import Scenario
 from feasibee.simulation import whole
 from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
-from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
 STYLE: dict[Any, Any] = {

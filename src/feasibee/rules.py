@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import Any
 
 from feasibee.errors import Problem
+from feasibee.model.codes import exact
 from feasibee.strategies.contract import Manifest
-from feasibee.vocabulary import exact
 
 Explicit = Mapping[str, Mapping[str, Any]]
 Places = Mapping[str, tuple[str, Sequence[int]]]

@@ -20,9 +20,9 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
+from feasibee.model.codes import exact
 from feasibee.plugins import manifest_of, registered
 from feasibee.strategies import STRATEGIES
-from feasibee.vocabulary import exact
 
 Length = Annotated[float, Field(gt=0, le=1e6)]
 Duration = Annotated[float, Field(gt=0, le=1e6)]

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Literal
 
 from feasibee.cache import check_cache
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.record import Record
+from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
+from feasibee.model.record import Record
 from feasibee.scenario import Scenario
 from feasibee.strategies.contract import Strategy
-from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
 
 if TYPE_CHECKING:
     import xarray as xr

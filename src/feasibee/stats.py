@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from feasibee.errors import quoted
-from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE
 
 CONFIDENCE = 0.95
 MOST = 2**53

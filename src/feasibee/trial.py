@@ -13,8 +13,8 @@ from types import ModuleType
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
+from feasibee.model.codes import LONGEST
 from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, Inbox, Manifest, Mind, Strategy
-from feasibee.vocabulary import LONGEST
 
 OPINIONS: Final = "must be 1, 0, or -1 for none"
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {

@@ -15,7 +15,7 @@ from feasibee import stats
 from feasibee.animation import animate
 from feasibee.feasibility import explain
 from feasibee.frames import frame
-from feasibee.record import Record
+from feasibee.model.record import Record
 from feasibee.results import label
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})

@@ -6,13 +6,7 @@ from pathlib import Path
 
 import click
 
-from feasibee.cli.options import (
-    path_type,
-    progress,
-    read_scenario,
-    scenario_options,
-    seed_option,
-)
+from feasibee.cli.options import path_type, progress, read_scenario, scenario_options, seed_option
 from feasibee.errors import FeasibeeError
 
 

@@ -24,7 +24,7 @@ from feasibee.cli.options import (
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.record import Record
+    from feasibee.model.record import Record
     from feasibee.scenario import Scenario
 
 
@@ -124,6 +124,7 @@ def _write_results(
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.feasibility import truth
+    from feasibee.model.codes import MODEL_VERSION
     from feasibee.stats import (
         accuracy,
         bits_per_robot_and_step,
@@ -131,7 +132,6 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         decision_rates,
         decision_times,
     )
-    from feasibee.vocabulary import MODEL_VERSION
 
     times = decision_times(record.decision_step)
     feasible = truth(scenario)

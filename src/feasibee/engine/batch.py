@@ -20,12 +20,12 @@ from feasibee.engine.layout import (
     packed,
 )
 from feasibee.engine.translation import kinds_of, params_of
-from feasibee.record import BITS_SENT, COMMIT_STEP
-from feasibee.record import COMMITTED_FEASIBLE as FOR
-from feasibee.record import COMMITTED_INFEASIBLE as AGAINST
+from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.model.record import BITS_SENT, COMMIT_STEP
+from feasibee.model.record import COMMITTED_FEASIBLE as FOR
+from feasibee.model.record import COMMITTED_INFEASIBLE as AGAINST
 from feasibee.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind
-from feasibee.vocabulary import FEASIBLE, INFEASIBLE, UNDECIDED
 
 _params = params_of(Scenario(), 0)
 _state = empty_state(_params, kinds_of(Scenario(), _params), 2)

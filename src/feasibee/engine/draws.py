@@ -16,7 +16,7 @@ import math
 from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.compile import kernel, subroutine
-from feasibee.vocabulary import LONGEST
+from feasibee.model.codes import LONGEST
 
 
 @subroutine

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import Any, Final
 
-from feasibee.vocabulary import LONGEST
+from feasibee.model.codes import LONGEST
 
 
 def own(*arguments: Any) -> Any:

@@ -21,7 +21,7 @@ from feasibee.engine.layout import (
     VOTES,
     WHEN,
 )
-from feasibee.vocabulary import NO_OPINION
+from feasibee.model.codes import NO_OPINION
 
 
 @passage

@@ -35,8 +35,8 @@ from feasibee.engine.layout import (
     TALLY,
     TOLD,
 )
-from feasibee.vocabulary import IDENTITY as NAMING
-from feasibee.vocabulary import LIE
+from feasibee.model.purposes import IDENTITY as NAMING
+from feasibee.model.purposes import LIE
 
 POSITION_BITS = 32
 TOP = 15  # rank in a sketch

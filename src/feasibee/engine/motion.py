@@ -25,7 +25,7 @@ from feasibee.engine.layout import (
     X,
     Y,
 )
-from feasibee.vocabulary import WALK
+from feasibee.model.purposes import WALK
 
 
 @kernel

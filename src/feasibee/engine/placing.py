@@ -8,8 +8,8 @@ from feasibee.engine.cells import first_bits, near
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import choose, draw, philox, shuffle
 from feasibee.engine.layout import CORNER, ORDER, POINTS, RUN, UNIFORM, X, Y
-from feasibee.vocabulary import (
-    ATTEMPTS,
+from feasibee.model.codes import ATTEMPTS
+from feasibee.model.purposes import (
     CENTRE_ROBOT,
     CENTRE_TASK,
     CLUSTER_ROBOT,

@@ -20,7 +20,7 @@ from feasibee.engine.guards import guarded
 from feasibee.engine.layout import Kinds, Params, empty_state, packed
 from feasibee.engine.translation import is_paper, kinds_of, params_of
 from feasibee.errors import FeasibeeError
-from feasibee.record import Record
+from feasibee.model.record import Record
 from feasibee.scenario import Scenario
 from feasibee.strategies.contract import Strategy
 from feasibee.trial import own_function

@@ -38,7 +38,7 @@ from feasibee.engine.layout import (
     X,
     Y,
 )
-from feasibee.vocabulary import (
+from feasibee.model.purposes import (
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
     FALSE_TASK,

@@ -52,8 +52,9 @@ from feasibee.engine.layout import (
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.placing import place_robots, place_tasks, scatter
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_beyond, sense_paper
+from feasibee.model.codes import NO_OPINION
+from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
 from feasibee.strategies.contract import Inbox, Mind
-from feasibee.vocabulary import FAULT, FIRST_OPINION, NO_OPINION, PHASE
 
 NEVER = 2**31 - 1
 

@@ -23,10 +23,10 @@ from feasibee.engine.layout import (
     Params,
     Placing,
 )
+from feasibee.model.codes import exact
 from feasibee.scenario import Scenario
 from feasibee.sections import Placed, Robots, Tasks
 from feasibee.strategies import contract
-from feasibee.vocabulary import exact
 
 KNOWLEDGE = {"tally": TALLY, "estimate": TALLY, "census": CENSUS, "sketch": SKETCH}
 

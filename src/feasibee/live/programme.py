@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.plugins import registered
 from feasibee.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.study.journal import Journal, Row
-from feasibee.vocabulary import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 
 PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 LISTED: Final = 500

@@ -9,11 +9,11 @@ from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.feasibility import explain
 from feasibee.live.messages import Open, frame_of, tasks_of
 from feasibee.live.programme import Programme
+from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.plugins import registered
 from feasibee.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.swarm import Swarm
-from feasibee.vocabulary import RUN_LIMIT, SEED_LIMIT
 
 ROBOTS_LIMIT: Final = 20_000
 TASKS_LIMIT: Final = 20_000

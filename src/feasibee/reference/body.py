@@ -6,12 +6,13 @@ import math
 from itertools import combinations
 from typing import Any
 
+from feasibee.model.codes import exact
+from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE, WALK
 from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
 from feasibee.reference.names import Names
 from feasibee.reference.world import Place, World
 from feasibee.robot import Commit, Controller, Message
 from feasibee.scenario import Scenario
-from feasibee.vocabulary import FIRST_OPINION, LIE, PHASE, WALK, exact
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 

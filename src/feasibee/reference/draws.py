@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from feasibee.vocabulary import LONGEST, exact
+from feasibee.model.codes import LONGEST, exact
 
 TURN = 2**32
 """One more than the largest word; a full turn of a heading."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import cache
 
+from feasibee.model.purposes import IDENTITY
 from feasibee.reference.draws import philox
 from feasibee.scenario import Scenario
-from feasibee.vocabulary import IDENTITY
 
 Name = tuple[int, int, int]
 

@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from feasibee.record import Record
+from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.model.purposes import (
+    FALSE_ROBOT,
+    FALSE_ROBOT_CLASS,
+    FALSE_TASK,
+    FALSE_TASK_CLASS,
+    FAULT,
+    LOSS,
+    MISS_ROBOT,
+    MISS_TASK,
+    PAIR,
+)
+from feasibee.model.record import Record
 from feasibee.reference.body import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
 from feasibee.reference.names import Name, Names
 from feasibee.reference.world import Place, World
 from feasibee.robot import Message
 from feasibee.scenario import Scenario
-from feasibee.vocabulary import (
-    FALSE_ROBOT,
-    FALSE_ROBOT_CLASS,
-    FALSE_TASK,
-    FALSE_TASK_CLASS,
-    FAULT,
-    FEASIBLE,
-    INFEASIBLE,
-    LOSS,
-    MISS_ROBOT,
-    MISS_TASK,
-    PAIR,
-    UNDECIDED,
-    exact,
-)
 
 
 def simulate(scenario: Scenario, runs: int, seed: int, first_run: int = 0, curves: bool = False) -> Record:

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from feasibee.reference.draws import TURN, choose, normal, philox, shuffle
-from feasibee.scenario import Scenario
-from feasibee.sections import Placed
-from feasibee.vocabulary import (
-    ATTEMPTS,
+from feasibee.model.codes import ATTEMPTS, exact
+from feasibee.model.purposes import (
     CENTRE_ROBOT,
     CENTRE_TASK,
     CLUSTER_ROBOT,
@@ -19,8 +16,10 @@ from feasibee.vocabulary import (
     SCATTER_ROBOT,
     SCATTER_TASK,
     SITE,
-    exact,
 )
+from feasibee.reference.draws import TURN, choose, normal, philox, shuffle
+from feasibee.scenario import Scenario
+from feasibee.sections import Placed
 
 Place = tuple[int, int]
 

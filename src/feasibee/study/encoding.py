@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.record import Record
+from feasibee.model.record import Record
 
 
 def rows_of_runs(record: Record) -> Iterator[tuple[int, ...]]:

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.feasibility import truth
-from feasibee.record import Record
+from feasibee.model.codes import MODEL_VERSION
+from feasibee.model.record import Record
 from feasibee.scenario import Scenario
 from feasibee.study import checksums, content, opening
 from feasibee.study.agreement import difference
@@ -30,7 +31,6 @@ from feasibee.study.encoding import curve_of, rows_of_curves, rows_of_runs
 from feasibee.study.plan import Point, Until
 from feasibee.study.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
 from feasibee.study.survey import Survey, frame, name_of, snapshot, survey
-from feasibee.vocabulary import MODEL_VERSION
 
 Visit = Callable[[Entry, Array], object]
 Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]

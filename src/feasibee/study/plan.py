@@ -29,10 +29,10 @@ from pydantic import BaseModel
 from feasibee.changes import place, toml_tables, toml_value
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
+from feasibee.model.codes import RUN_LIMIT
 from feasibee.scenario import Scenario
 from feasibee.sections import Section
 from feasibee.simulation import check_numbers
-from feasibee.vocabulary import RUN_LIMIT
 
 POINTS_LIMIT = 1_000_000
 VALUES_LIMIT = 2 * POINTS_LIMIT

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
-from feasibee.record import Record
+from feasibee.model.record import Record
 from feasibee.scenario import Scenario
 from feasibee.simulation import CURVES_LIMIT, simulate_record
 from feasibee.stats import confidence_sequence

@@ -12,6 +12,7 @@ import numpy as np
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import check_output, whole_file
+from feasibee.model.codes import MODEL_VERSION
 from feasibee.stats import (
     DecisionTimes,
     Interval,
@@ -26,7 +27,6 @@ from feasibee.study.journal import Journal, Row, row_of
 from feasibee.study.plan import value_at
 from feasibee.study.schema import COLUMNS, Entry
 from feasibee.study.survey import Survey
-from feasibee.vocabulary import MODEL_VERSION
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.vocabulary import UNDECIDED
+from feasibee.model.codes import UNDECIDED
 
 BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE = range(4)
 """Columns of `Record.account`."""
