@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
-from feasibee.robot import Message
+from feasibee.robot.controller import Message
 from feasibee.simulation import simulate_record
 
 Z = 5.3

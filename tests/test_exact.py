@@ -11,7 +11,7 @@ from feasibee import Scenario, reference
 from feasibee.engine import layout, runner, translation
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
-from feasibee.robot import Controller, Message
+from feasibee.robot.controller import Controller, Message
 from feasibee.simulation import simulate_record
 from feasibee.strategies import STRATEGIES, dmmd
 

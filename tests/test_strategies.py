@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from feasibee import Scenario
-from feasibee.robot import Controller, Message
+from feasibee.robot.controller import Controller, Message
 from feasibee.simulation import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, sketch
 from feasibee.strategies.contract import Inbox, Mind, sent

@@ -12,7 +12,7 @@ import random
 
 import matplotlib.pyplot as plt
 
-from feasibee.robot import Controller
+from feasibee.robot.controller import Controller
 from feasibee.strategies import STRATEGIES
 
 random.seed(3)

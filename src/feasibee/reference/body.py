@@ -11,7 +11,7 @@ from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE, WALK
 from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
 from feasibee.reference.names import Names
 from feasibee.reference.world import Place, World
-from feasibee.robot import Commit, Controller, Message
+from feasibee.robot.controller import Commit, Controller, Message
 from feasibee.scenario import Scenario
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"

@@ -21,7 +21,7 @@ from feasibee.reference.body import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
 from feasibee.reference.names import Name, Names
 from feasibee.reference.world import Place, World
-from feasibee.robot import Message
+from feasibee.robot.controller import Message
 from feasibee.scenario import Scenario
 
 

@@ -1,0 +1,7 @@
+"""The mind of one robot, as it is simulated and as it runs on real robots. Standard library only."""
+
+from __future__ import annotations
+
+from feasibee.robot.controller import Commit, Controller, Message
+
+__all__ = ["Commit", "Controller", "Message"]
