@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from feasibee import FeasibeeError, decision_counts, decision_times, simulate, truth
 from feasibee.beyond import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
 from feasibee.cli import main
-from feasibee.feasibility import explain
+from feasibee.scenario.feasibility import explain
 from feasibee.simulation import RUNS_APART
 
 RUNS, SEED = 4, 1

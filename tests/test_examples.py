@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, truth
-from feasibee.feasibility import explain
+from feasibee.scenario.feasibility import explain
 from feasibee.simulation import simulate_record
 
 FOLDER = Path(__file__).parent.parent / "examples"

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from feasibee import Scenario, truth
 from feasibee.cli import main
-from feasibee.feasibility import Violator, explain
+from feasibee.scenario.feasibility import Violator, explain
 
 SKILLS = ("lift", "scan", "dig", "any")
 

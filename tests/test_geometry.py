@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee import display, frames, geometry, plots
-from feasibee.geometry import images
+from feasibee import display, frames, plots
+from feasibee.scenario import geometry
+from feasibee.scenario.geometry import images
 
 SIDES = st.integers(1, 200).map(lambda number: number / 4)
 PARTS = st.integers(0, 64).map(lambda number: number / 64)

@@ -10,7 +10,8 @@ import sys
 import numpy as np
 import pytest
 
-from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, plugins
+from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
+from feasibee.scenario import plugins
 from feasibee.simulation import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, dmmd
 from feasibee.strategies.contract import ARGUMENTS

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
-from feasibee.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
+from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
 PAPER = {

@@ -11,8 +11,8 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.scenario import Scenario
-from feasibee.sections import Commit, RobotClass, TaskClass
+from feasibee.scenario.fields import Commit, RobotClass, TaskClass
+from feasibee.scenario.scenario import Scenario
 
 TABLES = {"decision.commit": Commit, "robots.classes": RobotClass, "tasks.classes": TaskClass}
 """Sections within sections; a scenario of the paper has none of them."""

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 import feasibee
-from feasibee.feasibility import explain
+from feasibee.scenario.feasibility import explain
 
 
 def team(porters, all_rounders):

@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from feasibee.errors import FeasibeeError, ScenarioError
-    from feasibee.feasibility import truth
     from feasibee.plots import plot_arena, plot_decision_steps, plot_decisions, plot_opinions
     from feasibee.results import open_results, save_results, scenario_of
-    from feasibee.scenario import Scenario
+    from feasibee.scenario.feasibility import truth
+    from feasibee.scenario.scenario import Scenario
     from feasibee.simulation import simulate
     from feasibee.stats import decision_counts, decision_rates, decision_times, wilson
     from feasibee.swarm import Swarm
 
 _HOMES = {
     "FeasibeeError": "errors",
-    "Scenario": "scenario",
+    "Scenario": "scenario.scenario",
     "ScenarioError": "errors",
     "Swarm": "swarm",
     "decision_counts": "stats",
@@ -37,7 +37,7 @@ _HOMES = {
     "save_results": "results",
     "scenario_of": "results",
     "simulate": "simulation",
-    "truth": "feasibility",
+    "truth": "scenario.feasibility",
     "wilson": "stats",
 }
 

@@ -19,7 +19,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import check_output, whole_file
 from feasibee.frames import DARK, LIGHT, Painter, frame
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import check_numbers, check_progress, check_scenario, pair, simulate_record, whole
 from feasibee.swarm import Swarm
 

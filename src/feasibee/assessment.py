@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 
 from feasibee.compare import Outcome
 from feasibee.display import folded, framed
-from feasibee.feasibility import Verdict
 from feasibee.files import whole_file
 from feasibee.frontier import draw_against_bits, draw_against_time
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import Verdict
+from feasibee.scenario.scenario import Scenario
 from feasibee.stats import Interval, paired_difference, pareto
 
 SURE = 0.95

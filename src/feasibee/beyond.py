@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from feasibee.feasibility import truth
 from feasibee.files import make_folder, write_csv
 from feasibee.plots import Panel, draw_panels, save_both
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import check_numbers, first_run_of, simulate_record
 from feasibee.stats import DecisionTimes, Interval, accuracy, decision_rates, decision_times
 

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.feasibility import truth
 from feasibee.files import write_csv
 from feasibee.frontier import draw_against_bits, draw_against_ratio, draw_against_time
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, exact
 from feasibee.model.record import Record
 from feasibee.plots import save_both
-from feasibee.presets import PRESETS
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.presets import PRESETS
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import first_run_of, simulate_record
 from feasibee.stats import DecisionTimes, Interval, accuracy, decision_times, paired_difference, wilson
 from feasibee.strategies import STRATEGIES

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.geometry import images
 from feasibee.model.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK
+from feasibee.scenario.geometry import images
 
 LONGEST = 80
 """Characters of a value that are shown."""

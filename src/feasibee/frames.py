@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.feasibility import truth
-from feasibee.geometry import images
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.geometry import images
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import pair, whole
 from feasibee.swarm import Swarm
 

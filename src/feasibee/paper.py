@@ -19,7 +19,7 @@ from feasibee.claims import Claim, Point, check_claims
 from feasibee.files import make_folder, whole_file, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_both
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import check_numbers, first_run_of, simulate_record
 from feasibee.stats import decision_times, opinion_quartiles
 from feasibee.swarm import Swarm

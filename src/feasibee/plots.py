@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import FIGURES, check_output, whole_file
-from feasibee.geometry import images
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
 from feasibee.results import scenario_of
-from feasibee.scenario import Scenario
+from feasibee.scenario.geometry import images
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import whole
 from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm

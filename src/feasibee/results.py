@@ -14,11 +14,11 @@ import numpy as np
 import xarray as xr
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.feasibility import truth
 from feasibee.files import RESULTS, check_output, is_file, whole_file, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.model.record import Record
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
 SIZE_LIMIT = 20 * 2**30

@@ -13,7 +13,7 @@ from feasibee.cache import check_cache
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.model.record import Record
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Strategy
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from feasibee.display import draw_arena, show_swarm
 from feasibee.errors import FeasibeeError
-from feasibee.feasibility import truth
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.record import Record
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import STEPS_LIMIT, check_numbers, check_scenario, failure_of, load_engine, whole
 
 FIRST_STEPS = 1024

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem
-from feasibee.feasibility import truth
 from feasibee.live.messages import frame_of, tasks_of
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
 from feasibee.swarm import Swarm
 
 try:

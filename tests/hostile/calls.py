@@ -13,10 +13,10 @@ import xarray as xr
 import feasibee
 from feasibee import stats
 from feasibee.animation import animate
-from feasibee.feasibility import explain
 from feasibee.frames import frame
 from feasibee.model.record import Record
 from feasibee.results import label
+from feasibee.scenario.feasibility import explain
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})
 COUNTS = np.ones((2, 3), np.int32)

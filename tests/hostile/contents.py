@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from feasibee.sections import fields
+from feasibee.scenario.fields import fields
 
 SECTIONS = ("arena", "robots", "tasks", "walk", "sensing", "radio", "decision", "faults", "run", "preset")
 NINES = "9" * 4000

@@ -12,7 +12,7 @@ def complete_field(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
     """Offer the fields of a scenario for the last of A,B,..."""
-    from feasibee.sections import fields
+    from feasibee.scenario.fields import fields
 
     return _offered(incomplete, fields())
 
@@ -21,7 +21,7 @@ def complete_change(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
     """Offer the fields of a scenario for FIELD=VALUE; commas belong to the value."""
-    from feasibee.sections import fields
+    from feasibee.scenario.fields import fields
 
     return [CompletionItem(f"{field}=") for field in fields() if field.startswith(incomplete)]
 
@@ -30,7 +30,7 @@ def complete_strategy(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
     """Offer strategies for the last of A,B,..."""
-    from feasibee.plugins import registered
+    from feasibee.scenario.plugins import registered
     from feasibee.strategies import STRATEGIES
 
     return _offered(incomplete, [*STRATEGIES, *registered()])

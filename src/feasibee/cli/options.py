@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.changes import read_value
 from feasibee.cli.completion import complete_change
 from feasibee.errors import FeasibeeError, quoted
+from feasibee.scenario.paths import read_value
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from feasibee.scenario import Scenario
+    from feasibee.scenario.scenario import Scenario
 
 
 class NamedPath(click.Path):
@@ -85,7 +85,7 @@ def listed(context: click.Context, parameter: click.Parameter, text: str | None)
 
 def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
     """Return the scenario of a file, or the paper's, with changes."""
-    from feasibee.scenario import Scenario
+    from feasibee.scenario.scenario import Scenario
 
     base = Scenario() if file is None else Scenario.read(file)
     return base.replace(dict(_parse_change(change) for change in changes))

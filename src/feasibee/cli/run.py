@@ -25,7 +25,7 @@ from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.model.record import Record
-    from feasibee.scenario import Scenario
+    from feasibee.scenario.scenario import Scenario
 
 
 @click.command()
@@ -123,8 +123,8 @@ def _write_results(
 
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
-    from feasibee.feasibility import truth
     from feasibee.model.codes import MODEL_VERSION
+    from feasibee.scenario.feasibility import truth
     from feasibee.stats import (
         accuracy,
         bits_per_robot_and_step,

@@ -11,8 +11,8 @@ import click
 from feasibee.cli.options import console, json_option, read_scenario, scenario_options
 
 if TYPE_CHECKING:
-    from feasibee.feasibility import Verdict
-    from feasibee.scenario import Scenario
+    from feasibee.scenario.feasibility import Verdict
+    from feasibee.scenario.scenario import Scenario
 
 
 @click.command()
@@ -28,7 +28,7 @@ def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
       feasibee truth mine.toml
       feasibee truth --set robots.count=20 --set tasks.count=21 --json
     """
-    from feasibee.feasibility import explain
+    from feasibee.scenario.feasibility import explain
 
     scenario = read_scenario(file, changes)
     verdict = explain(scenario)
@@ -58,7 +58,7 @@ def schema() -> None:
     Example:
       feasibee schema > scenario.schema.json
     """
-    from feasibee.scenario import Scenario
+    from feasibee.scenario.scenario import Scenario
 
     click.echo(json.dumps(Scenario.model_json_schema(), indent=2))
 

@@ -101,7 +101,7 @@ def _programme(
 
 def _tell_texts(programme: Programme, trust: bool) -> None:
     """Name the strategies whose text came with the sweep and isn't a present file of the user's own."""
-    from feasibee.plugins import digest_of, is_own
+    from feasibee.scenario.plugins import digest_of, is_own
 
     for manifest in {row.scenario.manifest: None for row in programme.points.values()}:
         if not is_own(manifest):

@@ -24,7 +24,7 @@ from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import BITS_SENT, COMMIT_STEP
 from feasibee.model.record import COMMITTED_FEASIBLE as FOR
 from feasibee.model.record import COMMITTED_INFEASIBLE as AGAINST
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind
 
 _params = params_of(Scenario(), 0)

@@ -21,9 +21,9 @@ from feasibee.engine.layout import Kinds, Params, empty_state, packed
 from feasibee.engine.translation import is_paper, kinds_of, params_of
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.trial import own_function
 from feasibee.strategies.contract import Strategy
-from feasibee.trial import own_function
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
 FIRST_SLOTS = 64

@@ -24,8 +24,8 @@ from feasibee.engine.layout import (
     Placing,
 )
 from feasibee.model.codes import exact
-from feasibee.scenario import Scenario
-from feasibee.sections import Placed, Robots, Tasks
+from feasibee.scenario.fields import Placed, Robots, Tasks
+from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import contract
 
 KNOWLEDGE = {"tally": TALLY, "estimate": TALLY, "census": CENSUS, "sketch": SKETCH}

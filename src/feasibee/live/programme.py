@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.plugins import registered
-from feasibee.scenario import Scenario
+from feasibee.scenario.plugins import registered
+from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.study.journal import Journal, Row
 

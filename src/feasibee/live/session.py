@@ -6,12 +6,12 @@ import time
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
-from feasibee.feasibility import explain
 from feasibee.live.messages import Open, frame_of, tasks_of
 from feasibee.live.programme import Programme
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
-from feasibee.plugins import registered
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import explain
+from feasibee.scenario.plugins import registered
+from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.swarm import Swarm
 

@@ -12,7 +12,7 @@ from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
 from feasibee.reference.names import Names
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Commit, Controller, Message
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 

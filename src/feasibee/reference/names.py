@@ -6,7 +6,7 @@ from functools import cache
 
 from feasibee.model.purposes import IDENTITY
 from feasibee.reference.draws import philox
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 
 Name = tuple[int, int, int]
 

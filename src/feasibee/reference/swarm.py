@@ -22,7 +22,7 @@ from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
 from feasibee.reference.names import Name, Names
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
-from feasibee.scenario import Scenario
+from feasibee.scenario.scenario import Scenario
 
 
 def simulate(scenario: Scenario, runs: int, seed: int, first_run: int = 0, curves: bool = False) -> Record:

@@ -18,8 +18,8 @@ from feasibee.model.purposes import (
     SITE,
 )
 from feasibee.reference.draws import TURN, choose, normal, philox, shuffle
-from feasibee.scenario import Scenario
-from feasibee.sections import Placed
+from feasibee.scenario.fields import Placed
+from feasibee.scenario.scenario import Scenario
 
 Place = tuple[int, int]
 

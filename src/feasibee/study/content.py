@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.scenario import hash_of
+from feasibee.scenario.scenario import hash_of
 from feasibee.study import checksums
 from feasibee.study.schema import Chunk, Entry, Kind
 

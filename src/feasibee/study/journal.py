@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.feasibility import truth
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
-from feasibee.scenario import Scenario
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
 from feasibee.study import checksums, content, opening
 from feasibee.study.agreement import difference
 from feasibee.study.content import Array, Damage, Rows

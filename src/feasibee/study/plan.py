@@ -26,12 +26,12 @@ from typing import Any, Final
 import numpy as np
 from pydantic import BaseModel
 
-from feasibee.changes import place, toml_tables, toml_value
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import RUN_LIMIT
-from feasibee.scenario import Scenario
-from feasibee.sections import Section
+from feasibee.scenario.fields import Section
+from feasibee.scenario.paths import place, toml_tables, toml_value
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import check_numbers
 
 POINTS_LIMIT = 1_000_000

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from feasibee.changes import read_value
 from feasibee.errors import FeasibeeError, ScenarioError
-from feasibee.scenario import Scenario
+from feasibee.scenario.paths import read_value
+from feasibee.scenario.scenario import Scenario
 from feasibee.study.plan import value_at
 
 FACTOR = 5.0

@@ -21,7 +21,7 @@ from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import exact
-from feasibee.plugins import manifest_of, registered
+from feasibee.scenario.plugins import manifest_of, registered
 from feasibee.strategies import STRATEGIES
 
 Length = Annotated[float, Field(gt=0, le=1e6)]

@@ -2,7 +2,7 @@
 
 What a file declares (its constants, and which functions it has) is taken from its syntax tree, so that a
 scenario that names it can be checked, printed and compared. It runs when something simulates it:
-see ``feasibee.trial``.
+see ``feasibee.scenario.trial``.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def strategy_of(manifest: Manifest) -> Strategy:
 
 @lru_cache(256)
 def _tried(manifest: Manifest) -> Strategy:
-    from feasibee.trial import tried
+    from feasibee.scenario.trial import tried
 
     return tried(manifest)
 

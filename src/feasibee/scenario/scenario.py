@@ -27,17 +27,13 @@ from pydantic import (
     model_validator,
 )
 
-from feasibee.changes import toml_tables, with_changes
 from feasibee.display import show_scenario
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
-from feasibee.feasibility import truth
 from feasibee.files import read_text
-from feasibee.plugins import manifest_of, strategy_of
-from feasibee.points import read_points
-from feasibee.presets import PRESETS, with_preset
-from feasibee.problems import problem_of
-from feasibee.rules import conflicts, whole_robots
-from feasibee.sections import (
+from feasibee.scenario.conflicts import conflicts, whole_robots
+from feasibee.scenario.coordinates import read_points
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
     Decision,
@@ -51,6 +47,10 @@ from feasibee.sections import (
     Walk,
     plain,
 )
+from feasibee.scenario.paths import toml_tables, with_changes
+from feasibee.scenario.plugins import manifest_of, strategy_of
+from feasibee.scenario.presets import PRESETS, with_preset
+from feasibee.scenario.problems import problem_of
 from feasibee.strategies.contract import Manifest, Strategy
 
 

@@ -9,7 +9,7 @@ from typing import Final
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import Problem
-from feasibee.sections import SECTIONS, fields
+from feasibee.scenario.fields import SECTIONS, fields
 
 WORDS: Final = {
     "Input should be": "must be",

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
-from feasibee.sections import Point
+from feasibee.scenario.fields import Point
 
 
 def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int], list[Problem]]:

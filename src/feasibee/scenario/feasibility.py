@@ -11,7 +11,7 @@ from itertools import combinations, pairwise
 from typing import Any, NamedTuple, Protocol
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.sections import RobotClass, Robots, TaskClass, Tasks
+from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
 
 ANY = "any"
 """What tasks without classes ask for, and every robot has. A user's own skill of that name is never in
@@ -112,7 +112,7 @@ def explain(scenario: Team) -> Verdict:
     Examples
     --------
     >>> from feasibee import Scenario
-    >>> from feasibee.feasibility import explain
+    >>> from feasibee.scenario.feasibility import explain
     >>> tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}]}
     >>> robots = {"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]}
     >>> explain(Scenario(robots=robots, tasks=tasks)).violator
