@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import feasibee.stats
+import feasibee.results.statistics
 from claims.values import MINUS, SPEC, mean, median, number, printed, show
 
 NUMBER = rf"[+{MINUS}]?\d+(?:,\d{{3}})*(?:\.\d+)?"
@@ -35,7 +35,13 @@ NAMES = (
     "zip",
 )
 ALLOWED = {name: getattr(builtins, name) for name in NAMES}
-HELPERS = {"mean": mean, "median": median, "printed": printed, "prod": math.prod, "stats": feasibee.stats}
+HELPERS = {
+    "mean": mean,
+    "median": median,
+    "printed": printed,
+    "prod": math.prod,
+    "stats": feasibee.results.statistics,
+}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from feasibee.assess import _turned, assess
 from feasibee.assessment import Trial, wait_for, words, write_report
 from feasibee.cli import main
 from feasibee.compare import compare
-from feasibee.stats import paired_difference
+from feasibee.results.statistics import paired_difference
 from feasibee.study.sensitivity import latin_hypercube, sensitivities, spearman
 from feasibee.study.space import Dimension, dimensions
 from feasibee.study.tune import tune

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.compare import by_contender, compare, contenders_of, mean_bits, overall, write_comparison
+from feasibee.results.statistics import paired_difference, pareto
 from feasibee.simulation import simulate_record
-from feasibee.stats import paired_difference, pareto
 
 SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})
 

@@ -27,8 +27,8 @@ from feasibee import (
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
 from feasibee.plots import draw_opinion_bands, figure, save_figure
-from feasibee.results import label
-from feasibee.stats import opinion_quartiles
+from feasibee.results.dataset import label
+from feasibee.results.statistics import opinion_quartiles
 
 SCENARIO = Scenario(robots={"count": 10}, run={"steps": 5})
 RESULTS = label(

@@ -17,7 +17,7 @@ import xarray as xr
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
 from feasibee.model.record import Record
-from feasibee.results import label, recipe_of
+from feasibee.results.dataset import label, recipe_of
 from feasibee.strategies import dmvd
 
 SCENARIO = Scenario(robots={"count": 5}, tasks={"count": 9}, run={"steps": 3})

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feasibee import decision_counts, decision_rates, decision_times, wilson
-from feasibee.stats import (
+from feasibee.results.statistics import (
     accuracy,
     bits_per_robot_and_step,
     confidence_sequence,

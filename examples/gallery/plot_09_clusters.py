@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.stats import accuracy
+from feasibee.results.statistics import accuracy
 
 paper = feasibee.Scenario(tasks={"count": 40})
 walls = {"arena.boundary": "walls", "robots.avoid_collisions": True}

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.stats import confidence_sequence
+from feasibee.results.statistics import confidence_sequence
 
 looks = np.arange(10, 1001, 10)
 random = np.random.default_rng(1)

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from feasibee.errors import FeasibeeError, ScenarioError
     from feasibee.plots import plot_arena, plot_decision_steps, plot_decisions, plot_opinions
-    from feasibee.results import open_results, save_results, scenario_of
+    from feasibee.results.dataset import open_results, save_results, scenario_of
+    from feasibee.results.statistics import decision_counts, decision_rates, decision_times, wilson
     from feasibee.scenario.feasibility import truth
     from feasibee.scenario.scenario import Scenario
     from feasibee.simulation import simulate
-    from feasibee.stats import decision_counts, decision_rates, decision_times, wilson
     from feasibee.swarm import Swarm
 
 _HOMES = {
@@ -26,19 +26,19 @@ _HOMES = {
     "Scenario": "scenario.scenario",
     "ScenarioError": "errors",
     "Swarm": "swarm",
-    "decision_counts": "stats",
-    "decision_rates": "stats",
-    "decision_times": "stats",
-    "open_results": "results",
+    "decision_counts": "results.statistics",
+    "decision_rates": "results.statistics",
+    "decision_times": "results.statistics",
+    "open_results": "results.dataset",
     "plot_arena": "plots",
     "plot_decision_steps": "plots",
     "plot_decisions": "plots",
     "plot_opinions": "plots",
-    "save_results": "results",
-    "scenario_of": "results",
+    "save_results": "results.dataset",
+    "scenario_of": "results.dataset",
     "simulate": "simulation",
     "truth": "scenario.feasibility",
-    "wilson": "stats",
+    "wilson": "results.statistics",
 }
 
 __all__ = [

@@ -10,9 +10,9 @@ from typing import Any
 from feasibee.assessment import Assessment, Trial, wait_for
 from feasibee.compare import Outcome, compare
 from feasibee.errors import ScenarioError
+from feasibee.results.statistics import paired_difference, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
-from feasibee.stats import paired_difference, wilson
 from feasibee.strategies import STRATEGIES
 
 FIRST = 0.7

@@ -18,9 +18,9 @@ from feasibee.compare import Outcome
 from feasibee.display import folded, framed
 from feasibee.files import whole_file
 from feasibee.frontier import draw_against_bits, draw_against_time
+from feasibee.results.statistics import Interval, paired_difference, pareto
 from feasibee.scenario.feasibility import Verdict
 from feasibee.scenario.scenario import Scenario
-from feasibee.stats import Interval, paired_difference, pareto
 
 SURE = 0.95
 """The share of the swarms that one waits for."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.model.codes import FEASIBLE, INFEASIBLE
-from feasibee.stats import CONFIDENCE, Interval, wilson
+from feasibee.results.statistics import CONFIDENCE, Interval, wilson
 
 HOLDS, FAILS, CANNOT_TELL = "holds", "fails", "can't tell"
 RESAMPLES = 1000

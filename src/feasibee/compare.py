@@ -17,11 +17,18 @@ from feasibee.frontier import draw_against_bits, draw_against_ratio, draw_agains
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, exact
 from feasibee.model.record import Record
 from feasibee.plots import save_both
+from feasibee.results.statistics import (
+    DecisionTimes,
+    Interval,
+    accuracy,
+    decision_times,
+    paired_difference,
+    wilson,
+)
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import first_run_of, simulate_record
-from feasibee.stats import DecisionTimes, Interval, accuracy, decision_times, paired_difference, wilson
 from feasibee.strategies import STRATEGIES
 
 TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.plots import figure, spaced_by_ratio
-from feasibee.stats import Interval, pareto
+from feasibee.results.statistics import Interval, pareto
 
 MARKERS = "os^vDP<>Xhpd*8"
 DASHES = ("-", "--", "-.", ":")

@@ -19,9 +19,9 @@ from feasibee.claims import Claim, Point, check_claims
 from feasibee.files import make_folder, whole_file, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_both
+from feasibee.results.statistics import decision_times, opinion_quartiles
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import check_numbers, first_run_of, simulate_record
-from feasibee.stats import decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)

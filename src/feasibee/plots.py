@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import FIGURES, check_output, whole_file
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
-from feasibee.results import scenario_of
+from feasibee.results.dataset import scenario_of
+from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
 from feasibee.scenario.geometry import images
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import whole
-from feasibee.stats import Interval, decision_times, opinion_quartiles
 from feasibee.swarm import Swarm
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}

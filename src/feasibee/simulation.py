@@ -85,7 +85,7 @@ def simulate(
     >>> int((swarms.decision == 1).sum())
     91
     """
-    from feasibee.results import label
+    from feasibee.results.dataset import label
 
     scenario = check_scenario(scenario)
     runs, seed, first_run = check_numbers(runs, seed, first_run)

@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 
 import feasibee
-from feasibee import stats
 from feasibee.animation import animate
 from feasibee.frames import frame
 from feasibee.model.record import Record
-from feasibee.results import label
+from feasibee.results import statistics
+from feasibee.results.dataset import label
 from feasibee.scenario.feasibility import explain
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})
@@ -126,11 +126,11 @@ WHOLE: dict[str, Callable[[Any], Any]] = {
     "a count in a change": lambda each: feasibee.Scenario().replace({"tasks.count": each}),
     "successes": lambda each: feasibee.wilson(each, 10),
     "trials": lambda each: feasibee.wilson(1, each),
-    "successes so far": lambda each: stats.confidence_sequence(each, 10),
-    "trials so far": lambda each: stats.confidence_sequence(1, each),
-    "robots": lambda each: stats.opinion_quartiles([[1, 2]], each),
-    "robots that send": lambda each: stats.bits_per_robot_and_step([1], [1], each, 10, False),
-    "steps to send": lambda each: stats.bits_per_robot_and_step([1], [1], 10, each, False),
+    "successes so far": lambda each: statistics.confidence_sequence(each, 10),
+    "trials so far": lambda each: statistics.confidence_sequence(1, each),
+    "robots": lambda each: statistics.opinion_quartiles([[1, 2]], each),
+    "robots that send": lambda each: statistics.bits_per_robot_and_step([1], [1], each, 10, False),
+    "steps to send": lambda each: statistics.bits_per_robot_and_step([1], [1], 10, each, False),
     "a confidence": lambda each: feasibee.wilson(1, 10, 2 if isinstance(each, float) else each),
     "the confidence of rates": lambda each: feasibee.decision_rates(
         [1], 2 if isinstance(each, float) else each
@@ -142,12 +142,12 @@ ARRAYS: dict[str, Callable[[Any], Any]] = {
     "decision_counts": feasibee.decision_counts,
     "decision_rates": feasibee.decision_rates,
     "decision_times": feasibee.decision_times,
-    "accuracy": partial(stats.accuracy, feasible=True),
-    "opinion_quartiles": partial(stats.opinion_quartiles, robots=10),
-    "bits": lambda each: stats.bits_per_robot_and_step(each, [1, 1, 1], 10, 10, False),
-    "the first of a pair": lambda each: stats.paired_difference(each, [True, False, True]),
-    "the second of a pair": lambda each: stats.paired_difference([True, False, True], each),
-    "costs": lambda each: stats.pareto(each, [1.0, 2.0, 3.0, 4.0]),
+    "accuracy": partial(statistics.accuracy, feasible=True),
+    "opinion_quartiles": partial(statistics.opinion_quartiles, robots=10),
+    "bits": lambda each: statistics.bits_per_robot_and_step(each, [1, 1, 1], 10, 10, False),
+    "the first of a pair": lambda each: statistics.paired_difference(each, [True, False, True]),
+    "the second of a pair": lambda each: statistics.paired_difference([True, False, True], each),
+    "costs": lambda each: statistics.pareto(each, [1.0, 2.0, 3.0, 4.0]),
 }
 """What takes an array of numbers."""
 

@@ -106,7 +106,7 @@ def _check_outputs(save: Path | None, plot: Path | None) -> bool:
 def _write_results(
     record: Record, scenario: Scenario, seed: int, save: Path | None, plot: Path | None
 ) -> None:
-    from feasibee.results import label, save_results
+    from feasibee.results.dataset import label, save_results
 
     dataset = label(record, scenario, seed)
     if save is not None:
@@ -124,14 +124,14 @@ def _write_results(
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.model.codes import MODEL_VERSION
-    from feasibee.scenario.feasibility import truth
-    from feasibee.stats import (
+    from feasibee.results.statistics import (
         accuracy,
         bits_per_robot_and_step,
         decision_counts,
         decision_rates,
         decision_times,
     )
+    from feasibee.scenario.feasibility import truth
 
     times = decision_times(record.decision_step)
     feasible = truth(scenario)
@@ -161,7 +161,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
 
 def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
     """Return how many robots committed, to what, and when, if the scenario has a rule for it."""
-    from feasibee.stats import decision_times
+    from feasibee.results.statistics import decision_times
 
     if scenario.decision.commit is None:
         return {}

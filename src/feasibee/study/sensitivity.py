@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from feasibee.compare import right_at_end
 from feasibee.plots import figure
+from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import check_numbers
-from feasibee.stats import Interval
 from feasibee.study.space import Dimension
 
 RESAMPLES = 2000

@@ -13,7 +13,7 @@ import numpy as np
 from feasibee.errors import FeasibeeError
 from feasibee.files import check_output, whole_file
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.stats import (
+from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
     bits_per_robot_and_step,

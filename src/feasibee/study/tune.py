@@ -17,8 +17,8 @@ from feasibee.compare import right_at_end
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.plots import figure, spaced_by_ratio
+from feasibee.results.statistics import Interval, paired_difference, wilson
 from feasibee.scenario.scenario import Scenario
-from feasibee.stats import Interval, paired_difference, wilson
 from feasibee.study.content import short
 from feasibee.study.plan import value_at
 from feasibee.study.space import Dimension

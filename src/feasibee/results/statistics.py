@@ -224,7 +224,7 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
 
     Examples
     --------
-    >>> from feasibee.stats import paired_difference
+    >>> from feasibee.results.statistics import paired_difference
     >>> paired_difference([True, True, True, False], [True, False, False, False]).estimate
     0.5
     """
@@ -244,7 +244,7 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
 
     Examples
     --------
-    >>> from feasibee.stats import pareto
+    >>> from feasibee.results.statistics import pareto
     >>> pareto([3.0, 1.0, 2.0, 2.0], [0.9, 0.5, 0.4, 0.8])
     [1, 3, 0]
     """
@@ -283,7 +283,7 @@ def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDE
 
     Examples
     --------
-    >>> from feasibee.stats import confidence_sequence
+    >>> from feasibee.results.statistics import confidence_sequence
     >>> _, low, high = confidence_sequence(80, 100)
     >>> round(low, 3), round(high, 3)
     (0.648, 0.909)

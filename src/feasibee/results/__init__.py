@@ -1,0 +1,1 @@
+"""Outcomes with names and units, and the statistics of decisions."""
