@@ -12,7 +12,7 @@ import pytest
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
 from feasibee.robot.controller import Message
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 
 Z = 5.3
 

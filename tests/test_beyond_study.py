@@ -13,7 +13,7 @@ from feasibee import FeasibeeError, decision_counts, decision_times, simulate, t
 from feasibee.beyond import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
 from feasibee.cli import main
 from feasibee.scenario.feasibility import explain
-from feasibee.simulation import RUNS_APART
+from feasibee.scenario.runs import RUNS_APART
 
 RUNS, SEED = 4, 1
 FILES = ["beyond.csv", "beyond.pdf", "beyond.png"]

@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
 from feasibee.cli import main
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 
 KEYS = {
     "runs",

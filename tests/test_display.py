@@ -10,8 +10,8 @@ import pytest
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.assess import assess
-from feasibee.display import GRAIN, MOST
 from feasibee.model.codes import COLOURS
+from feasibee.simulation.html import GRAIN, MOST
 
 
 class Page(HTMLParser):

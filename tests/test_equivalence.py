@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feasibee import Scenario, Swarm, reference
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
 ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")

@@ -12,7 +12,7 @@ from feasibee.engine import layout, runner, translation
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, dmmd
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point

@@ -10,7 +10,7 @@ import pytest
 
 from feasibee import Scenario, truth
 from feasibee.scenario.feasibility import explain
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 
 FOLDER = Path(__file__).parent.parent / "examples"
 FILES = sorted(FOLDER.glob("*.toml"))

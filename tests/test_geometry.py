@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee import display, frames, plots
+from feasibee import frames, plots
 from feasibee.scenario import geometry
 from feasibee.scenario.geometry import images
+from feasibee.simulation import html
 
 SIDES = st.integers(1, 200).map(lambda number: number / 4)
 PARTS = st.integers(0, 64).map(lambda number: number / 64)
@@ -60,6 +61,6 @@ def test_nothing_has_no_images():
     assert names.shape == (0,)
 
 
-@pytest.mark.parametrize("painter", [display, frames, plots])
+@pytest.mark.parametrize("painter", [html, frames, plots])
 def test_every_painter_asks_the_one_rule(painter):
     assert painter.images is geometry.images

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 
 SCENARIOS = {
     "few": Scenario(tasks={"count": 30}, run={"steps": 200}),

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.study import checksums
 from feasibee.study.journal import Journal
 from feasibee.study.merging import merge

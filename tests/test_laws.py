@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm, decision_times
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 
 RUNS = 2000
 Z = 5.3  # two-sided alpha of 1.2e-7

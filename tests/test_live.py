@@ -19,7 +19,7 @@ from starlette.responses import PlainTextResponse
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from feasibee import FeasibeeError, Scenario, Swarm, simulate, simulation
+from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _programme
@@ -28,12 +28,13 @@ from feasibee.live import server as serving
 from feasibee.live.guard import Guard, check_host
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
 from feasibee.live.programme import PICKS, Programme, of_folder
-from feasibee.simulation import load_engine
+from feasibee.simulation import ensemble
+from feasibee.simulation.ensemble import load_engine
+from feasibee.simulation.swarm import MARKS
 from feasibee.study import crews
 from feasibee.study.journal import Journal
 from feasibee.study.plan import study_of
 from feasibee.study.sweep import sweep
-from feasibee.swarm import MARKS
 
 HEADER_FIELDS = [
     "protocol",
@@ -650,7 +651,7 @@ def test_a_page_that_compiles_holds_up_none_whose_engine_is_ready(port, monkeypa
         load_engine(Scenario(arena={"boundary": boundary}))
     ready = runner.engine_functions
     monkeypatch.setattr(runner, "engine_functions", compile_slowly)
-    monkeypatch.setattr(simulation, "_loaded", {each for each in simulation._loaded if each[0]})
+    monkeypatch.setattr(ensemble, "_loaded", {each for each in ensemble._loaded if each[0]})
     with Page(port) as first:
         first.say(type="open", changes={"arena.boundary": "walls"})
         assert begun.wait(10)

@@ -12,7 +12,7 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
 from feasibee.scenario import plugins
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, dmmd
 from feasibee.strategies.contract import ARGUMENTS
 

@@ -17,7 +17,7 @@ import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
 HASHES = Path(__file__).parent / "same_bytes.json"

@@ -10,7 +10,7 @@ from scipy import stats
 
 from feasibee import Scenario
 from feasibee.robot.controller import Controller, Message
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, sketch
 from feasibee.strategies.contract import Inbox, Mind, sent
 

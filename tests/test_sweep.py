@@ -25,7 +25,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, wilson
 from feasibee.cli import main
 from feasibee.results.statistics import confidence_sequence
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.study import crews, pace
 from feasibee.study import sweep as sweeping
 from feasibee.study.journal import Journal

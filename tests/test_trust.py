@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.cli import main
 from feasibee.live.programme import of_folder
-from feasibee.simulation import simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.study import crews
 from feasibee.study.journal import Journal
 from feasibee.study.plan import Study, study_of

@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from feasibee.results.statistics import decision_counts, decision_rates, decision_times, wilson
     from feasibee.scenario.feasibility import truth
     from feasibee.scenario.scenario import Scenario
-    from feasibee.simulation import simulate
-    from feasibee.swarm import Swarm
+    from feasibee.simulation.ensemble import simulate
+    from feasibee.simulation.swarm import Swarm
 
 _HOMES = {
     "FeasibeeError": "errors",
     "Scenario": "scenario.scenario",
     "ScenarioError": "errors",
-    "Swarm": "swarm",
+    "Swarm": "simulation.swarm",
     "decision_counts": "results.statistics",
     "decision_rates": "results.statistics",
     "decision_times": "results.statistics",
@@ -36,7 +36,7 @@ _HOMES = {
     "plot_opinions": "plots",
     "save_results": "results.dataset",
     "scenario_of": "results.dataset",
-    "simulate": "simulation",
+    "simulate": "simulation.ensemble",
     "truth": "scenario.feasibility",
     "wilson": "results.statistics",
 }

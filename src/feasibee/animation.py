@@ -19,9 +19,10 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import check_output, whole_file
 from feasibee.frames import DARK, LIGHT, Painter, frame
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
+from feasibee.scenario.runs import check_numbers, whole
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import check_numbers, check_progress, check_scenario, pair, simulate_record, whole
-from feasibee.swarm import Swarm
+from feasibee.simulation.ensemble import check_progress, check_scenario, pair, simulate_record
+from feasibee.simulation.swarm import Swarm
 
 __all__ = ["animate", "frame"]
 

@@ -15,11 +15,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feasibee.compare import Outcome
-from feasibee.display import folded, framed
 from feasibee.files import whole_file
 from feasibee.frontier import draw_against_bits, draw_against_time
 from feasibee.results.statistics import Interval, paired_difference, pareto
 from feasibee.scenario.feasibility import Verdict
+from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 
 SURE = 0.95

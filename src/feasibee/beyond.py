@@ -11,8 +11,9 @@ from feasibee.files import make_folder, write_csv
 from feasibee.plots import Panel, draw_panels, save_both
 from feasibee.results.statistics import DecisionTimes, Interval, accuracy, decision_rates, decision_times
 from feasibee.scenario.feasibility import truth
+from feasibee.scenario.runs import check_numbers, first_run_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import check_numbers, first_run_of, simulate_record
+from feasibee.simulation.ensemble import simulate_record
 
 PLACES = (2, 4, 8, 10, 13, 16, 20, 25, 31, 40, 50, 100, 200)
 """How many robots the tasks ask for, of 20: ratios from 10 to 0.1, mirrored to within 2 % (m m' = 400)."""

@@ -27,8 +27,9 @@ from feasibee.results.statistics import (
 )
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
+from feasibee.scenario.runs import first_run_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import first_run_of, simulate_record
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
 TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)

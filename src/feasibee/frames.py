@@ -14,9 +14,10 @@ from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.geometry import images
+from feasibee.scenario.runs import whole
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import pair, whole
-from feasibee.swarm import Swarm
+from feasibee.simulation.ensemble import pair
+from feasibee.simulation.swarm import Swarm
 
 DRAWN = 2
 """How many times as large as the frame all is drawn."""

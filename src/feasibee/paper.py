@@ -20,9 +20,10 @@ from feasibee.files import make_folder, whole_file, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_both
 from feasibee.results.statistics import decision_times, opinion_quartiles
+from feasibee.scenario.runs import check_numbers, first_run_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import check_numbers, first_run_of, simulate_record
-from feasibee.swarm import Swarm
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.swarm import Swarm
 
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)
 """With 20 robots, ratios from 10 to 0.1 whose mirror images (m m' = 400) are there too, to within 2 %."""

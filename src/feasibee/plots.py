@@ -22,9 +22,9 @@ from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OP
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
 from feasibee.scenario.geometry import images
+from feasibee.scenario.runs import whole
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import whole
-from feasibee.swarm import Swarm
+from feasibee.simulation.swarm import Swarm
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
 STYLE: dict[Any, Any] = {

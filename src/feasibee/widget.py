@@ -14,7 +14,7 @@ from feasibee.errors import FeasibeeError, Problem
 from feasibee.live.messages import frame_of, tasks_of
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
-from feasibee.swarm import Swarm
+from feasibee.simulation.swarm import Swarm
 
 try:
     import anywidget

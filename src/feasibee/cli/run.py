@@ -67,7 +67,7 @@ def run(
       feasibee run mine.toml --plot mine.png --save mine.nc
       feasibee run mine.toml --runs 1000 --save mine.csv
     """
-    from feasibee.simulation import simulate_record
+    from feasibee.simulation.ensemble import simulate_record
 
     more = () if steps is None else (f"run.steps={steps}",)
     scenario = read_scenario(file, (*changes, *more))

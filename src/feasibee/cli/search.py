@@ -75,7 +75,7 @@ def tune(
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
     from feasibee.plots import save_figure
-    from feasibee.simulation import check_numbers
+    from feasibee.scenario.runs import check_numbers
     from feasibee.study.space import dimensions
     from feasibee.study.tune import draw_search
     from feasibee.study.tune import tune as search

@@ -81,7 +81,7 @@ def compare(
     from feasibee.compare import TASKS, contenders_of, write_comparison
     from feasibee.compare import compare as simulate_all
     from feasibee.files import make_folder
-    from feasibee.simulation import check_numbers, first_run_of
+    from feasibee.scenario.runs import check_numbers, first_run_of
 
     scenario = read_scenario(file, changes)
     first_run_of(0, runs)

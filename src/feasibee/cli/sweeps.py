@@ -111,7 +111,7 @@ def _sweep(
     from dataclasses import replace
 
     from feasibee.files import make_folder
-    from feasibee.simulation import check_numbers
+    from feasibee.scenario.runs import check_numbers
     from feasibee.study.plan import Study
     from feasibee.study.sweep import sweep as run_sweep
 
@@ -139,7 +139,7 @@ def _crew(workers: int | None, use_processes: bool, address: str | None) -> Crew
 
 def _prepare(plan: Any, address: str | None) -> None:
     """Compile here, once, what workers on this machine will need."""
-    from feasibee.simulation import load_engine
+    from feasibee.simulation.ensemble import load_engine
 
     if address is None:
         for point in plan.points:

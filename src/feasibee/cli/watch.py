@@ -85,7 +85,7 @@ def _programme(
 ) -> Programme:
     """Return what pages may show."""
     from feasibee.live.programme import Programme, of_folder
-    from feasibee.simulation import check_numbers
+    from feasibee.scenario.runs import check_numbers
 
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
-from feasibee.swarm import Swarm
+from feasibee.simulation.swarm import Swarm
 
 PROTOCOL: Final = 1
 """Raised whenever a page of another version couldn't read what the server sends."""

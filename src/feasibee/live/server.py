@@ -28,7 +28,7 @@ from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
 from feasibee.live.programme import Programme
 from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, Plan, Session, plan_of
-from feasibee.simulation import is_engine_compiled
+from feasibee.simulation.ensemble import is_engine_compiled
 
 __all__ = ["address_of", "application", "is_loopback", "listen", "open_browser", "server_of"]
 

@@ -12,8 +12,8 @@ from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.swarm import Swarm
 from feasibee.strategies import STRATEGIES
-from feasibee.swarm import Swarm
 
 ROBOTS_LIMIT: Final = 20_000
 TASKS_LIMIT: Final = 20_000

@@ -27,7 +27,6 @@ from pydantic import (
     model_validator,
 )
 
-from feasibee.display import show_scenario
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
 from feasibee.files import read_text
 from feasibee.scenario.conflicts import conflicts, whole_robots
@@ -47,6 +46,7 @@ from feasibee.scenario.fields import (
     Walk,
     plain,
 )
+from feasibee.scenario.html import show_scenario
 from feasibee.scenario.paths import toml_tables, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.presets import PRESETS, with_preset

@@ -11,7 +11,7 @@ from threading import Thread
 from typing import Any
 
 from feasibee.errors import FeasibeeError
-from feasibee.simulation import processors
+from feasibee.simulation.ensemble import processors
 from feasibee.study.interrupts import inherited_block
 from feasibee.study.sweep import Crew
 

@@ -31,8 +31,8 @@ from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import RUN_LIMIT
 from feasibee.scenario.fields import Section
 from feasibee.scenario.paths import place, toml_tables, toml_value
+from feasibee.scenario.runs import check_numbers
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import check_numbers
 
 POINTS_LIMIT = 1_000_000
 VALUES_LIMIT = 2 * POINTS_LIMIT

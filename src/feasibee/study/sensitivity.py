@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from feasibee.compare import right_at_end
 from feasibee.plots import figure
 from feasibee.results.statistics import Interval
+from feasibee.scenario.runs import check_numbers
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import check_numbers
 from feasibee.study.space import Dimension
 
 RESAMPLES = 2000

@@ -26,7 +26,7 @@ from feasibee.files import make_folder
 from feasibee.model.record import Record
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import CURVES_LIMIT, simulate_record
+from feasibee.simulation.ensemble import CURVES_LIMIT, simulate_record
 from feasibee.study.interrupts import Interrupts
 from feasibee.study.journal import Journal
 from feasibee.study.pace import Pace

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 import os
 import sys
 from collections.abc import Callable
@@ -11,13 +10,14 @@ from typing import TYPE_CHECKING, Literal
 
 from feasibee.cache import check_cache
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.model.record import Record
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Strategy
 
 if TYPE_CHECKING:
     import xarray as xr
+
+from feasibee.scenario.runs import check_numbers, whole
 
 STEPS_LIMIT = 2**31 - 1
 """No step is later than this."""
@@ -28,9 +28,6 @@ RUNS_LIMIT = 100_000_000
 
 REPLAY_LIMIT = 10_000_000
 """Pairs of robots and things, times steps, up to which the reference plays a failed run again: seconds."""
-
-RUNS_APART = 1_000_000
-"""The points of a study have runs of their own, so many apart: they share no random numbers."""
 
 
 def simulate(
@@ -222,20 +219,6 @@ def check_progress(progress: object) -> None:
         raise FeasibeeError(f"progress = {quoted(progress)}: must be a function of a share; leave it out")
 
 
-def check_numbers(runs: int, seed: int, first_run: int = 0, name: str = "first_run") -> tuple[int, int, int]:
-    """Refuse numbers of runs that there aren't, and return the others as Python's own."""
-    runs = whole("runs", runs, 1, RUN_LIMIT)
-    seed = whole("seed", seed, 0, SEED_LIMIT - 1)
-    return runs, seed, whole(name, first_run, 0, RUN_LIMIT - runs)
-
-
-def first_run_of(point: int, runs: int) -> int:
-    """Return the number of the first run of a point of a study."""
-    if runs > RUNS_APART:
-        raise FeasibeeError(f"runs = {runs}: must be at most {RUNS_APART} at each point; take fewer")
-    return point * RUNS_APART
-
-
 def pair(name: str, value: tuple[int, int]) -> tuple[int, int]:
     """Return the first and the last of some steps as ints, if they are in order."""
     if not isinstance(value, tuple | list) or len(value) != 2:
@@ -245,16 +228,3 @@ def pair(name: str, value: tuple[int, int]) -> tuple[int, int]:
     if first > last:
         raise FeasibeeError(f"{name} = {first}:{last}: must be in order; such as (0, 100)")
     return first, last
-
-
-def whole(name: str, value: int, low: int, high: int) -> int:
-    """Return a whole number of any library as an int, if it is between two bounds."""
-    try:
-        number = low - 1 if isinstance(value, bool) else operator.index(value)
-    except TypeError:
-        number = low - 1
-    if not low <= number <= high:
-        raise FeasibeeError(
-            f"{name} = {quoted(value)}: must be a whole number from {low} to {high}; choose one"
-        )
-    return number

@@ -7,13 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.display import draw_arena, show_swarm
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
+from feasibee.scenario.runs import check_numbers, whole
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import STEPS_LIMIT, check_numbers, check_scenario, failure_of, load_engine, whole
+from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of, load_engine
+from feasibee.simulation.html import draw_arena, show_swarm
 
 FIRST_STEPS = 1024
 """Room for counts, at first."""

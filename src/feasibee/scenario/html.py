@@ -1,0 +1,107 @@
+"""What a notebook shows of a scenario: tables as HTML, for light and dark pages, without scripts."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from feasibee.model.codes import DECISIONS
+
+LONGEST = 80
+"""Characters of a value that are shown."""
+
+STYLE = """<style>
+.feasibee { font-size: .9em; line-height: 1.45; max-width: 60em; text-align: left; }
+.feasibee.feasibee p { margin: .3em 0; }
+.feasibee.feasibee details table { border-collapse: collapse; margin: .2em 0 .6em 1.1em; font-size: 1em; }
+.feasibee.feasibee table tr td, .feasibee.feasibee table tr th { text-align: left; vertical-align: top;
+  padding: .05em 1.2em .05em 0; border: 0; color: inherit; white-space: normal; }
+.feasibee.feasibee .note { opacity: .75; }
+.feasibee.feasibee summary { cursor: pointer; }
+.feasibee.feasibee code { background: none; color: inherit; padding: 0; font-weight: inherit; }
+.feasibee > svg { display: block; width: 24em; max-width: 100%; height: auto; }
+</style>"""
+"""The class stands twice, which outweighs the rules of notebooks for tables."""
+
+
+def framed(body: str) -> str:
+    """Return HTML in the style of a notebook's output."""
+    return f'<div class="feasibee">{STYLE}{body}</div>'
+
+
+def folded(title: str, body: str, unfold: bool = False) -> str:
+    """Return HTML that shows its title until it is clicked; ``title`` is HTML too."""
+    return f"<details{' open' if unfold else ''}><summary>{title}</summary>{body}</details>"
+
+
+def show_scenario(
+    tables: Mapping[str, Mapping[str, Any]],
+    usual: Mapping[str, Mapping[str, Any]],
+    notes: Mapping[str, str],
+    feasible: bool,
+    digest: str,
+) -> str:
+    """Return a scenario as HTML: by section, folded, what isn't as in the paper emphasised.
+
+    Parameters
+    ----------
+    tables, usual : mapping of str to mapping
+        The complete forms of the scenario and of the paper's.
+    notes : mapping of str to str
+        What each field is, by dotted path.
+    feasible : bool
+        The truth.
+    digest : str
+        The scenario's hash.
+    """
+    robots, tasks = (_number(tables[name]) for name in ("robots", "tasks"))
+    changed = {
+        name: [key for key, value in table.items() if usual[name].get(key) != value]
+        for name, table in tables.items()
+    }
+    count = sum(map(len, changed.values()))
+    said = f"{count} field{'s' if count > 1 else ''} not as in the paper" if count else "as in the paper"
+    truth = DECISIONS[int(feasible)]
+    head = (
+        f"<p><strong>Scenario</strong>: {robots} robots, {tasks} tasks, "
+        f"{html.escape(str(tables['decision']['strategy']))}; truth: <strong>{truth}</strong>; {said}; "
+        f"<code>{html.escape(digest[:12])}</code></p>"
+    )
+    sections = [
+        folded(_title(name, table, changed[name]), _rows(name, table, changed[name], notes))
+        for name, table in tables.items()
+    ]
+    return framed(head + "".join(sections))
+
+
+def _number(table: Mapping[str, Any]) -> int:
+    return int(table["count"]) if "count" in table else sum(each["count"] for each in table["classes"])
+
+
+def _title(name: str, table: Mapping[str, Any], changed: list[str]) -> str:
+    """Return a section's name with what isn't as in the paper."""
+    told = ", ".join(f"<strong>{_code(f'{key} = {_shown(table[key])}')}</strong>" for key in changed)
+    return f"{html.escape(name)}{f': {told}' if told else ''}"
+
+
+def _rows(name: str, table: Mapping[str, Any], changed: list[str], notes: Mapping[str, str]) -> str:
+    rows = []
+    for key, value in table.items():
+        field = _code(f"{key} = {_shown(value)}")
+        field = f"<strong>{field}</strong>" if key in changed else field
+        rows.append(
+            f"<tr><td>{field}</td><td class='note'>{html.escape(notes.get(f'{name}.{key}', ''))}</td></tr>"
+        )
+    return f"<table>{''.join(rows)}</table>"
+
+
+def _code(text: str) -> str:
+    return f"<code>{html.escape(text)}</code>"
+
+
+def _shown(value: Any) -> str:
+    """Return a value, cut short if it is long."""
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
