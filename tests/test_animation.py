@@ -13,9 +13,9 @@ from click.testing import CliRunner
 from PIL import Image, ImageColor
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
-from feasibee.animation import AFTER_DECISION, animate, frame
 from feasibee.cli import main
-from feasibee.frames import DRAWN, LIGHT, Painter
+from feasibee.figures.animation import AFTER_DECISION, animate, frame
+from feasibee.figures.frames import DRAWN, LIGHT, Painter
 from feasibee.model.codes import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
@@ -294,8 +294,8 @@ def no_simulation(monkeypatch):
     def work(*arguments, **options):
         pytest.fail("the simulation began")
 
-    monkeypatch.setattr("feasibee.animation.simulate_record", work)
-    monkeypatch.setattr("feasibee.animation.Swarm", work)
+    monkeypatch.setattr("feasibee.figures.animation.simulate_record", work)
+    monkeypatch.setattr("feasibee.figures.animation.Swarm", work)
 
 
 @pytest.mark.usefixtures("no_simulation")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee import frames, plots
+from feasibee.figures import arena, frames
 from feasibee.scenario import geometry
 from feasibee.scenario.geometry import images
 from feasibee.simulation import html
@@ -61,6 +61,6 @@ def test_nothing_has_no_images():
     assert names.shape == (0,)
 
 
-@pytest.mark.parametrize("painter", [html, frames, plots])
+@pytest.mark.parametrize("painter", [html, frames, arena])
 def test_every_painter_asks_the_one_rule(painter):
     assert painter.images is geometry.images

@@ -24,9 +24,10 @@ from feasibee import (
     simulate,
     wilson,
 )
+from feasibee.figures.decisions import draw_opinion_bands
+from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
-from feasibee.plots import draw_opinion_bands, figure, save_figure
 from feasibee.results.dataset import label
 from feasibee.results.statistics import opinion_quartiles
 

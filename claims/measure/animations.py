@@ -9,7 +9,7 @@ from datetime import date
 from pathlib import Path
 
 import feasibee
-from feasibee.animation import animate
+from feasibee.figures.animation import animate
 
 FRAMES = 300
 LARGE = {"robots.count": 10_000, "tasks.count": 9_000, "arena.side": 450.0}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import feasibee
 from feasibee.compare import compare, contenders_of
-from feasibee.frontier import draw_against_time
+from feasibee.figures.comparison import draw_against_time
 
 HERALD = """
 def quality(robots_seen, tasks_seen):

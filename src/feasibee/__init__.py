@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from feasibee.errors import FeasibeeError, ScenarioError
-    from feasibee.plots import plot_arena, plot_decision_steps, plot_decisions, plot_opinions
+    from feasibee.figures.arena import plot_arena
+    from feasibee.figures.decisions import plot_decision_steps, plot_decisions, plot_opinions
     from feasibee.results.dataset import open_results, save_results, scenario_of
     from feasibee.results.statistics import decision_counts, decision_rates, decision_times, wilson
     from feasibee.scenario.feasibility import truth
@@ -30,10 +31,10 @@ _HOMES = {
     "decision_rates": "results.statistics",
     "decision_times": "results.statistics",
     "open_results": "results.dataset",
-    "plot_arena": "plots",
-    "plot_decision_steps": "plots",
-    "plot_decisions": "plots",
-    "plot_opinions": "plots",
+    "plot_arena": "figures.arena",
+    "plot_decision_steps": "figures.decisions",
+    "plot_decisions": "figures.decisions",
+    "plot_opinions": "figures.decisions",
     "save_results": "results.dataset",
     "scenario_of": "results.dataset",
     "simulate": "simulation.ensemble",

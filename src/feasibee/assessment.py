@@ -15,8 +15,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feasibee.compare import Outcome
+from feasibee.figures.comparison import draw_against_bits, draw_against_time
 from feasibee.files import whole_file
-from feasibee.frontier import draw_against_bits, draw_against_time
 from feasibee.results.statistics import Interval, paired_difference, pareto
 from feasibee.scenario.feasibility import Verdict
 from feasibee.scenario.html import folded, framed

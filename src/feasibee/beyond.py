@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from feasibee.figures.decisions import Panel, draw_panels
+from feasibee.figures.style import save_both
 from feasibee.files import make_folder, write_csv
-from feasibee.plots import Panel, draw_panels, save_both
 from feasibee.results.statistics import DecisionTimes, Interval, accuracy, decision_rates, decision_times
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_numbers, first_run_of

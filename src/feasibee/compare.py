@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
+from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
+from feasibee.figures.style import save_both
 from feasibee.files import write_csv
-from feasibee.frontier import draw_against_bits, draw_against_ratio, draw_against_time
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, exact
 from feasibee.model.record import Record
-from feasibee.plots import save_both
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,

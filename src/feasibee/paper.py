@@ -16,9 +16,11 @@ from pathlib import Path
 from matplotlib import colormaps
 
 from feasibee.claims import Claim, Point, check_claims
+from feasibee.figures.arena import plot_arena
+from feasibee.figures.decisions import draw_opinion_bands, plot_decisions
+from feasibee.figures.style import figure, save_both
 from feasibee.files import make_folder, whole_file, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
-from feasibee.plots import draw_opinion_bands, figure, plot_arena, plot_decisions, save_both
 from feasibee.results.statistics import decision_times, opinion_quartiles
 from feasibee.scenario.runs import check_numbers, first_run_of
 from feasibee.scenario.scenario import Scenario

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 import feasibee
-from feasibee.animation import animate
-from feasibee.frames import frame
+from feasibee.figures.animation import animate
+from feasibee.figures.frames import frame
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import label

@@ -61,7 +61,7 @@ def animate(
       feasibee animate mine.toml --run 417 --steps 200:300 --fps 10 --out wrong.mp4
       feasibee animate mine.toml --run 417 --steps 38 --out step38.png
     """
-    from feasibee.animation import animate as write_animation
+    from feasibee.figures.animation import animate as write_animation
 
     scenario = read_scenario(file, changes)
     with progress("Drawing") as advance:

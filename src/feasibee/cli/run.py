@@ -112,7 +112,8 @@ def _write_results(
     if save is not None:
         save_results(dataset, save)
     if plot is not None:
-        from feasibee.plots import figure, plot_decision_steps, plot_opinions, save_figure
+        from feasibee.figures.decisions import plot_decision_steps, plot_opinions
+        from feasibee.figures.style import figure, save_figure
 
         with figure(7.2, 2.8, columns=2) as (drawn, (left, right)):
             plot_opinions(dataset, left)

@@ -73,8 +73,8 @@ def tune(
       feasibee tune --over "decision.gain=1:100,decision.strategy=dmmd|dmvd" --trials 100
     """
     keep_matplotlib_in_cache()
+    from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
-    from feasibee.plots import save_figure
     from feasibee.scenario.runs import check_numbers
     from feasibee.study.space import dimensions
     from feasibee.study.tune import draw_search
@@ -135,7 +135,7 @@ def sensitivity(
       feasibee sensitivity mine.toml --over radio.loss=0:0.5,faults.byzantine=0:0.2 --plot which.png
     """
     keep_matplotlib_in_cache()
-    from feasibee.plots import save_figure
+    from feasibee.figures.style import save_figure
     from feasibee.study.sensitivity import draw_sensitivities, sensitivities
     from feasibee.study.space import dimensions
 

@@ -282,7 +282,7 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
       feasibee plot results --x tasks.count --y radio.loss --out map.pdf
     """
     keep_matplotlib_in_cache()
-    from feasibee.plots import save_figure
+    from feasibee.figures.style import save_figure
     from feasibee.study.figures import draw_lines, draw_map
     from feasibee.study.journal import Journal
     from feasibee.study.table import alike, summaries, varied

@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from feasibee.errors import FeasibeeError
-from feasibee.plots import figure, spaced_by_ratio
+from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.study.plan import value_at
 from feasibee.study.table import SOURCE, Summary, share
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.compare import right_at_end
-from feasibee.plots import figure
+from feasibee.figures.style import figure
 from feasibee.results.statistics import Interval
 from feasibee.scenario.runs import check_numbers
 from feasibee.scenario.scenario import Scenario

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from feasibee.compare import right_at_end
 from feasibee.errors import FeasibeeError
+from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.files import make_folder
-from feasibee.plots import figure, spaced_by_ratio
 from feasibee.results.statistics import Interval, paired_difference, wilson
 from feasibee.scenario.scenario import Scenario
 from feasibee.study.content import short

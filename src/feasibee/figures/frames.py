@@ -66,7 +66,7 @@ def frame(
     Examples
     --------
     >>> import feasibee
-    >>> from feasibee.frames import frame
+    >>> from feasibee.figures.frames import frame
     >>> frame(feasibee.Swarm(), size=300).width
     300
     """

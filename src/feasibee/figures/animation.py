@@ -16,8 +16,8 @@ import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError
+from feasibee.figures.frames import DARK, LIGHT, Painter, frame
 from feasibee.files import check_output, whole_file
-from feasibee.frames import DARK, LIGHT, Painter, frame
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
 from feasibee.scenario.runs import check_numbers, whole
 from feasibee.scenario.scenario import Scenario
@@ -80,7 +80,7 @@ def animate(
     Examples
     --------
     >>> import feasibee
-    >>> from feasibee.animation import animate
+    >>> from feasibee.figures.animation import animate
     >>> animate(feasibee.Scenario(), "run.gif", seed=1)  # doctest: +SKIP
     """
     path, scenario = Path(path), check_scenario(scenario)

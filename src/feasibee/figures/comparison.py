@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.plots import figure, spaced_by_ratio
+from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.results.statistics import Interval, pareto
 
 MARKERS = "os^vDP<>Xhpd*8"

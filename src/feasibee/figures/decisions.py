@@ -1,10 +1,8 @@
-"""Figures: results in, matplotlib Axes out."""
+"""Opinions over time and collective decisions as figures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,81 +15,14 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import FIGURES, check_output, whole_file
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
+from feasibee.figures.style import MARKERS, STYLE, _axes
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
 from feasibee.scenario.geometry import images
 from feasibee.scenario.runs import whole
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
-
-MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
-STYLE: dict[Any, Any] = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 9,
-    "legend.handlelength": 2.4,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "figure.dpi": 150,
-    "savefig.dpi": 200,
-    "pdf.fonttype": 42,
-    "svg.hashsalt": "feasibee",
-}
-
-
-@contextmanager
-def figure(width: float, height: float, columns: int = 1, **options: Any) -> Iterator[tuple[Figure, Any]]:
-    """Give a figure in the house style, in inches, and its axes; no window, no global state."""
-    with style.context("default"), rc_context(STYLE):
-        drawn = Figure((width, height), layout="constrained")
-        yield drawn, drawn.subplots(1, columns, **options)
-
-
-def save_figure(drawn: Figure, path: str | Path) -> None:
-    """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
-    check_output(path, FIGURES)
-    metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
-    with whole_file(path) as temporary, style.context("default"), rc_context(STYLE):
-        drawn.savefig(temporary, metadata=metadata)
-
-
-def save_both(drawn: Figure, stem: Path) -> None:
-    """Save a figure as PNG and as PDF; ``stem`` is the path of both without the suffix."""
-    for suffix in ("png", "pdf"):
-        save_figure(drawn, stem.with_name(f"{stem.name}.{suffix}"))
-
-
-def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
-    """Draw robots (numbered discs, shaded ranges) and tasks (triangles), as the paper's Fig. 1.
-
-    Parameters
-    ----------
-    swarm : Swarm
-        Whose present step to draw; the fill of a robot is its opinion.
-    ax : matplotlib Axes, optional
-        By default a new figure's.
-    """
-    scenario = getattr(swarm, "scenario", None)
-    if not isinstance(scenario, Scenario):
-        raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
-    width, height = scenario.arena.size
-    with _axes(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
-        _draw_robots(axes, swarm, scenario)
-        x, y = swarm.tasks.T
-        look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
-        axes.scatter(x, y, marker="^", s=26, zorder=2, **look)
-        axes.set(xlim=(0, width), ylim=(0, height), xlabel="x (units)", ylabel="y (units)", aspect="equal")
-        ticks = axes.get_xticks() if width >= height else axes.get_yticks()
-        axes.set_xticks([tick for tick in ticks if 0 <= tick <= width])
-        axes.set_yticks([tick for tick in ticks if 0 <= tick <= height])
-        axes.spines[:].set_visible(True)
-        if scenario.arena.boundary == "walls":
-            axes.spines[:].set_linewidth(2.5)
-        _arena_legend(axes)
-        return axes
 
 
 def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
@@ -233,17 +164,6 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         return axes
 
 
-def spaced_by_ratio(ax: Axes) -> None:
-    """Space an axis by ratio, with plain numbers at 1, 2, 5, 10, ...; call it when all is drawn."""
-    ax.set_xscale("log")
-    low, high = ax.get_xlim()
-    steps = (1, 2, 5) if high / low < 2000 else (1,)
-    ticks = [step * 10.0**power for power in range(-9, 12) for step in steps]
-    ax.xaxis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
-
-
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:
     """Raise an error unless there is a ratio above 0 with three counts by decision for each."""
     try:
@@ -263,39 +183,6 @@ def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]
         if shape != (numbers.size, 3):
             rule = f"must be {numbers.size} intervals, one a ratio"
             raise FeasibeeError(f"rates[{name!r}] = {quoted(intervals)}: {rule}; such as [wilson(3, 10)]")
-
-
-@contextmanager
-def _axes(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
-    """Give the axes to draw on: those given, as they are, or a new figure's in the house style."""
-    if ax is None:
-        with figure(width, height) as (_, made):
-            yield made
-    elif isinstance(ax, Axes):
-        yield ax
-    else:
-        raise FeasibeeError(f"ax = {quoted(ax)}: must be Axes of matplotlib; leave it out for a new figure")
-
-
-def _arena_legend(ax: Axes) -> None:
-    def sample(marker: str, size: float, **colour: Any) -> Any:
-        return ax.plot([], [], linestyle="", marker=marker, markersize=size, **colour)[0]
-
-    handles = {
-        "feasible": sample("o", 6, color=COLOURS["feasible"]),
-        "infeasible": sample("o", 6, color=COLOURS["infeasible"]),
-        "task": sample("^", 6, color=TASK, markeredgecolor="black", markeredgewidth=0.4),
-        "range": sample("o", 9, color="0.87"),
-    }
-    ax.legend(
-        handles.values(),
-        handles,
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=4,
-        columnspacing=1,
-        handletextpad=0.2,
-    )
 
 
 class Panel(NamedTuple):

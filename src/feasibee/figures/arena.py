@@ -1,0 +1,65 @@
+"""The arena of one swarm as a figure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from feasibee.errors import FeasibeeError, quoted
+from feasibee.figures.decisions import _draw_robots
+from feasibee.figures.style import _axes
+from feasibee.model.codes import COLOURS, TASK
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.swarm import Swarm
+
+
+def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
+    """Draw robots (numbered discs, shaded ranges) and tasks (triangles), as the paper's Fig. 1.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        Whose present step to draw; the fill of a robot is its opinion.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+    """
+    scenario = getattr(swarm, "scenario", None)
+    if not isinstance(scenario, Scenario):
+        raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
+    width, height = scenario.arena.size
+    with _axes(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
+        _draw_robots(axes, swarm, scenario)
+        x, y = swarm.tasks.T
+        look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
+        axes.scatter(x, y, marker="^", s=26, zorder=2, **look)
+        axes.set(xlim=(0, width), ylim=(0, height), xlabel="x (units)", ylabel="y (units)", aspect="equal")
+        ticks = axes.get_xticks() if width >= height else axes.get_yticks()
+        axes.set_xticks([tick for tick in ticks if 0 <= tick <= width])
+        axes.set_yticks([tick for tick in ticks if 0 <= tick <= height])
+        axes.spines[:].set_visible(True)
+        if scenario.arena.boundary == "walls":
+            axes.spines[:].set_linewidth(2.5)
+        _arena_legend(axes)
+        return axes
+
+
+def _arena_legend(ax: Axes) -> None:
+    def sample(marker: str, size: float, **colour: Any) -> Any:
+        return ax.plot([], [], linestyle="", marker=marker, markersize=size, **colour)[0]
+
+    handles = {
+        "feasible": sample("o", 6, color=COLOURS["feasible"]),
+        "infeasible": sample("o", 6, color=COLOURS["infeasible"]),
+        "task": sample("^", 6, color=TASK, markeredgecolor="black", markeredgewidth=0.4),
+        "range": sample("o", 9, color="0.87"),
+    }
+    ax.legend(
+        handles.values(),
+        handles,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=4,
+        columnspacing=1,
+        handletextpad=0.2,
+    )
