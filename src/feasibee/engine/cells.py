@@ -11,7 +11,7 @@ from __future__ import annotations
 from numba import int64, uint32, uint64
 
 from feasibee.engine.compile import kernel
-from feasibee.engine.instructions import popcount, within, within_on
+from feasibee.engine.intrinsics import popcount, within, within_on
 from feasibee.engine.layout import LABEL, X, Y
 
 

@@ -6,7 +6,7 @@ from numba import float64, int32, int64, uint32
 
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose
-from feasibee.engine.instructions import lowest, popcount
+from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.layout import (
     FEASIBLE_VOTES,
     FULL,

@@ -9,7 +9,7 @@ from numba import int32, int64, uint32, uint64
 from feasibee.engine.cells import block, first_bits, near, shortest
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import direction, duration, philox
-from feasibee.engine.instructions import lowest
+from feasibee.engine.intrinsics import lowest
 from feasibee.engine.layout import (
     BLOCKED,
     ENDING,

@@ -14,7 +14,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
-from feasibee.engine import batch
+from feasibee.engine import entrypoints
 from feasibee.engine.compile import careful, entry
 from feasibee.engine.guards import guarded
 from feasibee.engine.layout import Kinds, Params, empty_state, packed
@@ -48,17 +48,17 @@ Functions = tuple[Callable[..., Any], ...]
 
 def engine_functions(scenario: Scenario) -> Functions:
     """Compile what a scenario takes: how a run starts, how it goes on, and its strategy."""
-    return (*batch.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
+    return (*entrypoints.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
 
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
-    return tuple(_compiled(strategy, name) for name in batch.SIGNATURES)
+    return tuple(_compiled(strategy, name) for name in entrypoints.SIGNATURES)
 
 
 def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
-    function, signature = getattr(strategy, name), batch.SIGNATURES[name]
+    function, signature = getattr(strategy, name), entrypoints.SIGNATURES[name]
     own = own_function(strategy, name)
     if own is function:
         return entry(signature)(function)
@@ -187,7 +187,7 @@ def _play(
     while whole < record.runs and not cancel[0]:
         rest = record.part(whole, record.runs)
         try:
-            whole += batch.play(
+            whole += entrypoints.play(
                 packed(params),
                 empty_state(params, kinds, slots[0], memory),
                 rest.first_run,

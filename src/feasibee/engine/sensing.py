@@ -12,7 +12,7 @@ from feasibee.engine.cells import block, block_on_torus, count_within, fill, fir
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose, draw, poisson
 from feasibee.engine.inbox import empty, hear, hear_few
-from feasibee.engine.instructions import lowest, popcount, within
+from feasibee.engine.intrinsics import lowest, popcount, within
 from feasibee.engine.knowledge import has, learn, merge, publish, told
 from feasibee.engine.layout import (
     ALWAYS,

@@ -8,7 +8,7 @@ from feasibee.engine import inbox
 from feasibee.engine.cells import fill, first_bits
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import draw, duration, philox, shuffle
-from feasibee.engine.instructions import lowest, popcount
+from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.knowledge import count_known, has, name
 from feasibee.engine.layout import (
     AGREED,
@@ -50,7 +50,7 @@ from feasibee.engine.layout import (
     Y,
 )
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
-from feasibee.engine.placing import place_robots, place_tasks, scatter
+from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_beyond, sense_paper
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE

@@ -17,9 +17,9 @@ from feasibee.model.purposes import (
     PAIR,
 )
 from feasibee.model.record import Record
-from feasibee.reference.body import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
-from feasibee.reference.names import Name, Names
+from feasibee.reference.identities import Name, Names
+from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
 from feasibee.scenario.scenario import Scenario

@@ -9,7 +9,7 @@ from typing import Any
 from feasibee.model.codes import exact
 from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE, WALK
 from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
-from feasibee.reference.names import Names
+from feasibee.reference.identities import Names
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Commit, Controller, Message
 from feasibee.scenario.scenario import Scenario
