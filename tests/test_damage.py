@@ -15,12 +15,12 @@ import pytest
 
 from claims.measure.damages import KINDS, LOG, RUNS, copied, export, invoke, keep_journals, try_damages
 from feasibee import FeasibeeError, Scenario
-from feasibee.study import checksums
-from feasibee.study.journal import Journal
-from feasibee.study.rescue import FOLDER
-from feasibee.study.schema import NAME, SEAL, Entry
 from feasibee.study.space import dimensions
 from feasibee.study.tune import tune
+from feasibee.sweeps import checksums
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.rescue import FOLDER
+from feasibee.sweeps.schema import NAME, SEAL, Entry
 
 slow = pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="minutes; FEASIBEE_SLOW=1 runs it")
 

@@ -13,7 +13,7 @@ from hostile import calls, commands, contents, places
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
-from feasibee.study.plan import Study
+from feasibee.sweeps.plan import Study
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pipes, devices and limits of memory")
 

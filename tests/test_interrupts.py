@@ -14,12 +14,12 @@ from threading import Timer
 
 import pytest
 
-from feasibee.study import crews
-from feasibee.study import sweep as sweeping
-from feasibee.study.journal import Journal
-from feasibee.study.pace import Pace
-from feasibee.study.plan import study_of
-from feasibee.study.sweep import sweep
+from feasibee.sweeps import executors
+from feasibee.sweeps import sweep as sweeping
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.pace import Pace
+from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.sweep import sweep
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="no signals to send")
 slow = pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="minutes; FEASIBEE_SLOW=1 runs it")
@@ -137,7 +137,7 @@ def test_what_is_being_computed_is_kept(tmp_path, crew):
     total = int(re.search(r"(\d+) runs kept", line)[1])
     assert total == kept(tmp_path / "results") >= told > 0
     plan = study_of({"runs": 50, "seed": 5, "scenario": {"run": {"steps": 300}}, "sweep": VARIED}, tmp_path)
-    assert sweep(plan, tmp_path / "results", crews.threads(1)).runs_new < 200
+    assert sweep(plan, tmp_path / "results", executors.threads(1)).runs_new < 200
 
 
 VARIED = {"tasks.count": [2, 20], "decision.strategy": ["dmmd", "census"]}

@@ -19,12 +19,12 @@ from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.study import checksums
-from feasibee.study.journal import Journal
-from feasibee.study.merging import merge
-from feasibee.study.plan import Point, Until
-from feasibee.study.schema import COLUMNS, FORMAT, LOCK, NAME, SEAL, Entry, Kind
-from feasibee.study.table import summaries
+from feasibee.sweeps import checksums
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.merging import merge
+from feasibee.sweeps.plan import Point, Until
+from feasibee.sweeps.schema import COLUMNS, FORMAT, LOCK, NAME, SEAL, Entry, Kind
+from feasibee.sweeps.table import summaries
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
 STRATEGY = """
@@ -182,8 +182,8 @@ def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
     code = """
 import sys
 from pathlib import Path
-from feasibee.study.journal import Journal
-from feasibee.study.merging import merge
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.merging import merge
 folder = Path(sys.argv[1])
 with Journal(folder) as journal, Journal(folder / sys.argv[2], write=True) as other:
     merge(other, [folder])
@@ -360,7 +360,7 @@ def test_a_second_writer_is_refused_and_readers_arent(filled):
 
 
 def test_a_writer_of_another_process_is_refused(filled):
-    code = "import sys; from feasibee.study.journal import Journal; Journal(sys.argv[1], write=True)"
+    code = "import sys; from feasibee.sweeps.journal import Journal; Journal(sys.argv[1], write=True)"
     with Journal(filled, write=True):
         other = subprocess.run(
             [sys.executable, "-c", code, filled], capture_output=True, text=True, check=False

@@ -31,10 +31,10 @@ from feasibee.live.programme import PICKS, Programme, of_folder
 from feasibee.simulation import ensemble
 from feasibee.simulation.ensemble import load_engine
 from feasibee.simulation.swarm import MARKS
-from feasibee.study import crews
-from feasibee.study.journal import Journal
-from feasibee.study.plan import study_of
-from feasibee.study.sweep import sweep
+from feasibee.sweeps import executors
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.sweep import sweep
 
 HEADER_FIELDS = [
     "protocol",
@@ -235,7 +235,7 @@ def results(tmp_path_factory):
         "scenario": {"run": {"steps": 130}},
         "sweep": {"tasks.count": [16, 24], "radio.loss": [0.0, 0.2]},
     }
-    sweep(study_of(tables, folder), folder / "results", crews.threads(1))
+    sweep(study_of(tables, folder), folder / "results", executors.threads(1))
     return folder / "results"
 
 
@@ -301,7 +301,7 @@ def own_sweep(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(OWN)
     tables = {"runs": 3, "scenario": {"run": {"steps": 10}, "decision": {"strategy": "mine.py"}}}
-    sweep(study_of(tables, tmp_path), tmp_path / "results", crews.threads(1))
+    sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
     return tmp_path / "results", file
 
 

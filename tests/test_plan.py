@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
-from feasibee.study.plan import POINTS_LIMIT, Study, Until
+from feasibee.sweeps.plan import POINTS_LIMIT, Study, Until
 
 STRATEGY = """
 def quality(robots_seen, tasks_seen):

@@ -26,13 +26,14 @@ from feasibee import FeasibeeError, wilson
 from feasibee.cli import main
 from feasibee.results.statistics import confidence_sequence
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.study import crews, pace
-from feasibee.study import sweep as sweeping
-from feasibee.study.journal import Journal
-from feasibee.study.plan import Until, study_of
-from feasibee.study.schema import NAME
-from feasibee.study.sweep import Crew, Progress, is_sure, play, sweep
-from feasibee.study.table import KINDS, share, summaries
+from feasibee.sweeps import executors, pace
+from feasibee.sweeps import sweep as sweeping
+from feasibee.sweeps.executors import Crew
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import Until, study_of
+from feasibee.sweeps.schema import NAME
+from feasibee.sweeps.sweep import Progress, is_sure, play, sweep
+from feasibee.sweeps.table import KINDS, share, summaries
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -112,7 +113,7 @@ def small_chunks(monkeypatch):
 def whole(tmp_path_factory):
     """The journal of the study, of 24 runs of each point with curves, without any interruption."""
     folder = tmp_path_factory.mktemp("whole")
-    sweep(study(curves=True), folder, crews.threads(1))
+    sweep(study(curves=True), folder, executors.threads(1))
     return folder
 
 
@@ -136,23 +137,23 @@ def test_the_journal_holds_what_a_simulation_gives(whole):
 
 
 def test_chunks_change_nothing(whole, tmp_path, small_chunks):
-    assert sweep(study(curves=True), tmp_path, crews.threads(2)).runs_new == 144
+    assert sweep(study(curves=True), tmp_path, executors.threads(2)).runs_new == 144
     assert everything(tmp_path) == everything(whole)
 
 
 def test_nothing_is_computed_again(tmp_path):
     for runs, new in ((10, 60), (10, 0), (25, 90), (12, 0)):
-        done = sweep(study(runs=runs), tmp_path, crews.threads(1))
+        done = sweep(study(runs=runs), tmp_path, executors.threads(1))
         assert (done.runs_new, done.runs_done, done.runs) == (new, 6 * runs, 6 * runs)
         assert (done.points_done, done.points) == (6, 6)
     assert counts(tmp_path) == [25] * 6
     fresh = tmp_path / "fresh"
-    sweep(study(runs=25), fresh, crews.threads(1))
+    sweep(study(runs=25), fresh, executors.threads(1))
     assert everything(tmp_path) == everything(fresh)
 
 
 def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks):
-    sweep(study(runs=5), tmp_path, crews.threads(1))
+    sweep(study(runs=5), tmp_path, executors.threads(1))
     with sqlite3.connect(tmp_path / NAME) as database:
         database.execute("DELETE FROM runs WHERE point = 2 AND run IN (1, 2, 4)")
     database.close()
@@ -165,17 +166,17 @@ def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks):
 
 
 def test_curves_may_be_asked_for_later(whole, tmp_path):
-    sweep(study(), tmp_path, crews.threads(1))
-    assert sweep(study(curves=True), tmp_path, crews.threads(1)).runs_new == 144
+    sweep(study(), tmp_path, executors.threads(1))
+    assert sweep(study(curves=True), tmp_path, executors.threads(1)).runs_new == 144
     assert everything(tmp_path) == everything(whole)
 
 
 def test_a_changed_scenario_or_seed_has_rows_of_its_own(tmp_path):
-    sweep(study(runs=4), tmp_path, crews.threads(1))
+    sweep(study(runs=4), tmp_path, executors.threads(1))
     before = everything(tmp_path)
     changed = study(runs=4, scenario={**SMALL, "run": {"steps": 41}})
-    assert sweep(changed, tmp_path, crews.threads(1)).runs_new == 24
-    assert sweep(study(runs=4, seed=6), tmp_path, crews.threads(1)).runs_new == 24
+    assert sweep(changed, tmp_path, executors.threads(1)).runs_new == 24
+    assert sweep(study(runs=4, seed=6), tmp_path, executors.threads(1)).runs_new == 24
     after = everything(tmp_path)
     assert len(after) == 18
     assert {key: after[key] for key in before} == before
@@ -244,7 +245,7 @@ def test_processes_give_the_same_and_a_death_is_survived(whole, tmp_path, small_
     monkeypatch.setattr(sweeping, "play", play_but_die_once)
     monkeypatch.setenv("FEASIBEE_TEST_MARK", str(tmp_path / "died"))
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
-    done = sweep(study(curves=True), tmp_path / "out", crews.processes(2))
+    done = sweep(study(curves=True), tmp_path / "out", executors.processes(2))
     assert (tmp_path / "died").exists()
     assert (done.runs_new, done.runs_done) == (144, 144)
     assert everything(tmp_path / "out") == everything(whole)
@@ -321,7 +322,7 @@ def test_a_chunk_that_kills_every_worker_is_told(whole, tmp_path, small_chunks, 
     assert str(study().points[4].values) in str(caught.value)  # the one that did it, not one that was by
     there = sum(counts(tmp_path))
     assert there > 20
-    assert sweep(study(curves=True), tmp_path, crews.threads(1)).runs_new == 144 - there
+    assert sweep(study(curves=True), tmp_path, executors.threads(1)).runs_new == 144 - there
     assert everything(tmp_path) == everything(whole)
 
 
@@ -355,9 +356,9 @@ def test_an_error_of_the_work_isnt_hidden(tmp_path, monkeypatch):
 
     monkeypatch.setattr(sweeping, "play", fail)
     with pytest.raises(MemoryError):
-        sweep(study(), tmp_path, crews.threads(2))
+        sweep(study(), tmp_path, executors.threads(2))
     monkeypatch.undo()
-    assert sweep(study(), tmp_path, crews.threads(2)).runs_new == 144
+    assert sweep(study(), tmp_path, executors.threads(2)).runs_new == 144
 
 
 def test_a_cluster_that_isnt_there_is_told():
@@ -369,7 +370,7 @@ def test_a_cluster_that_isnt_there_is_told():
             return {}
 
     with pytest.raises(FeasibeeError, match=r"tcp://10\.0\.0\.1:8786: the cluster has no workers"):
-        crews.dask(Empty())
+        executors.dask(Empty())
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
@@ -377,7 +378,7 @@ def test_a_cluster_that_isnt_there_is_told():
 def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
     """In a process of its own: what Dask leaves open there would be another test's warning, later."""
     (tmp_path / "study.toml").write_text(TOML)
-    code = "from feasibee.study import crews\nfrom feasibee.cli import main\ncrews.PATIENCE = 1.0\nmain()"
+    code = "from feasibee.sweeps import executors\nfrom feasibee.cli import main\nexecutors.PATIENCE = 1.0\nmain()"
     told = subprocess.run(
         [sys.executable, "-c", code, "sweep", tmp_path / "study.toml", "--dask", address],
         cwd=tmp_path,
@@ -395,7 +396,7 @@ def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
 def test_dask_that_isnt_installed_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(FeasibeeError, match=r"install feasibee\[dask\]"):
-        crews.dask("tcp://127.0.0.1:8786")
+        executors.dask("tcp://127.0.0.1:8786")
 
 
 @unix
@@ -414,7 +415,7 @@ from distributed import Client, LocalCluster
 sys.path.insert(0, sys.argv[1])
 
 def main():
-    from test_sweep import WORK, crews, study, sweep, sweeping
+    from test_sweep import WORK, executors, study, sweep, sweeping
 
     sweeping.CHUNK_WORK = WORK
     killed = []
@@ -427,7 +428,7 @@ def main():
 
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with LocalCluster(**options, local_directory=sys.argv[2]) as cluster, Client(cluster) as client:
-        done = sweep(study(curves=True), Path(sys.argv[2]) / "out", crews.dask(client), progress=tell)
+        done = sweep(study(curves=True), Path(sys.argv[2]) / "out", executors.dask(client), progress=tell)
         left = set(client.run(os.getpid).values()) - set(killed)
         print(done.runs_new, done.runs_done, len(killed), len(left))
 
@@ -462,7 +463,7 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
         plan = replace(plan, points=plan.points[:1])
     total = 0
     for part, folder in enumerate(folders):
-        done = sweep(plan, folder, crews.threads(1), shard=(part, parts))
+        done = sweep(plan, folder, executors.threads(1), shard=(part, parts))
         assert done.runs_new == done.runs_done == done.runs == sum(counts(folder))
         total += done.runs
     assert total == 24 * len(plan.points)
@@ -471,7 +472,7 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
     merged, expected = everything(tmp_path / "all"), everything(whole)
     assert merged == {key: expected[key] for key in merged}
     assert len(merged) == len(plan.points)
-    assert sweep(plan, tmp_path / "all", crews.threads(1)).runs_new == 0
+    assert sweep(plan, tmp_path / "all", executors.threads(1)).runs_new == 0
 
 
 def test_merging_what_is_no_sweep_is_refused(whole, tmp_path):
@@ -501,7 +502,7 @@ def looks(until, runs):
 def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
     """Each stops at the first look at which its interval is as wanted, or at the most runs."""
     plan = replace(study(runs=20), until=until)
-    done = sweep(plan, tmp_path, crews.threads(1))
+    done = sweep(plan, tmp_path, executors.threads(1))
     assert done.runs == done.runs_done == done.runs_new == sum(counts(tmp_path))
     assert done.points_done == 6
     with Journal(tmp_path) as journal:
@@ -516,8 +517,8 @@ def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
         assert set(counts(tmp_path)) == {70}
     else:
         assert len(set(counts(tmp_path))) > 1
-    assert sweep(plan, tmp_path, crews.threads(1)).runs_new == 0
-    for number, (chunk, crew) in enumerate([(WORK, crews.threads(3)), (7 * WORK, Crew(Here, 2))]):
+    assert sweep(plan, tmp_path, executors.threads(1)).runs_new == 0
+    for number, (chunk, crew) in enumerate([(WORK, executors.threads(3)), (7 * WORK, Crew(Here, 2))]):
         monkeypatch.setattr(sweeping, "CHUNK_WORK", chunk)
         sweep(plan, tmp_path / str(number), crew)
         assert everything(tmp_path / str(number)) == everything(tmp_path)
@@ -525,7 +526,7 @@ def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
 
 def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
     plan = replace(study(runs=20), until=Until(0.25, None, 2000))
-    sweep(plan, tmp_path / "whole", crews.threads(1))
+    sweep(plan, tmp_path / "whole", executors.threads(1))
     total = sum(counts(tmp_path / "whole"))
 
     def tell(progress):
@@ -535,7 +536,7 @@ def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
     new = 0
     for _ in range(total):
         try:
-            new += sweep(plan, tmp_path / "out", crews.threads(2), progress=tell).runs_new
+            new += sweep(plan, tmp_path / "out", executors.threads(2), progress=tell).runs_new
             break
         except KeyboardInterrupt:
             pass
@@ -545,7 +546,7 @@ def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
 def test_parts_cant_be_sure(tmp_path):
     plan = replace(study(), until=Until(0.1, None, 1000))
     with pytest.raises(FeasibeeError, match="don't shard"):
-        sweep(plan, tmp_path, crews.threads(1), shard=(0, 2))
+        sweep(plan, tmp_path, executors.threads(1), shard=(0, 2))
 
 
 @pytest.mark.parametrize(
@@ -583,13 +584,13 @@ import os, random, signal, sys, time
 from pathlib import Path
 
 sys.path.insert(0, sys.argv[1])
-from test_sweep import WORK, crews, everything, study, sweep, sweeping
+from test_sweep import WORK, executors, everything, study, sweep, sweeping
 
 sweeping.CHUNK_WORK = WORK
 folder, times = Path(sys.argv[2]), int(sys.argv[3])
 plan = study(curves=True)
 begin = time.monotonic()
-sweep(plan, folder / "whole", crews.threads(2))
+sweep(plan, folder / "whole", executors.threads(2))
 long = time.monotonic() - begin
 expected = everything(folder / "whole")
 chance = random.Random(8)
@@ -598,7 +599,7 @@ while killed < times:
     out = folder / str(place)
     child = os.fork()
     if child == 0:
-        sweep(plan, out, crews.threads(2))
+        sweep(plan, out, executors.threads(2))
         os._exit(0)
     time.sleep(chance.choice([0.02, 0.7]) * long * chance.random())
     os.kill(child, signal.SIGKILL)
@@ -614,7 +615,7 @@ while killed < times:
     assert os.WEXITSTATUS(status) == 0
     assert everything(out) == expected
     place += 1
-done = sweep(plan, folder / str(place), crews.threads(2))
+done = sweep(plan, folder / str(place), executors.threads(2))
 assert everything(folder / str(place)) == expected
 print(killed, place, done.runs_new)
 """
@@ -647,7 +648,7 @@ def test_a_sweep_that_is_killed_fifty_times_goes_on(tmp_path):
 
 CHUNKED = """
 import signal, sys
-from feasibee.study import sweep
+from feasibee.sweeps import sweep
 from feasibee.cli import main
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
@@ -875,7 +876,7 @@ def test_status_in_words(results, monkeypatch):
 def twice(tmp_path):
     """A folder with the same study twice, the second with fewer steps and another seed."""
     for changes in ({}, {"scenario": {**SMALL, "run": {"steps": 30}}}, {"seed": 6}):
-        sweep(study(runs=2, sweep={"tasks.count": [2, 5]}, **changes), tmp_path, crews.threads(1))
+        sweep(study(runs=2, sweep={"tasks.count": [2, 5]}, **changes), tmp_path, executors.threads(1))
     return tmp_path
 
 
@@ -905,7 +906,7 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
     for more in ("", "# edited\n"):
         own.write_text(file.read_text() + more)
         varied = {"decision.strategy": ["dmmd", str(own)]}
-        sweep(study(runs=2, sweep=varied), folder, crews.threads(1))
+        sweep(study(runs=2, sweep=varied), folder, executors.threads(1))
     output_of("export", folder)
     frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
     assert frame["source"].fillna(0).tolist() == [0, 1, 2]
@@ -924,7 +925,7 @@ def test_an_unbegun_point_has_a_status(tmp_path):
 
 def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_one_looked(tmp_path):
     """Wilson's would be narrower than the truth allows."""
-    sweep(replace(study(), until=Until(0.4, None, 200)), tmp_path, crews.threads(1))
+    sweep(replace(study(), until=Until(0.4, None, 200)), tmp_path, executors.threads(1))
     told = json.loads(output_of("status", tmp_path, "--json"))
     for each in told:
         right = each[each["truth"]]
@@ -1005,7 +1006,7 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
         {"radio.loss": [0.1], "robots.avoid_collisions": [True]},
         {"arena.side": [7.0, [6.0, 5.0]], "radio.id_bits": [4]},
     ):
-        sweep(study(runs=2, sweep=varied), tmp_path, crews.threads(1))
+        sweep(study(runs=2, sweep=varied), tmp_path, executors.threads(1))
     path = tmp_path / f"runs{KINDS[kind]}"
     output_of("export", tmp_path, "--to", kind, "--out", path)
     if kind == "netcdf":

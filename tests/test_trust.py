@@ -13,10 +13,10 @@ from feasibee import FeasibeeError, Scenario, open_results, save_results, scenar
 from feasibee.cli import main
 from feasibee.live.programme import of_folder
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.study import crews
-from feasibee.study.journal import Journal
-from feasibee.study.plan import Study, study_of
-from feasibee.study.sweep import sweep
+from feasibee.sweeps import executors
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import Study, study_of
+from feasibee.sweeps.sweep import sweep
 
 TEXT = """\
 PARAMETERS = {"weight": 1.0}
@@ -76,7 +76,7 @@ def results(tmp_path, scenario_file, marker):
     """The journal of a study with that strategy, and its results as NetCDF."""
     study = tmp_path / "study.toml"
     study.write_text('file = "swarm.toml"\nruns = 6\nseed = 1\n[sweep]\n"tasks.count" = [2, 40]\n')
-    sweep(Study.read(study), tmp_path / "results", crews.threads(1))
+    sweep(Study.read(study), tmp_path / "results", executors.threads(1))
     save_results(simulate(Scenario.read(scenario_file), runs=3), tmp_path / "runs.nc")
     marker.unlink()
     return tmp_path / "results"
@@ -150,7 +150,7 @@ def test_imports_are_checked_before_anything_is_executed(tmp_path, marker):
 # --- What was kept is what ran ---
 
 
-@pytest.mark.parametrize("workers", [crews.threads, crews.processes])
+@pytest.mark.parametrize("workers", [executors.threads, executors.processes])
 def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path, workers):
     """In the journal is the text of the start, and every row is that text's."""
     file = tmp_path / "mine.py"

@@ -10,10 +10,10 @@ from serving import serving_at
 
 from feasibee import Scenario, simulate
 from feasibee.live.programme import Programme, of_folder
-from feasibee.study import crews
-from feasibee.study.journal import Journal
-from feasibee.study.plan import study_of
-from feasibee.study.sweep import sweep
+from feasibee.sweeps import executors
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.sweep import sweep
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
@@ -246,7 +246,7 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
 
 def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
     tables = {"runs": 20, "seed": 5, "scenario": {"run": {"steps": 300}}, "sweep": {"tasks.count": [17, 24]}}
-    sweep(study_of(tables, tmp_path), tmp_path / "results", crews.threads(1))
+    sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
     programme = of_folder(tmp_path / "results", "wrong")
     with Journal(tmp_path / "results") as journal:
         steps = {

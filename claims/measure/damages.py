@@ -16,11 +16,11 @@ from pathlib import Path
 from click.testing import CliRunner, Result
 
 from feasibee.cli import main as feasibee
-from feasibee.study import crews, pace
-from feasibee.study import sweep as sweeping
-from feasibee.study.plan import Study
-from feasibee.study.schema import NAME, SEAL
-from feasibee.study.sweep import Progress, sweep
+from feasibee.sweeps import executors, pace
+from feasibee.sweeps import sweep as sweeping
+from feasibee.sweeps.plan import Study
+from feasibee.sweeps.schema import NAME, SEAL
+from feasibee.sweeps.sweep import Progress, sweep
 
 TIMES = 1000
 OWN = """
@@ -62,7 +62,7 @@ def keep_journals(folder: Path) -> None:
         for kind, midway in (("open", -1), ("halfway", 120)):
             shutil.rmtree(folder / "closed", ignore_errors=True)
             plan = Study.read(folder / "study.toml")
-            sweep(plan, folder / "closed", crews.threads(1), progress=_copying(folder, kind, midway))
+            sweep(plan, folder / "closed", executors.threads(1), progress=_copying(folder, kind, midway))
     finally:
         sweeping.CHUNK_WORK, pace.CHUNK_SECONDS = before
 

@@ -11,12 +11,12 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from feasibee.study import crews
-from feasibee.study.figures import draw_map
-from feasibee.study.journal import Journal
-from feasibee.study.plan import study_of
-from feasibee.study.sweep import sweep
-from feasibee.study.table import summaries
+from feasibee.sweeps import executors
+from feasibee.sweeps.figures import draw_map
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.sweep import sweep
+from feasibee.sweeps.table import summaries
 
 STUDY = """
 runs = 200
@@ -29,7 +29,7 @@ run.stop_at_decision = true
 """
 with tempfile.TemporaryDirectory() as folder:
     study = study_of(tomllib.loads(STUDY), Path(folder))
-    done = sweep(study, folder, crews.threads())
+    done = sweep(study, folder, executors.threads())
     with Journal(folder) as journal:
         points = summaries(journal)
 figure = draw_map(points, "tasks.count", "sensing.range", "accuracy")

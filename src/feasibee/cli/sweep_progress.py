@@ -17,7 +17,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import why_not
 
 if TYPE_CHECKING:
-    from feasibee.study.sweep import Progress
+    from feasibee.sweeps.sweep import Progress
 
 PATIENCE = 10.0
 """Seconds between two lines of progress where there is no terminal."""

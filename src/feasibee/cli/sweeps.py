@@ -25,8 +25,9 @@ from feasibee.cli.sweep_progress import check_log, told
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.study.sweep import Crew, Progress
-    from feasibee.study.table import Summary
+    from feasibee.sweeps.executors import Crew
+    from feasibee.sweeps.sweep import Progress
+    from feasibee.sweeps.table import Summary
 
 _folder = click.argument("folder", type=folder_type)
 _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
@@ -112,8 +113,8 @@ def _sweep(
 
     from feasibee.files import make_folder
     from feasibee.scenario.runs import check_numbers
-    from feasibee.study.plan import Study
-    from feasibee.study.sweep import sweep as run_sweep
+    from feasibee.sweeps.plan import Study
+    from feasibee.sweeps.sweep import sweep as run_sweep
 
     plan = Study.read(study)
     if runs is not None:
@@ -128,13 +129,13 @@ def _sweep(
 
 
 def _crew(workers: int | None, use_processes: bool, address: str | None) -> Crew:
-    from feasibee.study import crews
+    from feasibee.sweeps import executors
 
     if address is not None:
         if use_processes or workers is not None:
             raise FeasibeeError("--dask: brings its own workers; leave --workers and --processes out")
-        return crews.dask(address)
-    return crews.processes(workers) if use_processes else crews.threads(workers)
+        return executors.dask(address)
+    return executors.processes(workers) if use_processes else executors.threads(workers)
 
 
 def _prepare(plan: Any, address: str | None) -> None:
@@ -156,8 +157,8 @@ def status(folder: Path, as_json: bool) -> None:
     Example:
       feasibee status results
     """
-    from feasibee.study.journal import Journal
-    from feasibee.study.table import survey
+    from feasibee.sweeps.journal import Journal
+    from feasibee.sweeps.table import survey
 
     with Journal(folder) as journal:
         points, found = survey(journal)
@@ -173,7 +174,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Column, Table
 
-    from feasibee.study.table import held, varied
+    from feasibee.sweeps.table import held, varied
 
     fields = varied([point.row for point in points])
     total = sum(point.runs for point in points)
@@ -249,9 +250,9 @@ def export(folder: Path, kind: str | None, out: Path | None) -> None:
       feasibee export results --out ratio.parquet
     """
     from feasibee.files import check_output
-    from feasibee.study.journal import Journal
-    from feasibee.study.table import KINDS
-    from feasibee.study.table import export as write
+    from feasibee.sweeps.journal import Journal
+    from feasibee.sweeps.table import KINDS
+    from feasibee.sweeps.table import export as write
 
     target = out or folder / f"runs{KINDS[kind or 'csv']}"
     kinds = {suffix: name for name, suffix in KINDS.items() if kind in (None, name)}
@@ -283,9 +284,9 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     """
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
-    from feasibee.study.figures import draw_lines, draw_map
-    from feasibee.study.journal import Journal
-    from feasibee.study.table import alike, summaries, varied
+    from feasibee.sweeps.figures import draw_lines, draw_map
+    from feasibee.sweeps.journal import Journal
+    from feasibee.sweeps.table import alike, summaries, varied
 
     target = out or folder / "plot.png"
     if hue and y:
@@ -316,8 +317,8 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
       feasibee merge results part1 part2 part3
     """
     from feasibee.files import make_folder
-    from feasibee.study.journal import Journal
-    from feasibee.study.merging import merge as merge_all
+    from feasibee.sweeps.journal import Journal
+    from feasibee.sweeps.merging import merge as merge_all
 
     for part in parts:
         Journal(part).close()  # refused before anything is written

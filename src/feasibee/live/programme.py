@@ -13,7 +13,7 @@ from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.study.journal import Journal, Row
+from feasibee.sweeps.journal import Journal, Row
 
 PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 LISTED: Final = 500

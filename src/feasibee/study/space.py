@@ -11,7 +11,7 @@ from typing import Any, get_args
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.scenario.paths import read_value
 from feasibee.scenario.scenario import Scenario
-from feasibee.study.plan import value_at
+from feasibee.sweeps.plan import value_at
 
 FACTOR = 5.0
 """By default a field goes from a fifth of its value to five times it."""

@@ -19,9 +19,9 @@ from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.files import make_folder
 from feasibee.results.statistics import Interval, paired_difference, wilson
 from feasibee.scenario.scenario import Scenario
-from feasibee.study.content import short
-from feasibee.study.plan import value_at
 from feasibee.study.space import Dimension
+from feasibee.sweeps.content import short
+from feasibee.sweeps.plan import value_at
 
 NAME = "tune.sqlite"
 FINALISTS = 5

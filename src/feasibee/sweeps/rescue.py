@@ -7,10 +7,10 @@ import sqlite3
 from pathlib import Path
 
 from feasibee.files import make_folder
-from feasibee.study import content
-from feasibee.study.journal import Journal
-from feasibee.study.schema import LOCK, NAME, SEAL, Kind
-from feasibee.study.survey import Survey
+from feasibee.sweeps import content
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.schema import LOCK, NAME, SEAL, Kind
+from feasibee.sweeps.survey import Survey
 
 FOLDER = ".rescue"
 

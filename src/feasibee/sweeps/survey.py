@@ -9,9 +9,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from feasibee.study import checksums, content
-from feasibee.study.content import Array, Damage
-from feasibee.study.schema import NAME, Entry, Kind
+from feasibee.sweeps import checksums, content
+from feasibee.sweeps.content import Array, Damage
+from feasibee.sweeps.schema import NAME, Entry, Kind
 
 NAMED = 20
 """So many damaged points are named in an error."""

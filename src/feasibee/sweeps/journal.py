@@ -24,13 +24,13 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
-from feasibee.study import checksums, content, opening
-from feasibee.study.agreement import difference
-from feasibee.study.content import Array, Damage, Rows
-from feasibee.study.encoding import curve_of, rows_of_curves, rows_of_runs
-from feasibee.study.plan import Point, Until
-from feasibee.study.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
-from feasibee.study.survey import Survey, frame, name_of, snapshot, survey
+from feasibee.sweeps import checksums, content, opening
+from feasibee.sweeps.agreement import difference
+from feasibee.sweeps.content import Array, Damage, Rows
+from feasibee.sweeps.encoding import curve_of, rows_of_curves, rows_of_runs
+from feasibee.sweeps.plan import Point, Until
+from feasibee.sweeps.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
+from feasibee.sweeps.survey import Survey, frame, name_of, snapshot, survey
 
 Visit = Callable[[Entry, Array], object]
 Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]
@@ -62,7 +62,7 @@ class Journal:
     write : bool
         Whether to write; then it is made if need be, and locked against others that write.
     rescue : callable, optional
-        Makes a damaged journal anew before it is written to; see ``feasibee.study.rescue``.
+        Makes a damaged journal anew before it is written to; see ``feasibee.sweeps.rescue``.
 
     Attributes
     ----------

@@ -22,11 +22,11 @@ from feasibee.results.statistics import (
     decision_times,
     wilson,
 )
-from feasibee.study.content import Array
-from feasibee.study.journal import Journal, Row, row_of
-from feasibee.study.plan import value_at
-from feasibee.study.schema import COLUMNS, Entry
-from feasibee.study.survey import Survey
+from feasibee.sweeps.content import Array
+from feasibee.sweeps.journal import Journal, Row, row_of
+from feasibee.sweeps.plan import value_at
+from feasibee.sweeps.schema import COLUMNS, Entry
+from feasibee.sweeps.survey import Survey
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.study import checksums, content
-from feasibee.study.content import Damage, checked
-from feasibee.study.schema import FORMAT, LOCK, NAME, STATEMENTS
-from feasibee.study.survey import AGAIN
+from feasibee.sweeps import checksums, content
+from feasibee.sweeps.content import Damage, checked
+from feasibee.sweeps.schema import FORMAT, LOCK, NAME, STATEMENTS
+from feasibee.sweeps.survey import AGAIN
 
 SETTINGS = (
     "writable_schema = ON",  # or SQLite reads nothing of a file that was cut short

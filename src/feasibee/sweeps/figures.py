@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from feasibee.errors import FeasibeeError
 from feasibee.figures.style import figure, spaced_by_ratio
-from feasibee.study.plan import value_at
-from feasibee.study.table import SOURCE, Summary, share
+from feasibee.sweeps.plan import value_at
+from feasibee.sweeps.table import SOURCE, Summary, share
 
 SHOWN = ("accuracy", "feasible", "infeasible", "undecided")
 MARKERS = "os^vDP<>Xhpd"

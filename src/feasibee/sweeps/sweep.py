@@ -27,11 +27,12 @@ from feasibee.model.record import Record
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT, simulate_record
-from feasibee.study.interrupts import Interrupts
-from feasibee.study.journal import Journal
-from feasibee.study.pace import Pace
-from feasibee.study.plan import Study, Until
-from feasibee.study.rescue import rescue
+from feasibee.sweeps.executors import Crew
+from feasibee.sweeps.interrupts import Interrupts
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.pace import Pace
+from feasibee.sweeps.plan import Study, Until
+from feasibee.sweeps.rescue import rescue
 
 CHUNK_WORK = 40_000_000
 """Robot-steps of a chunk at most: about a second on a machine of 2020."""
@@ -67,22 +68,6 @@ class Progress:
     seconds: float
     stopping: bool = False
     """Whether it has been interrupted, and waits for the chunks that are being computed."""
-
-
-@dataclass(frozen=True)
-class Crew:
-    """Who does the work.
-
-    Parameters
-    ----------
-    make : callable
-        Makes an executor of `concurrent.futures`; called again if a worker's death broke the last one.
-    workers : int
-        How many chunks it does at a time.
-    """
-
-    make: Callable[[], Executor]
-    workers: int
 
 
 def sweep(

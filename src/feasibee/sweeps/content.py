@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.scenario.scenario import hash_of
-from feasibee.study import checksums
-from feasibee.study.schema import Chunk, Entry, Kind
+from feasibee.sweeps import checksums
+from feasibee.sweeps.schema import Chunk, Entry, Kind
 
 Rows = list[tuple[Any, ...]]
 Array = NDArray[np.int64]

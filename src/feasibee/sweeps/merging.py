@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from feasibee.study.journal import Journal
-from feasibee.study.schema import Kind
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.schema import Kind
 
 
 def merge(journal: Journal, folders: Sequence[Path]) -> int:

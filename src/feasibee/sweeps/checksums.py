@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.study.schema import FORMAT, SEAL, Entry, Kind
+from feasibee.sweeps.schema import FORMAT, SEAL, Entry, Kind
 
 SIZE = 16
 """Bytes of a digest: by chance, one damage in 10**38 goes unseen."""

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from feasibee.study.encoding import curve_of
-from feasibee.study.schema import COLUMNS, Kind
+from feasibee.sweeps.encoding import curve_of
+from feasibee.sweeps.schema import COLUMNS, Kind
 
 
 def difference(

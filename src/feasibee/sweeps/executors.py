@@ -6,17 +6,33 @@ import os
 import signal
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.simulation.ensemble import processors
-from feasibee.study.interrupts import inherited_block
-from feasibee.study.sweep import Crew
+from feasibee.sweeps.interrupts import inherited_block
 
 PATIENCE = 20.0
 """Seconds for a cluster to answer."""
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Who does the work.
+
+    Parameters
+    ----------
+    make : callable
+        Makes an executor of `concurrent.futures`; called again if a worker's death broke the last one.
+    workers : int
+        How many chunks it does at a time.
+    """
+
+    make: Callable[[], Executor]
+    workers: int
 
 
 def threads(workers: int | None = None) -> Crew:

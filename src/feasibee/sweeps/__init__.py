@@ -1,0 +1,1 @@
+"""The machine that runs many scenarios many times: plans, journals, workers, tables."""
