@@ -10,14 +10,15 @@ import pytest
 from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
-from feasibee.assess import _turned, assess
-from feasibee.assessment import Trial, wait_for, words, write_report
 from feasibee.cli import main
-from feasibee.compare import compare
 from feasibee.results.statistics import paired_difference
-from feasibee.study.sensitivity import latin_hypercube, sensitivities, spearman
-from feasibee.study.space import Dimension, dimensions
-from feasibee.study.tune import tune
+from feasibee.studies.assess import _turned, assess
+from feasibee.studies.assessment import Trial, wait_for, words
+from feasibee.studies.comparison import compare
+from feasibee.studies.report import write_report
+from feasibee.studies.sensitivity import latin_hypercube, sensitivities, spearman
+from feasibee.studies.space import Dimension, dimensions
+from feasibee.studies.tuning import tune
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})

@@ -10,10 +10,10 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 
 from feasibee import FeasibeeError, decision_counts, decision_times, simulate, truth
-from feasibee.beyond import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
 from feasibee.cli import main
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import RUNS_APART
+from feasibee.studies.robustness import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
 
 RUNS, SEED = 4, 1
 FILES = ["beyond.csv", "beyond.pdf", "beyond.png"]

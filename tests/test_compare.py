@@ -10,9 +10,16 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
-from feasibee.compare import by_contender, compare, contenders_of, mean_bits, overall, write_comparison
 from feasibee.results.statistics import paired_difference, pareto
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.comparison import (
+    by_contender,
+    compare,
+    contenders_of,
+    mean_bits,
+    overall,
+    write_comparison,
+)
 
 SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})
 

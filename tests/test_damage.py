@@ -15,8 +15,8 @@ import pytest
 
 from claims.measure.damages import KINDS, LOG, RUNS, copied, export, invoke, keep_journals, try_damages
 from feasibee import FeasibeeError, Scenario
-from feasibee.study.space import dimensions
-from feasibee.study.tune import tune
+from feasibee.studies.space import dimensions
+from feasibee.studies.tuning import tune
 from feasibee.sweeps import checksums
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.rescue import FOLDER

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.assess import assess
 from feasibee.model.codes import COLOURS
 from feasibee.simulation.html import GRAIN, MOST
+from feasibee.studies.assess import assess
 
 
 class Page(HTMLParser):

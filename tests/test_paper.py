@@ -12,7 +12,7 @@ import pytest
 from matplotlib.image import imread
 
 from feasibee import FeasibeeError, Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate
-from feasibee.paper import reproduce
+from feasibee.studies.paper import reproduce
 
 RUNS, SEED = 8, 1
 FIGURES = ("fig1_arena", "fig2a_converging", "fig2b_diverging", "fig3_decisions")
@@ -183,7 +183,7 @@ def test_a_file_in_the_way_of_the_folder_is_told_before_the_work(tmp_path, monke
     def work(*arguments, **options):
         pytest.fail("the study began")
 
-    monkeypatch.setattr("feasibee.paper.run_study", work)
+    monkeypatch.setattr("feasibee.studies.paper.run_study", work)
     (tmp_path / "file").write_text("mine")
     for out in (tmp_path / "file", tmp_path / "file" / "below"):
         with pytest.raises(FeasibeeError, match=r"file.*: can't be made"):

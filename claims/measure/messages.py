@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 import feasibee
-from feasibee.compare import TASKS
 from feasibee.strategies.census import Knowledge as Census
+from feasibee.studies.comparison import TASKS
 
 ROBOTS, STEPS, RUNS = 20, 1000, 5
 ID_BITS = 5

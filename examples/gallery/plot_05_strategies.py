@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.compare import compare, contenders_of
+from feasibee.studies.comparison import compare, contenders_of
 
 tasks = (10, 13, 16, 18, 20, 21, 22, 25, 40)
 names = ("dmmd", "dmvd", "dc", "tally", "estimate", "census")

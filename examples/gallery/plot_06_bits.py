@@ -7,8 +7,8 @@ against what a robot sends in a step on average. Nothing stands above and left o
 """
 
 import feasibee
-from feasibee.compare import by_contender, compare, contenders_of, mean_bits, overall
 from feasibee.figures.comparison import draw_against_bits
+from feasibee.studies.comparison import by_contender, compare, contenders_of, mean_bits, overall
 
 contenders = contenders_of(feasibee.Scenario())
 outcomes = compare(contenders, tasks=(16, 18, 22, 25), runs=50, seed=1)

@@ -10,8 +10,8 @@ import tempfile
 from pathlib import Path
 
 import feasibee
-from feasibee.compare import compare, contenders_of
 from feasibee.figures.comparison import draw_against_time
+from feasibee.studies.comparison import compare, contenders_of
 
 HERALD = """
 def quality(robots_seen, tasks_seen):

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.compare import compare, contenders_of
+from feasibee.studies.comparison import compare, contenders_of
 
 names = ("dmmd", "dmvd", "bayes", "tally", "census")
 honest = feasibee.Scenario(tasks={"count": 40})

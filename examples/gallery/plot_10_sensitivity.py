@@ -8,8 +8,8 @@ intervals.
 """
 
 import feasibee
-from feasibee.study.sensitivity import draw_sensitivities, sensitivities
-from feasibee.study.space import dimensions
+from feasibee.studies.sensitivity import draw_sensitivities, sensitivities
+from feasibee.studies.space import dimensions
 
 scenario = feasibee.Scenario(tasks={"count": 10})
 space = dimensions(

@@ -57,9 +57,10 @@ def assess(
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
     """
     keep_matplotlib_in_cache()
-    from feasibee.assess import assess as simulate_all
-    from feasibee.assessment import words, write_report
     from feasibee.files import check_output
+    from feasibee.studies.assess import assess as simulate_all
+    from feasibee.studies.assessment import words
+    from feasibee.studies.report import write_report
 
     fields = {
         "robots.count": robots,

@@ -76,9 +76,9 @@ def tune(
     from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
     from feasibee.scenario.runs import check_numbers
-    from feasibee.study.space import dimensions
-    from feasibee.study.tune import draw_search
-    from feasibee.study.tune import tune as search
+    from feasibee.studies.space import dimensions
+    from feasibee.studies.tuning import draw_search
+    from feasibee.studies.tuning import tune as search
 
     more = () if within is None else (f"run.steps={within}",)
     scenario = read_scenario(file, (*changes, *more))
@@ -136,8 +136,8 @@ def sensitivity(
     """
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
-    from feasibee.study.sensitivity import draw_sensitivities, sensitivities
-    from feasibee.study.space import dimensions
+    from feasibee.studies.sensitivity import draw_sensitivities, sensitivities
+    from feasibee.studies.space import dimensions
 
     more = () if within is None else (f"run.steps={within}",)
     scenario = read_scenario(file, (*changes, *more))

@@ -21,8 +21,8 @@ from feasibee.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from feasibee.claims import Claim
-    from feasibee.compare import Outcome
+    from feasibee.studies.claims import Claim
+    from feasibee.studies.comparison import Outcome
 
 
 def _numbers(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, ...]:
@@ -78,10 +78,10 @@ def compare(
       feasibee compare --presets default,valentini-2016 --runs 100
     """
     keep_matplotlib_in_cache()
-    from feasibee.compare import TASKS, contenders_of, write_comparison
-    from feasibee.compare import compare as simulate_all
     from feasibee.files import make_folder
     from feasibee.scenario.runs import check_numbers, first_run_of
+    from feasibee.studies.comparison import TASKS, contenders_of, write_comparison
+    from feasibee.studies.comparison import compare as simulate_all
 
     scenario = read_scenario(file, changes)
     first_run_of(0, runs)
@@ -121,14 +121,14 @@ def paper(out: Path, runs: int, seed: int, threads: int | None, beyond: bool) ->
     """
     keep_matplotlib_in_cache()
     if beyond:
-        from feasibee.beyond import reproduce_beyond, summary
+        from feasibee.studies.robustness import reproduce_beyond, summary
 
         with progress("Simulating beyond the paper") as advance:
             rows = reproduce_beyond(out, runs, seed, threads, advance)
         _print_beyond(summary(rows), runs)
         click.echo(f"beyond.png, beyond.pdf and their data, beyond.csv, are in {out}/")
         return
-    from feasibee.paper import reproduce
+    from feasibee.studies.paper import reproduce
 
     with progress("Simulating the paper's study") as advance:
         claims = reproduce(out, runs, seed, threads, advance)
@@ -165,7 +165,7 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from feasibee.compare import by_contender, overall
+    from feasibee.studies.comparison import by_contender, overall
 
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
@@ -202,7 +202,7 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
 
 def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[str]:
     """Return what to print of a contender over all numbers of tasks."""
-    from feasibee.compare import mean_bits, overall, overall_difference
+    from feasibee.studies.comparison import mean_bits, overall, overall_difference
 
     share, difference = overall(group), overall_difference(group, baseline)
     first = sum(each.first.estimate for each in group) / len(group)

@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.compare import right_at_end
 from feasibee.figures.style import figure
 from feasibee.results.statistics import Interval
 from feasibee.scenario.runs import check_numbers
 from feasibee.scenario.scenario import Scenario
-from feasibee.study.space import Dimension
+from feasibee.studies.comparison import right_at_end
+from feasibee.studies.space import Dimension
 
 RESAMPLES = 2000
 

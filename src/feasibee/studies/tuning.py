@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feasibee.compare import right_at_end
 from feasibee.errors import FeasibeeError
 from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.files import make_folder
 from feasibee.results.statistics import Interval, paired_difference, wilson
 from feasibee.scenario.scenario import Scenario
-from feasibee.study.space import Dimension
+from feasibee.studies.comparison import right_at_end
+from feasibee.studies.space import Dimension
 from feasibee.sweeps.content import short
 from feasibee.sweeps.plan import value_at
 

@@ -15,7 +15,6 @@ from pathlib import Path
 
 from matplotlib import colormaps
 
-from feasibee.claims import Claim, Point, check_claims
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import draw_opinion_bands, plot_decisions
 from feasibee.figures.style import figure, save_both
@@ -26,6 +25,7 @@ from feasibee.scenario.runs import check_numbers, first_run_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.swarm import Swarm
+from feasibee.studies.claims import Claim, Point, check_claims
 
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)
 """With 20 robots, ratios from 10 to 0.1 whose mirror images (m m' = 400) are there too, to within 2 %."""

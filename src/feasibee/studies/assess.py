@@ -7,13 +7,13 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from feasibee.assessment import Assessment, Trial, wait_for
-from feasibee.compare import Outcome, compare
 from feasibee.errors import ScenarioError
 from feasibee.results.statistics import paired_difference, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
+from feasibee.studies.assessment import Assessment, Trial, wait_for
+from feasibee.studies.comparison import Outcome, compare
 
 FIRST = 0.7
 """The share of the work that isn't at the opposite truth, about."""
