@@ -25,9 +25,9 @@ from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _programme
 from feasibee.live import connections
 from feasibee.live import server as serving
+from feasibee.live.catalogue import PICKS, Programme, of_folder
 from feasibee.live.guard import Guard, check_host
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
-from feasibee.live.programme import PICKS, Programme, of_folder
 from feasibee.simulation import ensemble
 from feasibee.simulation.ensemble import load_engine
 from feasibee.simulation.swarm import MARKS
@@ -262,7 +262,7 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
 
 
 def test_a_long_list_has_as_many_runs_of_each_point(results, monkeypatch):
-    monkeypatch.setattr("feasibee.live.programme.LISTED", 10)
+    monkeypatch.setattr("feasibee.live.catalogue.LISTED", 10)
     programme = of_folder(results, "all")
     assert programme.found > 10
     with Journal(results) as journal:

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.cli import main
-from feasibee.live.programme import of_folder
+from feasibee.live.catalogue import of_folder
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal

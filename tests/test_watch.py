@@ -9,7 +9,7 @@ import pytest
 from serving import serving_at
 
 from feasibee import Scenario, simulate
-from feasibee.live.programme import Programme, of_folder
+from feasibee.live.catalogue import Programme, of_folder
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of

@@ -9,10 +9,10 @@ import sys
 import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm
+from feasibee.live.catalogue import Programme
 from feasibee.live.messages import frame_of, tasks_of
-from feasibee.live.programme import Programme
 from feasibee.live.session import Plan, Session
-from feasibee.widget import MODULES, STATIC, SWARMS_LIMIT, Arena, joined_modules
+from feasibee.live.widget import MODULES, STATIC, SWARMS_LIMIT, Arena, joined_modules
 
 SCENARIO = Scenario(tasks={"count": 12}, run={"steps": 50})
 
@@ -95,7 +95,7 @@ def test_modules_come_after_those_that_they_import():
 
 
 def test_without_anywidget_it_says_what_to_install(monkeypatch):
-    monkeypatch.delitem(sys.modules, "feasibee.widget")
+    monkeypatch.delitem(sys.modules, "feasibee.live.widget")
     monkeypatch.setitem(sys.modules, "anywidget", None)
     with pytest.raises(FeasibeeError, match=r"install feasibee\[widget\]"):
-        importlib.import_module("feasibee.widget")
+        importlib.import_module("feasibee.live.widget")

@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from feasibee import Scenario, simulate
-from feasibee.widget import Arena, joined_modules
+from feasibee.live.widget import Arena, joined_modules
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 

@@ -12,7 +12,7 @@ from feasibee.cli.options import changes_option, path_type, read_scenario
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.live.programme import Programme
+    from feasibee.live.catalogue import Programme
 
 PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 
@@ -84,7 +84,7 @@ def _programme(
     trust: bool,
 ) -> Programme:
     """Return what pages may show."""
-    from feasibee.live.programme import Programme, of_folder
+    from feasibee.live.catalogue import Programme, of_folder
     from feasibee.scenario.runs import check_numbers
 
     if source is not None and source.is_dir():

@@ -23,10 +23,10 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from feasibee.errors import FeasibeeError
+from feasibee.live.catalogue import Programme
 from feasibee.live.connections import Connection, Once, log_config
 from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
-from feasibee.live.programme import Programme
 from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, Plan, Session, plan_of
 from feasibee.simulation.ensemble import is_engine_compiled
 

@@ -6,8 +6,8 @@ import time
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.live.catalogue import Programme
 from feasibee.live.messages import Open, frame_of, tasks_of
-from feasibee.live.programme import Programme
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.plugins import registered

@@ -24,7 +24,7 @@ except ModuleNotFoundError as error:
         raise
     raise FeasibeeError("the arena in a notebook needs anywidget; install feasibee[widget]") from None
 
-STATIC: Final = Path(__file__).parent / "live" / "static"
+STATIC: Final = Path(__file__).parent / "static"
 MODULES: Final = ("frames", "crowd", "arena", "player", "widget")
 """Of the page, each after those that it imports."""
 SWARMS_LIMIT: Final = 8
@@ -62,7 +62,7 @@ class Arena(anywidget.AnyWidget):
     Examples
     --------
     >>> import feasibee
-    >>> from feasibee.widget import Arena
+    >>> from feasibee.live.widget import Arena
     >>> arena = Arena(feasibee.Scenario(tasks={"count": 50}), seed=1)
     >>> arena.speed = 60
     """
