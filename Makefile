@@ -5,10 +5,11 @@ BIN := $(VENV)/bin
 LOWEST ?= .venv-lowest
 LOWEST_PYTHON ?= python3.11
 
-.PHONY: help paper test test-lowest lint lint-js format-js bench docs claims claims-short clean
+.PHONY: help paper test test-all test-lowest lint lint-js format-js bench docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/"
-	@echo "make test    all tests"
+	@echo "make test    the tests that take minutes together"
+	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the live page's JavaScript, with npm; make format-js formats it"
@@ -22,6 +23,9 @@ paper: $(VENV)/installed
 
 test: $(VENV)/with-test
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
+
+test-all: $(VENV)/with-test
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m ""
 
 # Old versions warn of what new ones, brought along by others, no longer want.
 test-lowest: $(LOWEST)/installed

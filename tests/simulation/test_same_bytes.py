@@ -1,7 +1,7 @@
 """The same scenario and seed give the same bytes as ever: hashes of a corpus, kept since model version 1.
 
 A change of results is a new model version (CHANGELOG.md, "Results changed"). Then write the hashes anew:
-``python tests/test_same_bytes.py``.
+``python tests/simulation/test_same_bytes.py``.
 """
 
 from __future__ import annotations

@@ -22,8 +22,6 @@ from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="no signals to send")
-slow = pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="minutes; FEASIBEE_SLOW=1 runs it")
-
 PROGRAM = """
 import signal
 from feasibee.cli import interrupts, main
@@ -118,7 +116,6 @@ def test_interrupts_are_clean_at_any_moment(tmp_path, crew):
     interrupt_at(tmp_path, crew, [0.0, 0.5, 1.5])
 
 
-@slow
 @pytest.mark.slow
 @pytest.mark.parametrize("crew", [(), ("--processes",)])
 def test_fifty_of_fifty_interrupts_are_clean(tmp_path, crew):

@@ -12,7 +12,7 @@ from feasibee import Scenario, truth
 from feasibee.scenario.feasibility import explain
 from feasibee.simulation.ensemble import simulate_record
 
-FOLDER = Path(__file__).parent.parent / "examples"
+FOLDER = Path(__file__).parents[2] / "examples"
 FILES = sorted(FOLDER.glob("*.toml"))
 
 

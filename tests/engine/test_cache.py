@@ -331,7 +331,6 @@ def test_processes_that_compile_at_once_or_find_damage_at_once_all_end_right(fol
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="FEASIBEE_SLOW=1 runs what takes minutes")
 def test_the_engine_survives_damage_to_each_of_its_files(folder):
     def run():
         command = [sys.executable, "-m", "feasibee", "run", "--runs", "20", "--json"]

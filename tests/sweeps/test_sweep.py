@@ -41,9 +41,6 @@ WORK = 200
 """Robot-steps of one of these runs."""
 
 unix = pytest.mark.skipif(os.name == "nt", reason="no signals to send")
-slow = pytest.mark.skipif(
-    not os.environ.get("FEASIBEE_SLOW"), reason="half a minute; FEASIBEE_SLOW=1 runs it"
-)
 
 
 def study(**changes):
@@ -378,7 +375,10 @@ def test_a_cluster_that_isnt_there_is_told():
 def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
     """In a process of its own: what Dask leaves open there would be another test's warning, later."""
     (tmp_path / "study.toml").write_text(TOML)
-    code = "from feasibee.sweeps import executors\nfrom feasibee.cli import main\nexecutors.PATIENCE = 1.0\nmain()"
+    code = (
+        "from feasibee.sweeps import executors\nfrom feasibee.cli import main\n"
+        "executors.PATIENCE = 1.0\nmain()"
+    )
     told = subprocess.run(
         [sys.executable, "-c", code, "sweep", tmp_path / "study.toml", "--dask", address],
         cwd=tmp_path,
@@ -639,7 +639,6 @@ def test_a_sweep_that_is_killed_a_dozen_times_goes_on(tmp_path):
     kill(tmp_path, 12)
 
 
-@slow
 @unix
 @pytest.mark.slow
 def test_a_sweep_that_is_killed_fifty_times_goes_on(tmp_path):
@@ -901,7 +900,7 @@ def test_a_figure_says_which_runs_it_takes_together(twice, results):
 
 
 def test_a_strategy_that_was_edited_is_another(tmp_path):
-    file = Path(__file__).parent / "../src/feasibee/strategies/voter.py"
+    file = Path(__file__).parents[2] / "src/feasibee/strategies/voter.py"
     own, folder = tmp_path / "own.py", tmp_path / "out"
     for more in ("", "# edited\n"):
         own.write_text(file.read_text() + more)

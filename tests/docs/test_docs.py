@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 SCRIPT = re.compile(r"```python\n((?:(?!```).)*print\([^\n]*\)  # ([^\n]*)\n)```", re.DOTALL)
 
 

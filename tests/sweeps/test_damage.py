@@ -22,8 +22,6 @@ from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.rescue import FOLDER
 from feasibee.sweeps.schema import NAME, SEAL, Entry
 
-slow = pytest.mark.skipif(not os.environ.get("FEASIBEE_SLOW"), reason="minutes; FEASIBEE_SLOW=1 runs it")
-
 
 def refused(*arguments):
     """Return the only line on standard error of a command that must be refused."""
@@ -105,7 +103,6 @@ def test_no_random_damage_changes_an_export(kept, table, tmp_path):
     see(kept, table, tmp_path / "out", 60, 1, sweeps=4)
 
 
-@slow
 @pytest.mark.slow
 def test_no_random_damage_of_a_thousand_changes_an_export(kept, table, tmp_path):
     see(kept, table, tmp_path / "out", 1000, 2, sweeps=1)
