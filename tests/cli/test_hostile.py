@@ -48,8 +48,8 @@ def here(folder, monkeypatch):
 
     monkeypatch.chdir(folder)
     for name in (
-        "simulation.load_engine",
-        "swarm.load_engine",
+        "simulation.ensemble.load_engine",
+        "simulation.swarm.load_engine",
         "engine.runner.simulate",
         "live.server.server_of",
     ):

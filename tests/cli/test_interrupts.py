@@ -14,6 +14,7 @@ from threading import Timer
 
 import pytest
 
+from feasibee import Scenario, simulate
 from feasibee.sweeps import executors
 from feasibee.sweeps import sweep as sweeping
 from feasibee.sweeps.journal import Journal
@@ -50,6 +51,13 @@ run.steps = 50_000_000
 [sweep]
 "tasks.count" = [2]
 """
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled():
+    """Compile before the clock runs: a process that compiles says so in another line."""
+    for strategy in ("dmmd", "census"):
+        simulate(Scenario(decision={"strategy": strategy}, run={"steps": 1}), runs=1, seed=1)
 
 
 def start(folder, *arguments, study=STUDY):

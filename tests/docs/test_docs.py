@@ -38,6 +38,6 @@ def test_the_strategy_on_the_page_is_the_example():
 
 def test_a_phase_may_have_mean_zero_on_the_pages():
     """A robot that saw only tasks gives *feasible* quality 0, and tells it for a mean of 0 steps."""
-    for name in ("docs/deploying.md", "docs/add-a-strategy.md", "src/feasibee/robot.py"):
+    for name in ("docs/deploying.md", "docs/add-a-strategy.md", "src/feasibee/robot/controller.py"):
         (line,) = re.findall(r"draw_duration=(lambda.*),\n", (ROOT / name).read_text(encoding="utf-8"))
         assert eval(line, {"random": __import__("random")})(0.0) == 1

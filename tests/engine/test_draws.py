@@ -12,7 +12,7 @@ from numba import float64, int32, types, uint32
 
 from feasibee.engine import draws
 from feasibee.engine.compile import entry
-from feasibee.model import codes
+from feasibee.model import purposes
 from feasibee.reference import draws as reference
 
 words = st.integers(0, 2**32 - 1)
@@ -102,6 +102,6 @@ def test_rounding_up_hides_the_last_bit_of_the_logarithm():
 
 
 def test_no_purpose_is_used_twice():
-    numbers = [getattr(codes, name) for name in codes.PURPOSES]
+    numbers = [getattr(purposes, name) for name in purposes.PURPOSES]
     assert numbers == list(range(len(numbers)))
-    assert len(numbers) < codes.PAIR
+    assert len(numbers) < purposes.PAIR

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.decisions import _draw_robots
-from feasibee.figures.style import _axes
-from feasibee.model.codes import COLOURS, TASK
+from feasibee.figures.style import axes_for
+from feasibee.model.codes import COLOURS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
+from feasibee.scenario.geometry import images
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
 
@@ -28,7 +29,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     if not isinstance(scenario, Scenario):
         raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
     width, height = scenario.arena.size
-    with _axes(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
+    with axes_for(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
         _draw_robots(axes, swarm, scenario)
         x, y = swarm.tasks.T
         look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
@@ -42,6 +43,20 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
             axes.spines[:].set_linewidth(2.5)
         _arena_legend(axes)
         return axes
+
+
+def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
+    """Draw each robot's range, its body in the colour of its opinion, and its number."""
+    reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
+    walls = scenario.arena.boundary == "walls"
+    names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
+    places, numbers = images(swarm.positions, max(reach, radius), scenario.arena.size, walls)
+    middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
+    for place, number in zip(map(tuple, places.tolist()), numbers.tolist(), strict=True):
+        colour = COLOURS[names[int(swarm.opinions[number])]]
+        ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
+        ax.add_patch(Circle(place, radius, color=colour, linewidth=0, zorder=3))
+        ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)
 
 
 def _arena_legend(ax: Axes) -> None:

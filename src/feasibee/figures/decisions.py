@@ -10,33 +10,15 @@ import xarray as xr
 from matplotlib import colormaps, rc_context, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.style import MARKERS, STYLE, _axes
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED
+from feasibee.figures.style import MARKERS, STYLE, axes_for
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
-from feasibee.scenario.geometry import images
 from feasibee.scenario.runs import whole
-from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.swarm import Swarm
-
-
-def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
-    """Draw each robot's range, its body in the colour of its opinion, and its number."""
-    reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
-    walls = scenario.arena.boundary == "walls"
-    names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
-    places, numbers = images(swarm.positions, max(reach, radius), scenario.arena.size, walls)
-    middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
-    for place, number in zip(map(tuple, places.tolist()), numbers.tolist(), strict=True):
-        colour = COLOURS[names[int(swarm.opinions[number])]]
-        ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
-        ax.add_patch(Circle(place, radius, color=colour, linewidth=0, zorder=3))
-        ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)
 
 
 def plot_opinions(
@@ -79,7 +61,7 @@ def draw_opinion_bands(
     colours: Sequence[Any] = (),
 ) -> Axes:
     """Draw quartiles, each of shape (3, steps + 1); a later line has longer dashes."""
-    with _axes(ax, 3.6, 2.7) as axes:
+    with axes_for(ax, 3.6, 2.7) as axes:
         if not colours:
             several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
             colours = [COLOURS["feasible"]] if len(bands) == 1 else list(several)
@@ -113,7 +95,7 @@ def plot_decisions(
         If a ratio isn't above 0, or there isn't one interval for each.
     """
     _check_rates(ratios, rates)
-    with _axes(ax, 3.8, 2.8) as axes:
+    with axes_for(ax, 3.8, 2.8) as axes:
         axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
         _draw_rates(axes, ratios, rates, marker=3.5, line=1.0, bar=0.8)
         axes.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
@@ -140,7 +122,7 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     if not {"decision", "decision_step"} <= set(results.data_vars) or results["decision"].dims != ("run",):
         raise FeasibeeError("the results have no decisions of runs; take them from feasibee.simulate")
     runs = results.sizes["run"]
-    with _axes(ax, 3.6, 2.7) as axes:
+    with axes_for(ax, 3.6, 2.7) as axes:
         for code, name in DECISIONS.items():
             if code == UNDECIDED:
                 continue

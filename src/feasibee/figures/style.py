@@ -65,7 +65,7 @@ def spaced_by_ratio(ax: Axes) -> None:
 
 
 @contextmanager
-def _axes(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
+def axes_for(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
     """Give the axes to draw on: those given, as they are, or a new figure's in the house style."""
     if ax is None:
         with figure(width, height) as (_, made):
