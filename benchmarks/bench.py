@@ -8,6 +8,7 @@ Examples
 
     python benchmarks/bench.py
     python benchmarks/bench.py --quick --json figures.json
+    python benchmarks/bench.py --save
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+import history
 from cases import CASES, QUICK, Plan
 from measure import Row, machine
 
@@ -36,8 +38,26 @@ def main(arguments: Sequence[str] | None = None) -> None:
         figures[title] = case(plan)
         for row in figures[title]:
             print(line(row))
+    tables = as_tables(described, figures)
+    compare(tables)
     if options.json:
-        options.json.write_text(json.dumps(as_tables(described, figures), indent=2) + "\n", encoding="utf-8")
+        options.json.write_text(json.dumps(tables, indent=2) + "\n", encoding="utf-8")
+    if options.save:
+        print(f"\nsaved as {history.save(tables)}")
+
+
+def compare(tables: dict[str, object]) -> None:
+    """Print which figures differ from those of the latest release."""
+    path = history.latest()
+    if path is None:
+        return
+    print(f"\nAgainst {path.stem}, times in units of the {history.YARDSTICK}; above 1 is slower or larger")
+    every = list(history.changes(tables, history.read(path)))
+    for each in every:
+        if abs(each.ratio - 1) > history.NOTABLE:
+            print(f"  {each.ratio:6.2f}  {each.name} ({each.title.partition(':')[0]})")
+    same = sum(abs(each.ratio - 1) <= history.NOTABLE for each in every)
+    print(f"  {same} of {len(every)} figures within {history.NOTABLE:.0%}")
 
 
 def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -49,6 +69,11 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--quick", action="store_true", help="fewer sizes and repeats: about half a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to FILE")
+    parser.add_argument(
+        "--save",
+        action="store_true",
+        help="keep the figures in benchmarks/history/, by version",
+    )
     return parser.parse_args(arguments)
 
 
