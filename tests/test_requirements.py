@@ -18,7 +18,7 @@ EXTRAS = PROJECT["project"]["optional-dependencies"]
 GROUPS = PROJECT["dependency-groups"]
 DISTRIBUTIONS = {"PIL": "pillow"}
 """Names on the registry, by import name, where the two differ."""
-OWN = {"feasibee", "claims"}
+OWN = {"feasibee", "claims", *(path.stem for path in (ROOT / "benchmarks").glob("*.py"))}
 PLACES = {
     "src": [*chain(*EXTRAS.values())],
     "tests": GROUPS["test"],
@@ -37,7 +37,7 @@ def name_of(requirement):
 def imported_by(folder):
     """Return the packages that a folder's files import, each with a file that imports it."""
     files = [path for path in (ROOT / folder).rglob("*.py") if "_build" not in path.parts]
-    local = {path.stem for path in files} | {path.name for path in (ROOT / folder).iterdir()}
+    local = {path.stem for path in files} | {path.name for path in (ROOT / folder).rglob("*") if path.is_dir()}
     found = {}
     for path in files:
         for node in ast.walk(ast.parse(path.read_text())):

@@ -150,6 +150,7 @@ def test_imports_are_checked_before_anything_is_executed(tmp_path, marker):
 # --- What was kept is what ran ---
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [executors.threads, executors.processes])
 def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path, workers):
     """In the journal is the text of the start, and every row is that text's."""

@@ -674,6 +674,7 @@ def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 def test_an_interrupt_leaves_an_older_file_as_it_was(tmp_path):
     (tmp_path / "a.nc").write_text("old")
@@ -703,6 +704,7 @@ def test_undecided_runs_are_not_accurate():
     assert summary_of("--steps", 1, "--runs", 20)["accuracy"]["estimate"] == 0
 
 
+@pytest.mark.slow
 def test_names_that_look_like_markup_are_printed_as_they_are(here):
     """Rich's tables take [/red] for the end of a colour, and :bee: for a bee."""
     (here / "study.toml").write_text('runs = 2\n[scenario]\nrun.steps = 3\n[sweep]\n"tasks.count" = [2]\n')
@@ -722,6 +724,7 @@ def test_names_that_look_like_markup_are_printed_as_they_are(here):
     assert "b].py" in told.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="no names of files in any bytes")
 @pytest.mark.parametrize("locale", ["C", "C.UTF-8"])
 def test_a_name_that_isnt_text_is_printed_somehow(tmp_path, locale):

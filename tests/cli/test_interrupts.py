@@ -119,6 +119,7 @@ def interrupt_at(tmp_path, crew, moments):
     return computing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crew", [(), ("--processes",)])
 def test_interrupts_are_clean_at_any_moment(tmp_path, crew):
     interrupt_at(tmp_path, crew, [0.0, 0.5, 1.5])
@@ -131,6 +132,7 @@ def test_fifty_of_fifty_interrupts_are_clean(tmp_path, crew):
     print(interrupt_at(tmp_path, crew, [chance.uniform(0, 3) for _ in range(50)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crew", [(), ("--processes",)])
 def test_what_is_being_computed_is_kept(tmp_path, crew):
     """And the same command goes on."""
@@ -154,6 +156,7 @@ def last_line(path):
     return lines[-1] if lines else '"runs_new": 0'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("crew", [(), ("--processes",)])
 def test_a_second_interrupt_ends_at_once(tmp_path, crew):
     """The run that is computed would take minutes."""
@@ -170,6 +173,7 @@ def test_a_second_interrupt_ends_at_once(tmp_path, crew):
     assert kept(tmp_path / "results") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="no /proc here")
 def test_no_worker_ever_sees_an_interrupt(tmp_path):
     """Their interpreters start with it blocked: handlers come too late for one that is just starting."""
@@ -195,6 +199,7 @@ def test_no_worker_ever_sees_an_interrupt(tmp_path):
     end(process)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -238,6 +243,7 @@ main(prog_name="feasibee")
     assert told.stderr == "feasibee: interrupted; no file was left half-written\n"
 
 
+@pytest.mark.slow
 def test_who_ignores_interrupts_goes_on():
     """As a command in the background of a shell."""
     process = subprocess.Popen(

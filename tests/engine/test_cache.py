@@ -312,12 +312,14 @@ def begin(name="here"):
     return subprocess.Popen([sys.executable, "-c", PROGRAM.format(name=name)], **options)
 
 
+@pytest.mark.slow
 def test_the_same_text_in_another_module_is_compiled_for_it(folder):
     """Code that is loaded looks up the module that it was compiled in; the first one is missing here."""
     assert begin("here").communicate() == ("42\n", "")
     assert begin("there").communicate() == ("42\n", "")
 
 
+@pytest.mark.slow
 def test_processes_that_compile_at_once_or_find_damage_at_once_all_end_right(folder):
     def run_all():
         return [each.communicate() for each in [begin() for _ in range(3)]]

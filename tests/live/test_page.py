@@ -221,6 +221,7 @@ def test_two_pages_have_a_swarm_each(visit, port):
     assert second.locator("[data-path='run']").input_value() == "7"
 
 
+@pytest.mark.slow
 def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
     programme = Programme(Scenario(), seed=1)
     with serving_at(programme) as port:

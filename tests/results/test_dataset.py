@@ -264,6 +264,7 @@ def test_a_file_cut_short_is_told(tmp_path):
 
 
 # h5netcdf stumbles as it closes what it could not open.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_damaged_file_is_told(tmp_path):
     """One byte is wrong, here and there: all is well, or it is an error of ours."""
@@ -364,6 +365,7 @@ def test_what_isnt_a_plain_file_is_never_opened(path):
     assert len(str(caught.value)) <= 400
 
 
+@pytest.mark.slow
 def test_a_file_of_something_else_is_told_in_a_line_and_no_more(tmp_path):
     """h5netcdf printed a traceback beside the error, from where it gives up what it hadn't opened."""
     (tmp_path / "a.nc").write_text("run,decision\n")

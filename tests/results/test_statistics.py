@@ -299,6 +299,7 @@ def ever_refuted(interval, rate, looks, sequences=2000):
     return missed.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.5, 0.9])
 def test_looking_after_every_trial_refutes_the_truth_no_more_often_than_said(rate):
     """Time-uniform coverage, up to 5.3 standard errors: catches a sequence that fails in 10 % of cases."""

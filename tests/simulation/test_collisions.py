@@ -100,6 +100,7 @@ def assert_keeps_apart(scenario, seed, steps):
     return moved / steps / scenario.robots.count
 
 
+@pytest.mark.slow
 def test_no_two_discs_ever_overlap_in_thousands_of_small_crowds():
     """Catches an overlap at a start, between or within steps, half a move, and a disc in a wall."""
     generator = np.random.default_rng(3)
@@ -117,6 +118,7 @@ def test_no_two_discs_ever_overlap_in_large_crowds(boundary, sides, coverage, sp
     assert assert_keeps_apart(crowd(sides, boundary, count, speed=speed), seed=1, steps=60) > 0
 
 
+@pytest.mark.slow
 def test_fast_discs_dont_jump_over_each_other():
     """Two on one line, each with a step of many diameters: apart after each step isn't enough."""
     for seed in range(300):

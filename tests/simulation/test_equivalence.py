@@ -228,6 +228,7 @@ def test_engine_equals_reference_on_the_papers_runs(tasks):
     assert_equal(Scenario(tasks={"count": tasks}, run={"steps": 300}), seed=1, runs=2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("listen", ["always", "dissemination"])
 @pytest.mark.parametrize("inbox", ["latest-per-robot", "every-message"])
 def test_engine_equals_reference_in_a_crowd_where_inbox_tables_grow(listen, inbox):

@@ -40,6 +40,7 @@ def bound(share, runs=RUNS, other_runs=2000):
     return Z * np.sqrt(share * (1 - share) * (1 / runs + 1 / other_runs)) + 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tasks", "share", "quartiles"), SECTION_5)
 def test_rates_and_times_are_those_of_section_5(tasks, share, quartiles):
     """Catches a share off by 0.08 near 1/2, by 0.03 at the ends, and a quartile off by a tenth."""
@@ -48,6 +49,7 @@ def test_rates_and_times_are_those_of_section_5(tasks, share, quartiles):
     np.testing.assert_allclose(decision_times(record.decision_step), quartiles, rtol=0.11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "share"),
     [
@@ -69,6 +71,7 @@ def test_counting_oneself_leans_to_feasible_at_ratio_one_half():
     assert abs(found - 0.65) < bound(0.65, other_runs=1000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "times"),
     [
@@ -83,6 +86,7 @@ def test_slow_choices_are_about_three_times_as_slow(changes, times):
     assert times - 0.6 < ratio < times + 0.9
 
 
+@pytest.mark.slow
 def test_starts_are_uniform_in_place_heading_and_opinion():
     """Catches a density off by 6 % in any sixteenth of the arena, and a bias of 1.2 % in the opinion."""
     swarms = [Swarm(Scenario(tasks={"count": 20}), seed=3, run=run) for run in range(2500)]

@@ -281,6 +281,7 @@ def test_things_are_missed_at_their_rate():
         assert abs(seen(swarm).sum() - 0.75 * total) < Z * math.sqrt(0.25 * 0.75 * total)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.2, 3.0, 40.0])
 def test_false_sightings_are_poisson(mean):
     """Catches a mean off by a tenth and a variance that isn't the mean, and robots taken for tasks."""

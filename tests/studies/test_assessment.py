@@ -54,6 +54,7 @@ def test_what_has_no_meaning_in_a_world_is_not_tried():
     }
 
 
+@pytest.mark.slow
 def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
     """A swarm that always says feasible is always right here, and never there: it isn't named."""
     rule = tmp_path / "yes.py"
@@ -199,6 +200,7 @@ def test_a_figure_that_cant_be_written_is_told_before_the_work(monkeypatch, argu
     assert "which." in told.stderr
 
 
+@pytest.mark.slow
 def test_a_search_goes_on_and_is_judged_on_fresh_runs(tmp_path):
     pytest.importorskip("optuna")
     space = dimensions(HARD, ["decision.gain", "radio.range=0.5:5"])

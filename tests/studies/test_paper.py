@@ -168,6 +168,7 @@ def test_two_threads_write_the_same_bytes_and_nothing_elsewhere(study, tmp_path,
     assert different == []
 
 
+@pytest.mark.slow
 def test_a_study_replaces_an_older_one_and_leaves_what_isnt_its_own(study, tmp_path):
     (tmp_path / "claims.json").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")

@@ -99,6 +99,7 @@ def see(kept, table, folder, times, seed, sweeps):
     assert mended[0] > 0.8 * sum(mended.values())
 
 
+@pytest.mark.slow
 def test_no_random_damage_changes_an_export(kept, table, tmp_path):
     see(kept, table, tmp_path / "out", 60, 1, sweeps=4)
 

@@ -179,6 +179,7 @@ def test_a_changed_scenario_or_seed_has_rows_of_its_own(tmp_path):
     assert {key: after[key] for key in before} == before
 
 
+@pytest.mark.slow
 def test_a_half_done_sweep_is_balanced(tmp_path, small_chunks):
     """48 runs in pieces of 2: wherever it stops, no point is more than two pieces ahead of another."""
     told = []
@@ -370,6 +371,7 @@ def test_a_cluster_that_isnt_there_is_told():
         executors.dask(Empty())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://here:1", "tls://127.0.0.1:1"])
 def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
@@ -399,6 +401,7 @@ def test_dask_that_isnt_installed_is_told(monkeypatch):
         executors.dask("tcp://127.0.0.1:8786")
 
 
+@pytest.mark.slow
 @unix
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
 def test_a_dask_cluster_may_lose_a_worker(whole, tmp_path):
@@ -494,6 +497,7 @@ def looks(until, runs):
         runs = min(until.most, -(-3 * runs // 2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "until",
     [Until(0.25, None, 2000), Until(None, 0.6, 400), Until(0.05, None, 70)],
@@ -524,6 +528,7 @@ def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
         assert everything(tmp_path / str(number)) == everything(tmp_path)
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
     plan = replace(study(runs=20), until=Until(0.25, None, 2000))
     sweep(plan, tmp_path / "whole", executors.threads(1))
@@ -634,6 +639,7 @@ def kill(tmp_path, times):
     return told.stdout
 
 
+@pytest.mark.slow
 @unix
 def test_a_sweep_that_is_killed_a_dozen_times_goes_on(tmp_path):
     kill(tmp_path, 12)
@@ -725,6 +731,7 @@ def test_a_log_that_ends_within_a_line_goes_on_in_the_next(tmp_path):
         assert all(json.loads(line)["runs"] == 144 for line in lines)
 
 
+@pytest.mark.slow
 @unix
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_no_worker_process_outlives_the_sweep(whole, tmp_path, how):
@@ -767,6 +774,7 @@ def lives(pid):
         return False
 
 
+@pytest.mark.slow
 @unix
 @pytest.mark.parametrize("crew", [(), ("--processes",)])
 def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
