@@ -1,4 +1,4 @@
-"""Where robots are, and how many robots and tasks one has in sight, with walls and bodies: docs/beyond.md."""
+"""Where robots are, and how many robots and tasks one has in sight, with walls and bodies: docs/worlds.md."""
 
 from __future__ import annotations
 
