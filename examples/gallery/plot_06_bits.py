@@ -18,5 +18,5 @@ figure = draw_against_bits(totals)
 
 # %%
 # With eleven bits, a message has a number in addition to the opinion. With hundreds, it has all that its
-# robot knows of the swarm. :doc:`/strategies` has 1,000 runs of each, and the effects of walls, lost messages and
-# Byzantine robots.
+# robot knows of the swarm. :doc:`/strategies` has 1,000 runs of each, and the effects of walls, lost messages
+# and Byzantine robots.
