@@ -48,7 +48,7 @@ run.steps = 40
 RUNS = 9 * 24
 LOG = f"{NAME}-wal"
 KINDS = ("closed", "open", "halfway")
-"""Kinds of journals: closed; copied while open, much of it in its log; with part of the log in the file."""
+"""Kinds of journals: closed; copied while open, with much of it in its log, with part of its log in the file."""
 
 
 def keep_journals(folder: Path) -> None:
@@ -131,7 +131,7 @@ def export(folder: Path) -> bytes | None:
 def try_damages(
     kept: Path, folder: Path, times: int, seed: int, each: Callable[[Path, bool], None]
 ) -> Counter[str]:
-    """Damage journals repeatedly; count the exports that are the same, refused with an error, or another.
+    """Damage journals repeatedly; count the exports that are the same, an error, or another.
 
     ``each`` gets the damaged journal, and whether its export was an error.
     """
@@ -146,7 +146,7 @@ def try_damages(
 
 
 def main() -> None:
-    """Print the number of exports that were the same, refused with an error, or another."""
+    """Print the number of exports that were the same, an error, or another."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         keep_journals(folder)
