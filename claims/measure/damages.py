@@ -48,7 +48,7 @@ run.steps = 40
 RUNS = 9 * 24
 LOG = f"{NAME}-wal"
 KINDS = ("closed", "open", "halfway")
-"""Kinds of journals: closed; copied while open, with much of it in its log, with part of its log in the file."""
+"""Kinds of journals: closed, copied while open (much of it in its log), with part of its log in the file."""
 
 
 def keep_journals(folder: Path) -> None:
