@@ -1,6 +1,7 @@
 """Measure feasibee's speed, growth, start-up and memory, and print one table.
 
-All times are CPU times on one thread, of code that is loaded and compiled, unless the table says otherwise.
+All times are CPU times on one thread, of code that is loaded and compiled, unless a table's title says
+otherwise.
 
 Examples
 --------
@@ -27,7 +28,7 @@ EPILOG = "example:\n  python benchmarks/bench.py --quick --json figures.json"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure all cases, printing each as soon as it is known."""
+    """Measure all cases, and print each as soon as it is measured."""
     options = parse(arguments)
     plan = QUICK if options.quick else Plan()
     described = machine()
@@ -67,7 +68,9 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--quick", action="store_true", help="fewer sizes and repeats: about half a minute")
+    parser.add_argument(
+        "--quick", action="store_true", help="use fewer sizes and repeats: about half a minute"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to FILE")
     parser.add_argument(
         "--save",
@@ -78,7 +81,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def print_machine(described: dict[str, str], plan: Plan) -> None:
-    """Print what the figures were taken on, and the head of the table."""
+    """Print the machine, the versions, and the header of the table."""
     for name, value in described.items():
         print(f"{name:10} {value}")
     print(f"\nCPU time, warm, one thread; best and median of ≤ {plan.repeats}; ratios of the best times\n")
@@ -89,13 +92,13 @@ def line(row: Row) -> str:
     """Return a row as a line of the table."""
     rate = f"{row.robot_steps_per_second:,.0f}" if row.robot_steps_per_second else ""
     ratio = f"{row.ratio:,.2f} x {row.ratio_to}" if row.ratio else ""
-    target = f"  aim {row.target:g} M, {'met' if meets(row) else 'missed'}" if row.target else ""
+    target = f"  target {row.target:g} M, {'met' if meets(row) else 'missed'}" if row.target else ""
     figures = f"{row.best:>10,.2f} {row.median:>10,.2f}  {row.unit:14} {rate:>14}  {ratio:14}"
     return f"  {row.name:38} {figures}{target}".rstrip()
 
 
 def meets(row: Row) -> bool:
-    """Tell whether a row is as fast as it should be."""
+    """Return whether a row reaches its target speed."""
     speed = row.robot_steps_per_second
     return speed is not None and row.target is not None and speed >= row.target * 1e6
 

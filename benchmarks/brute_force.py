@@ -1,9 +1,9 @@
-"""The paper's swarm as one plain numba loop over all pairs: the yardstick of a good afternoon's script.
+"""The paper's swarm as one plain numba loop over all pairs: a simple script, as a baseline for the speed.
 
-``python benchmarks/brute_force.py`` plays some runs and prints how they decide.
+``python benchmarks/brute_force.py`` simulates some runs and prints the rates of their decisions.
 """
 
-# ruff: noqa: NPY002, PLR0912  numba compiles only the old generators; and one long loop is what it is about
+# ruff: noqa: NPY002, PLR0912  numba compiles only the old generators; one long loop is the baseline
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ FEASIBLE, INFEASIBLE, UNDECIDED, UNHEARD = 1, 0, -1, -1
 
 @numba.njit
 def duration(mean: float) -> int:
-    """Draw an exponential duration in whole steps, at least 1."""
+    """Draw an exponential duration as a number of steps, at least 1."""
     return max(1, math.ceil(np.random.exponential(mean)))
 
 
 @numba.njit
 def is_near(x1: float, y1: float, x2: float, y2: float) -> bool:
-    """Tell whether two points of the torus are in range of each other."""
+    """Return whether two points of the torus are in range of each other."""
     dx, dy = abs(x1 - x2), abs(y1 - y2)
     dx, dy = min(dx, SIDE - dx), min(dy, SIDE - dy)
     return dx * dx + dy * dy <= REACH * REACH
@@ -33,7 +33,7 @@ def is_near(x1: float, y1: float, x2: float, y2: float) -> bool:
 
 @numba.njit
 def play(robots: int, tasks: int, steps: int) -> tuple[int, int]:
-    """Play all steps of one run; return its first decision and the step of it."""
+    """Simulate all steps of one run; return its first decision and its step."""
     x, y = np.random.uniform(0, SIDE, robots), np.random.uniform(0, SIDE, robots)
     task_x, task_y = np.random.uniform(0, SIDE, tasks), np.random.uniform(0, SIDE, tasks)
     vx, vy = np.empty(robots), np.empty(robots)
@@ -86,7 +86,7 @@ def play(robots: int, tasks: int, steps: int) -> tuple[int, int]:
 
 @numba.njit
 def turn(i: int, vx: np.ndarray, vy: np.ndarray, walk_left: np.ndarray) -> None:
-    """Give a robot a new heading for a while."""
+    """Draw a new heading of a robot, and the number of steps until the next."""
     heading = np.random.uniform(0, 2 * math.pi)
     vx[i], vy[i] = SPEED * math.cos(heading), SPEED * math.sin(heading)
     walk_left[i] = duration(MEAN_RUN)
@@ -94,7 +94,7 @@ def turn(i: int, vx: np.ndarray, vy: np.ndarray, walk_left: np.ndarray) -> None:
 
 @numba.njit
 def majority(opinion: int, heard: np.ndarray) -> int:
-    """Return the majority of the opinions heard and the own; a tie keeps the own."""
+    """Return the majority of a robot's inbox and its own opinion; a tie keeps its own."""
     balance = 2 * opinion - 1
     for other in heard:
         if other != UNHEARD:
@@ -106,7 +106,7 @@ def majority(opinion: int, heard: np.ndarray) -> int:
 
 @numba.njit
 def first_decision(opinion: np.ndarray) -> int:
-    """Return what more than 90 % of the robots hold, if they do."""
+    """Return the opinion of more than 90 % of the robots, or UNDECIDED."""
     feasible = opinion.sum()
     if 10 * feasible > 9 * opinion.size:
         return FEASIBLE
@@ -117,7 +117,7 @@ def first_decision(opinion: np.ndarray) -> int:
 def simulate(
     runs: int, seed: int, robots: int = 20, tasks: int = 100, steps: int = 1000
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Play some runs; return the decision and the decision step of each."""
+    """Simulate some runs; return the decision and the decision step of each."""
     np.random.seed(seed)
     decisions, decision_steps = np.empty(runs, np.int64), np.empty(runs, np.int64)
     for run in range(runs):
@@ -126,7 +126,7 @@ def simulate(
 
 
 def print_rates(tasks: int, runs: int) -> None:
-    """Print how some runs decide, to be held against section 5 of the model's description."""
+    """Print rates and times of decisions, for comparison with tests/test_laws.py."""
     decisions, steps = simulate(runs, 1, tasks=tasks)
     share = np.mean(decisions == FEASIBLE)
     quartiles = np.quantile(steps[decisions != UNDECIDED], (0.25, 0.5, 0.75)).tolist()

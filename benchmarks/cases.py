@@ -1,4 +1,4 @@
-"""What is measured: each case a short function that returns rows of the table."""
+"""The cases of the benchmark: short functions that return rows of the table."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ swarms = feasibee.simulate(scenario, runs=RUNS, seed=1, threads=1, curves=True)
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is measured."""
+    """The sizes and numbers of measurements."""
 
     repeats: int = 7
     runs: int = 400
@@ -77,7 +77,7 @@ def paper_swarm(plan: Plan) -> list[Row]:
 
 
 def strategies(plan: Plan) -> list[Row]:
-    """Measure every strategy on the paper's swarm, against the paper's strategy and the speeds aimed at."""
+    """Measure every strategy on the paper's swarm, against the paper's strategy and the target speeds."""
     rows: list[Row] = []
     for name, strategy in STRATEGIES.items():
         scenario = feasibee.Scenario(
@@ -92,14 +92,14 @@ def strategies(plan: Plan) -> list[Row]:
 
 
 def brute_force_speed(plan: Plan) -> Row:
-    """Measure the loop over all pairs."""
+    """Measure the brute-force loop over all pairs."""
     runs = plan.runs // 4
     work = partial(brute_force.simulate, runs, 1, tasks=PAPER_TASKS, steps=PAPER_STEPS)
     return speed("brute-force loop in numba", work, 20 * PAPER_STEPS * runs, plan.repeats)
 
 
 def mesa_speed(plan: Plan) -> Row:
-    """Measure the Mesa model; one run is long enough."""
+    """Measure the Mesa model with one run, which takes seconds."""
     import mesa_model
 
     work = partial(mesa_model.play, tasks=PAPER_TASKS, steps=PAPER_STEPS)
@@ -107,7 +107,7 @@ def mesa_speed(plan: Plan) -> Row:
 
 
 def growth(plan: Plan) -> list[Row]:
-    """Measure swarms of all sizes, at the density of the paper's and with as many tasks as robots."""
+    """Measure swarms of all sizes, at the paper's density and with as many tasks as robots."""
     rows: list[Row] = []
     for robots in plan.sizes:
         row = swarm_speed(plan, robots, robots, SHORT_STEPS, enough_runs(plan, robots))
@@ -116,7 +116,7 @@ def growth(plan: Plan) -> list[Row]:
 
 
 def large_swarm(plan: Plan) -> list[Row]:
-    """Measure a single run of 10,000 robots, its start included, against many of 20 at equal densities."""
+    """Measure one run of 10,000 robots, start included, against many runs of 20 at equal density."""
     rows = []
     for tasks_per_robot in (1, PAPER_TASKS // 20):
         few = swarm_speed(plan, 20, 20 * tasks_per_robot, SHORT_STEPS, enough_runs(plan, 20))
@@ -126,7 +126,7 @@ def large_swarm(plan: Plan) -> list[Row]:
 
 
 def enough_runs(plan: Plan, robots: int) -> int:
-    """Return how many short runs are long enough to be timed."""
+    """Return the number of short runs that take long enough to be timed."""
     return max(1, plan.robot_steps // (robots * SHORT_STEPS))
 
 
@@ -143,7 +143,7 @@ def swarm_speed(plan: Plan, robots: int, tasks: int, steps: int, runs: int) -> R
 
 
 def beyond(plan: Plan) -> list[Row]:
-    """Measure the worlds beyond the paper at 20 and 10,000 robots, with five tasks a robot and with one."""
+    """Measure the worlds beyond the paper at 20 and 10,000 robots, with five tasks per robot and with one."""
     rows = []
     for name, changes in BEYOND.items():
         for tasks_per_robot in (PAPER_TASKS // 20, 1):
@@ -154,7 +154,7 @@ def beyond(plan: Plan) -> list[Row]:
 
 
 def beyond_speed(name: str, plan: Plan, changes: dict, robots: int, tasks_per_robot: int) -> Row:
-    """Measure one of these worlds on one thread, at the density of the paper's swarm."""
+    """Measure one world beyond the paper on one thread, at the paper's density."""
     tables = {section: dict(fields) for section, fields in changes.items()}
     tables.setdefault("arena", {})["side"] = math.sqrt(SPACE_PER_ROBOT * robots)
     share = robots // 20
@@ -168,12 +168,12 @@ def beyond_speed(name: str, plan: Plan, changes: dict, robots: int, tasks_per_ro
     scenario = feasibee.Scenario(**tables, run={"steps": SHORT_STEPS})
     runs = enough_runs(plan, robots)
     work = partial(feasibee.simulate, scenario, runs=runs, seed=1, threads=1)
-    title = f"{name}, {tasks_per_robot} tasks a robot"
+    title = f"{name}, {tasks_per_robot} tasks per robot"
     return speed(title, work, robots * SHORT_STEPS * runs, plan.repeats)
 
 
 def start_up(plan: Plan) -> list[Row]:
-    """Measure commands: the help, the first simulation ever, which compiles the engine, and the next one."""
+    """Measure three commands: the help, the first simulation, which compiles the engine, and the next one."""
     asked, first, second = [], [], []
     for _ in range(plan.repeats):
         asked.append(command_cpu_seconds(["-m", "feasibee", "--help"]))
@@ -189,23 +189,23 @@ def start_up(plan: Plan) -> list[Row]:
 
 
 def memory(plan: Plan) -> list[Row]:
-    """Measure a process that simulates one run, and one that keeps the curves of 1,000."""
+    """Measure the memory of a process with one run, and of one with the curves of 1,000 runs."""
     return [memory_of("1 run", 1, plan), memory_of("1,000 runs with curves", 1000, plan)]
 
 
 def memory_of(name: str, runs: int, plan: Plan) -> Row:
-    """Measure the most memory of a process that simulates the paper's swarm."""
+    """Measure the peak memory of a process that simulates the paper's swarm."""
     code = KEEP_CURVES.replace("RUNS", str(runs))
     return Row.of(name, "MiB", [peak_mebibytes(code) for _ in range(plan.processes)])
 
 
 CASES: dict[str, Callable[[Plan], list[Row]]] = {
     f"The paper's swarm: 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": paper_swarm,
-    "Strategies: the paper's swarm; speeds aimed at in millions of robot-steps/s": strategies,
+    "Strategies: the paper's swarm; target speeds in millions of robot-steps/s": strategies,
     f"Growth: equal density, as many tasks as robots, {SHORT_STEPS} steps": growth,
     f"A large swarm: equal densities, {SHORT_STEPS} steps": large_swarm,
     f"Beyond the paper: equal densities, {SHORT_STEPS} steps": beyond,
     "Start-up: CPU time of a command, interpreter and 100 runs included": start_up,
-    f"Memory: the most that a process holds, 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": memory,
+    f"Memory: peak of a process, 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": memory,
 }
-"""By title, in the order of the table."""
+"""The cases by title, in the order of the table."""

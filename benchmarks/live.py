@@ -1,8 +1,8 @@
-"""Speed of `feasibee watch`: frames that headless Chromium draws, and what the server takes of a core.
+"""Speed of `feasibee watch`: frames that headless Chromium draws, and the server's share of a core.
 
     python benchmarks/live.py [--seconds 20] [--json live.json]
 
-At 20 and at 10,000 robots of the paper's density, one step a frame. It needs a browser and playwright.
+With 20 and 10,000 robots at the paper's density, one step per frame. It needs a browser and playwright.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from pathlib import Path
 from measure import machine
 
 SIDE = 20.0
-"""Of the paper's arena, for 20 robots."""
+"""Side of the paper's arena, for 20 robots."""
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def cpu_seconds(process: int) -> float:
-    """Return the processor time that a process has taken (Linux)."""
+    """Return the CPU time of a process so far (Linux)."""
     fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
 
@@ -77,9 +77,9 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="also write the figures to FILE")
     options = parser.parse_args()
     if options.browser is None or not Path("/proc/self/stat").exists():
-        print("the live arena isn't measured: that takes Linux, and chromium in PATH")
+        print("the live arena isn't measured: it needs Linux, and chromium in PATH")
         return
-    print(f"load of this machine before: {os.getloadavg()[0]:.1f} of {os.cpu_count()} cores")
+    print(f"load of the machine before: {os.getloadavg()[0]:.1f} of {os.cpu_count()} cores")
     rows = []
     for robots in (20, 10_000):
         rows.append(measure(robots, options.seconds, options.browser))

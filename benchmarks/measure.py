@@ -1,4 +1,4 @@
-"""How time and memory are taken, and on what machine."""
+"""Measure CPU time and memory, and describe the machine."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ else:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print(peak // 1024 if sys.platform == "darwin" else peak)
 """
-"""Prints the most memory that a process has held, in KiB.
+"""Code that prints the peak memory of its process, in KiB.
 
-Linux is asked for VmHWM, because its ru_maxrss begins at the size of the process that started this one.
+On Linux it reads VmHWM, because ru_maxrss starts at the size of the parent process.
 """
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table."""
+    """A row of the benchmark's table."""
 
     name: str
     unit: str
@@ -46,31 +46,31 @@ class Row:
 
     @classmethod
     def of(cls, name: str, unit: str, values: list[float]) -> Row:
-        """Sum up repeated measurements, of which the smallest is the best."""
+        """Return the row of repeated measurements; the smallest is the best."""
         return cls(name, unit, min(values), statistics.median(values))
 
     @property
     def robot_steps_per_second(self) -> float | None:
-        """The best, the other way round, if it is a speed."""
+        """Robot-steps per second of the best measurement, if the unit is a time per robot-step."""
         return 1e9 / self.best if self.unit == NS_PER_ROBOT_STEP else None
 
     def against(self, other: Row, label: str) -> Row:
-        """Return this row with the ratio of its best to that of another."""
+        """Return this row with the ratio of its best value to that of another row."""
         return replace(self, ratio=self.best / other.best, ratio_to=label)
 
     def aiming(self, target: float | None) -> Row:
-        """Return this row with the speed that it should reach."""
+        """Return this row with a target speed."""
         return replace(self, target=target)
 
 
 def speed(name: str, work: Callable[[], object], robot_steps: int, repeats: int) -> Row:
-    """Measure the CPU time that some work in this process takes for each robot and step."""
-    work()  # what is loaded or compiled on first use isn't the matter here
+    """Measure the CPU time per robot-step of some work in this process."""
+    work()  # loads and compiles, which isn't measured here
     return Row.of(name, NS_PER_ROBOT_STEP, [cpu_seconds(work) / robot_steps * 1e9 for _ in range(repeats)])
 
 
 def cpu_seconds(work: Callable[[], object]) -> float:
-    """Measure the CPU time of one call, over all threads of this process."""
+    """Measure the CPU time of one call, summed over all threads of this process."""
     start = time.process_time()
     work()
     return time.process_time() - start
@@ -85,12 +85,12 @@ def command_cpu_seconds(arguments: list[str], environment: Mapping[str, str] | N
 
 
 def peak_mebibytes(code: str) -> float:
-    """Measure the most memory that a fresh Python holds while it runs some code."""
+    """Measure the peak memory of a new Python process that runs some code, in MiB."""
     return int(run_python(["-c", code + REPORT_PEAK]).split()[-1]) / 1024
 
 
 def run_python(arguments: list[str], environment: Mapping[str, str] | None = None) -> str:
-    """Run Python in a process of its own and return what it prints."""
+    """Run Python in a new process and return its output."""
     command = [sys.executable, *arguments]
     environment = {**os.environ, **(environment or {})}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
@@ -100,7 +100,7 @@ def run_python(arguments: list[str], environment: Mapping[str, str] | None = Non
 
 
 def machine() -> dict[str, str]:
-    """Describe what the figures were taken on."""
+    """Return date, processor, system and versions of the measurements."""
     return {
         "date": date.today().isoformat(),
         "processor": f"{processor_name()}, {os.cpu_count()} cores",
@@ -111,7 +111,7 @@ def machine() -> dict[str, str]:
 
 
 def processor_name() -> str:
-    """Return the model of the processor, as far as the system tells it."""
+    """Return the model of the processor, or \"unknown\"."""
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

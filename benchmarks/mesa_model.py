@@ -1,10 +1,10 @@
-"""The paper's swarm in Mesa 3: the yardstick of a general framework.
+"""The paper's swarm in Mesa 3: a general framework, as a baseline for the speed.
 
 Robots and tasks are agents in one ``mesa.space.ContinuousSpace``, and a step is three stages of
-``AgentSet.do``. Of the ways that Mesa's documentation shows this is the fastest here: two spaces, or the
+``AgentSet.do``. Of the ways in Mesa's documentation this is the fastest here. Two spaces, or the
 ``ContinuousSpaceAgent`` of its flocking example, take 1.3 to 1.8 times as long. Nothing collects data.
 
-``python benchmarks/mesa_model.py`` plays some runs and prints how they decide.
+``python benchmarks/mesa_model.py`` simulates some runs and prints the rates of their decisions.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ FEASIBLE, INFEASIBLE, UNDECIDED = 1, 0, -1
 
 
 class Task(mesa.Agent):
-    """A place where one robot is needed."""
+    """A task for one robot: a fixed point."""
 
 
 class Robot(mesa.Agent):
-    """A robot that wanders, explores, disseminates and decides (DMMD)."""
+    """A robot that moves, explores, disseminates and decides (DMMD)."""
 
     def __init__(self, model: FeasibilityModel) -> None:
         super().__init__(model)
@@ -33,13 +33,13 @@ class Robot(mesa.Agent):
         self.explore()
 
     def move(self) -> None:
-        """Go one step straight on; the space wraps the position."""
+        """Move one step straight on; the space wraps the position."""
         x, y = self.pos
         dx, dy = self.velocity
         self.model.space.move_agent(self, (x + dx, y + dy))
 
     def sense(self) -> None:
-        """Hear who disseminates nearby and, while exploring, count robots and tasks in range."""
+        """Hear the disseminating neighbours, and count robots and tasks in range."""
         for neighbor in self.model.space.get_neighbors(self.pos, SENSING_RANGE):
             if isinstance(neighbor, Task):
                 self.tasks_seen += 1
@@ -49,7 +49,7 @@ class Robot(mesa.Agent):
                     self.inbox[neighbor.unique_id] = neighbor.opinion
 
     def advance(self) -> None:
-        """Let the timers run; what ends here is noticed by others from the next step on."""
+        """Advance the timers; a phase that ends affects other robots from the next step on."""
         self.walk_left -= 1
         if self.walk_left == 0:
             self.turn()
@@ -62,13 +62,13 @@ class Robot(mesa.Agent):
                 self.disseminate()
 
     def turn(self) -> None:
-        """Take a new heading for a while."""
+        """Draw a new heading, and the number of steps until the next."""
         heading = self.random.uniform(0, 2 * math.pi)
         self.velocity = (SPEED * math.cos(heading), SPEED * math.sin(heading))
         self.walk_left = self.duration(MEAN_RUN)
 
     def explore(self) -> None:
-        """Start observing, with nothing seen or heard: what was counted meanwhile doesn't matter."""
+        """Start exploring with empty counts and inbox; counts from dissemination are discarded."""
         self.disseminating = False
         self.robots_seen = 0
         self.tasks_seen = 0
@@ -76,7 +76,7 @@ class Robot(mesa.Agent):
         self.phase_left = self.duration(EXPLORATION)
 
     def disseminate(self) -> None:
-        """Broadcast the own opinion for a time in proportion to its quality."""
+        """Broadcast the robot's opinion for a time in proportion to its quality."""
         seen = self.robots_seen + self.tasks_seen
         feasible = self.robots_seen / seen if seen else 0.5
         quality = feasible if self.opinion == FEASIBLE else 1 - feasible
@@ -84,14 +84,14 @@ class Robot(mesa.Agent):
         self.phase_left = self.duration(GAIN * quality)
 
     def decide(self) -> None:
-        """Take the majority of the inbox and the own opinion; a tie keeps the own."""
+        """Adopt the majority of the inbox and the robot's own opinion; a tie keeps its own."""
         voters = len(self.inbox) + 1
         feasible = sum(self.inbox.values()) + self.opinion
         if 2 * feasible != voters:
             self.opinion = FEASIBLE if 2 * feasible > voters else INFEASIBLE
 
     def duration(self, mean: float) -> int:
-        """Draw an exponential duration in whole steps, at least 1."""
+        """Draw an exponential duration as a number of steps, at least 1."""
         return max(1, math.ceil(self.random.expovariate(1 / mean))) if mean > 0 else 1
 
 
@@ -109,17 +109,17 @@ class FeasibilityModel(mesa.Model):
             self.space.place_agent(agent, (self.random.uniform(0, side), self.random.uniform(0, side)))
         self.decision = UNDECIDED
         self.decision_step = -1
-        self.note_decision()
+        self.record_decision()
 
     def step(self) -> None:
-        """Let one step pass. No stage reads what it writes of others, so their order can't matter."""
+        """Simulate one step. No stage reads what it writes of other robots, so their order has no effect."""
         self.robots.do("move")
         self.robots.do("sense")
         self.robots.do("advance")
-        self.note_decision()
+        self.record_decision()
 
-    def note_decision(self) -> None:
-        """Write down the first step at which more than 90 % of the robots agree."""
+    def record_decision(self) -> None:
+        """Record the first step at which more than 90 % of the robots agree."""
         if self.decision == UNDECIDED:
             feasible = self.robots.agg("opinion", sum)
             for opinion, holders in ((FEASIBLE, feasible), (INFEASIBLE, len(self.robots) - feasible)):
@@ -128,14 +128,14 @@ class FeasibilityModel(mesa.Model):
 
 
 def decision(model: FeasibilityModel) -> int:
-    """Return what the swarm decided: 1 feasible, 0 infeasible, -1 nothing yet."""
+    """Return the swarm's decision: 1 feasible, 0 infeasible, -1 undecided."""
     return model.decision
 
 
 def play(
     tasks: int = 100, steps: int = 1000, seed: int = 1, stop_at_decision: bool = False
 ) -> FeasibilityModel:
-    """Play one run."""
+    """Simulate one run."""
     model = FeasibilityModel(tasks=tasks, seed=seed)
     for _ in range(steps):
         if stop_at_decision and decision(model) != UNDECIDED:
@@ -145,7 +145,7 @@ def play(
 
 
 def print_rates(tasks: int, runs: int) -> None:
-    """Print how some runs decide, to be held against section 5 of the model's description."""
+    """Print rates and times of decisions, for comparison with tests/test_laws.py."""
     models = [play(tasks, seed=seed, stop_at_decision=True) for seed in range(1, runs + 1)]
     share = statistics.mean(decision(model) == FEASIBLE for model in models)
     steps = [model.decision_step for model in models if decision(model) != UNDECIDED]

@@ -1,1 +1,1 @@
-"""The numbers of the documentation, each from the command that computes it: `make claims`."""
+"""Check the numbers of the documentation against the commands that compute them: `make claims`."""

@@ -1,4 +1,4 @@
-"""`make claims`: compute the numbers of the documentation again, and put them right where they differ."""
+"""`make claims`: compute the numbers of the documentation again, and correct those that differ."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EPILOG = "examples:\n  python -m claims paper\n  python -m claims --check --shor
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare or mend the pages, and return the exit status: 1 if something is left that isn't right."""
+    """Check or correct the pages, and return the exit status: 1 if a difference is left."""
     options = parse(arguments)
     pages = [read(name) for name in options.pages] or read_all()
     wrong = 0
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not options.check:
             page.path.write_text(mended(text, findings), encoding="utf-8")
     claims = sum(len(page.claims) + len(page.tables) for page in pages)
-    print(f"{claims} claims on {len(pages)} pages: {wrong or 'nothing'} to mend", file=sys.stderr)
+    print(f"{claims} claims on {len(pages)} pages: {wrong or 'nothing'} to correct", file=sys.stderr)
     return 1 if wrong else 0
 
 
@@ -38,22 +38,22 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m claims",
-        description="Compute the numbers of the documentation again, and put them right where they differ.",
+        description="Compute the numbers of the documentation again, and correct those that differ.",
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("pages", nargs="*", metavar="PAGE", help="such as paper; by default all")
-    parser.add_argument("--check", action="store_true", help="report what differs, change nothing")
+    parser.add_argument("--check", action="store_true", help="report differences, change nothing")
     parser.add_argument(
         "--short",
         action="store_true",
-        help="run quick commands only; of all other claims see whether they stand on the page",
+        help="run quick commands only; check that the sentences of all other claims are on their page",
     )
     return parser.parse_args(arguments)
 
 
 def told(page: Page, text: str, each: Finding) -> str:
-    """Return a finding in words."""
+    """Return a finding as text."""
     place = f"{page.path.name}:{line_of(text, each.start)}"
     if not each.mends:
         return f"{place}: {each.measured}: {each.about}"
@@ -65,11 +65,11 @@ def told(page: Page, text: str, each: Finding) -> str:
 
 
 def unaccounted(text: str, page: Page) -> Iterator[str]:
-    """Yield, in words, the numbers of a page that no claim covers, and what it needn't have given."""
+    """Yield a line for each number that no claim covers, and for each given phrase that isn't on the page."""
     for each in uncovered(text, page):
         place = f"{page.path.name}:{line_of(text, each.start())}"
         around = " ".join(text[max(0, each.start() - 40) : each.end() + 40].split())
-        yield f"{place}: {each[0]}: no claim covers it, nor is it given: {around}"
+        yield f"{place}: {each[0]}: covered by no claim, and not given: {around}"
     for phrase in unused(text, page):
         yield f"{page.path.name}: given, but not on the page: {phrase}"
 

@@ -1,4 +1,4 @@
-"""What a file of claims says: the page, its commands, its sentences and tables, what is given."""
+"""Read a file of claims: the page, its commands, its sentences and tables, its given numbers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from claims.template import Template
 ROOT = Path(__file__).parent.parent
 PAGES = Path(__file__).parent / "pages"
 GIVEN = "given.toml"
-"""What every page takes as given."""
+"""The file of phrases that are given on every page."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence.
+    """A sentence of a page with its numbers.
 
     Parameters
     ----------
     template : Template
         The text of the page, with its numbers as slots.
     holds : str
-        What must be true for its words to be right; empty: nothing.
+        Expression that must be true for the words to be right; empty: no condition.
     """
 
     template: Template
@@ -33,22 +33,22 @@ class Claim:
 
     @property
     def expressions(self) -> list[str]:
-        """All that is to be evaluated."""
+        """All expressions of the claim."""
         return [slot.expression for slot in self.template.slots] + [self.holds] * bool(self.holds)
 
 
 @dataclass(frozen=True)
 class Rows:
-    """A table of a page.
+    """A table of a page with its numbers.
 
     Parameters
     ----------
     header : str
-        How its first line begins.
+        Beginning of its first line.
     each, of : str
-        Names of the variables of a row, and an expression for the list that they go through.
+        Names of the variables of a row, and an expression for the list of their values.
     row : Template
-        A line.
+        Template of each row.
     """
 
     header: str
@@ -58,13 +58,13 @@ class Rows:
 
     @property
     def expressions(self) -> list[str]:
-        """All that is to be evaluated."""
+        """All expressions of the claim."""
         return [self.of, *(slot.expression for slot in self.row.slots)]
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page and what stands behind it."""
+    """A page with its commands, claims and given numbers."""
 
     name: str
     path: Path
@@ -83,7 +83,7 @@ class Page:
         return self.quick | self.slow
 
     def needs(self, claim: Claim | Rows) -> set[str]:
-        """Return the names of the commands that a claim rests on."""
+        """Return the names of the commands whose outcomes a claim uses."""
         trees = [ast.parse(f"({expression})") for expression in claim.expressions]
         names = {node.id for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Name)}
         return names & set(self.commands)
@@ -119,7 +119,7 @@ def read_all() -> list[Page]:
 
 
 def common() -> list[str]:
-    """Return what every page takes as given."""
+    """Return the phrases that are given on every page."""
     given: list[str] = tomllib.loads((PAGES / GIVEN).read_text(encoding="utf-8"))["given"]
     return given
 

@@ -1,4 +1,4 @@
-"""Run the commands of a page, each in an empty folder, and keep what they put out until a source changes."""
+"""Run the commands of a page, each in an empty folder, and keep their outputs until a source changes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ KEPT = ROOT / ".claims"
 
 
 def outcome(page: Page, name: str) -> Any:
-    """Return what a command puts out: its JSON, or the data that it wrote; kept until the code changes."""
+    """Return the output of a command: its JSON, or the data that it wrote; kept until the code changes."""
     command, files = page.commands[name], files_of(page)
     kept = KEPT / f"{_key(command, files)}.json"
     if not kept.exists():
@@ -39,13 +39,13 @@ def outcome(page: Page, name: str) -> Any:
 
 
 def files_of(page: Page) -> dict[str, str]:
-    """Return the files that the page tells its reader to write: its blocks of code that begin with a line."""
+    """Return the files that a reader of the page writes: the blocks of code with the given first lines."""
     text = page.path.read_text(encoding="utf-8") if page.files else ""
     return {name: _block(text, line) for name, line in page.files.items()}
 
 
 def _block(text: str, first: str) -> str:
-    """Return the block of code that begins with a line."""
+    """Return the block of code with a given first line."""
     lines = text.splitlines()
     start = next(at for at, line in enumerate(lines) if line.strip() == first and "```" in lines[at - 1])
     indent = len(lines[start]) - len(lines[start].lstrip())
@@ -75,7 +75,7 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
 
 
 def _arguments(command: str) -> list[str]:
-    """Return what Python is given: ``feasibee ...``, or ``python`` and a file of the repository."""
+    """Return the arguments of Python for ``feasibee ...``, or for ``python`` and a file of the repository."""
     program, *rest = shlex.split(command)
     if program == "feasibee":
         return ["-m", "feasibee", *rest]
@@ -90,7 +90,7 @@ def _parsed(written: dict[str, Any]) -> Any:
     if written["printed"].startswith(("{", "[")):
         return parse_json(written["printed"])
     if not parts:
-        raise SystemExit(f"wrote neither JSON nor CSV; it said: {written['printed']}")
+        raise SystemExit(f"the command wrote neither JSON nor CSV; it printed: {written['printed']}")
     only = next(iter(parts.values()))
     if isinstance(only, Table):
         only.text = written["printed"]
@@ -104,7 +104,7 @@ def _key(command: str, files: dict[str, str]) -> str:
 
 @cache
 def _sources(scripts: bool) -> str:
-    """Return a hash of all code that could change an outcome; comments and docstrings couldn't."""
+    """Return a hash of all code that could change an outcome, without comments and docstrings."""
     folders = ["src/feasibee", "examples"] + ["claims/measure", "benchmarks"] * scripts
     digest = hashlib.sha256()
     for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.*")):

@@ -14,18 +14,18 @@ from claims.template import evaluate
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong at a place of a page.
+    """A difference between a page and the measured values.
 
     Parameters
     ----------
     start, end : int
-        From where to where in the text of the page; both 0 if the place isn't found.
+        Position in the text of the page; both 0 if it isn't found.
     stated, measured : str
-        What stands there, and what should.
+        The text of the page, and the measured one.
     about : str
-        The words around it, or what is wrong.
+        The words around it, or the error.
     mends : bool
-        Whether putting ``measured`` there mends it.
+        Whether ``measured`` can replace ``stated`` on the page.
     """
 
     start: int
@@ -37,7 +37,7 @@ class Finding:
 
 
 def examine(text: str, page: Page, outcomes: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield what is wrong on a page; of claims without an outcome, only that they don't stand there."""
+    """Yield the differences of a page; for claims without an outcome, only that their text is missing."""
     for claim in page.claims:
         yield from _examine_claim(text, claim, outcomes if page.needs(claim) <= set(outcomes) else None)
     for table in page.tables:
@@ -45,32 +45,32 @@ def examine(text: str, page: Page, outcomes: Mapping[str, Any]) -> Iterator[Find
 
 
 def mended(text: str, findings: list[Finding]) -> str:
-    """Return the page with all that can be mended."""
+    """Return the page with all values that can be corrected."""
     for each in sorted({each for each in findings if each.mends}, key=lambda each: each.start, reverse=True):
         text = text[: each.start] + each.measured + text[each.end :]
     return text
 
 
 def line_of(text: str, place: int) -> int:
-    """Return the number of the line of a place."""
+    """Return the number of the line of a position."""
     return text.count("\n", 0, place) + 1
 
 
 def find_claim(text: str, claim: Claim) -> re.Match[str] | str:
-    """Return where a claim stands, or what is wrong."""
+    """Return the match of a claim on a page, or the error."""
     found = list(claim.template.pattern().finditer(text))
     if len(found) == 1:
         return found[0]
-    return "stands there twice; say more of it" if found else "doesn't stand on the page"
+    return "is on the page twice; use a longer text" if found else "isn't on the page"
 
 
 def find_table(text: str, table: Rows) -> tuple[int, int] | str:
-    """Return from where to where a table has its rows, or what is wrong."""
+    """Return the start and end of a table's rows, or the error."""
     starts = [each.start() for each in re.finditer(rf"^{re.escape(table.header)}", text, re.MULTILINE)]
     if len(starts) != 1:
-        return "heads two tables" if starts else "heads no table of the page"
+        return "two tables have this header" if starts else "no table has this header"
     body = re.compile(r"[^\n]*\n\|[-|: ]+\n((?:\|[^\n]*\n)*)").match(text, starts[0])
-    return body.span(1) if body else "has no rows under it"
+    return body.span(1) if body else "the table has no rows"
 
 
 def _examine_claim(text: str, claim: Claim, outcomes: Mapping[str, Any] | None) -> Iterator[Finding]:
@@ -82,7 +82,7 @@ def _examine_claim(text: str, claim: Claim, outcomes: Mapping[str, Any] | None) 
         return
     about = _brief(found[0])
     if claim.holds and not evaluate(claim.holds, outcomes):
-        yield Finding(*found.span(), "what it says", f"not so: {claim.holds}", about, mends=False)
+        yield Finding(*found.span(), "its words", f"not true: {claim.holds}", about, mends=False)
     stated = found.groups()
     measured = [slot.measured(outcomes) for slot in claim.template.slots]
     if all(slot.agrees(*pair) for slot, *pair in zip(claim.template.slots, stated, measured, strict=True)):
@@ -114,7 +114,7 @@ def _brief(text: str) -> str:
 
 
 def _spaced_as(old: str, new: str) -> str:
-    """Return a text with the line breaks of another of as many words."""
+    """Return a text with the line breaks of another text with as many words."""
     gaps = re.findall(r"\s+", old)
     words = new.split()
     if len(gaps) != len(words) - 1:

@@ -1,4 +1,4 @@
-"""Numbers of a page that nothing accounts for: no claim, and no phrase that is given."""
+"""Find the numbers of a page that neither a claim nor a given phrase covers."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ HIDDEN = re.compile(
     r"""
     ^[ ]*```.*?^[ ]*```[ ]*$    # a block of code
     | `[^`]+`                   # code in a line
-    | (?<=\])\([^)\s]*\)        # what a link leads to
+    | (?<=\])\([^)\s]*\)        # the target of a link
     | <!--.*?-->                # a comment
     | ^[ ]*\d+\.(?=[ ])         # the number of an item of a list
     """,
     re.VERBOSE | re.MULTILINE | re.DOTALL,
 )
 WORD = re.compile(rf"(?<![\w.]){NUMBER}(?!\w)")
-"""A number that stands by itself: not part of a name."""
+"""A number that isn't part of a name."""
 
 
 def uncovered(text: str, page: Page) -> Iterator[re.Match[str]]:
@@ -40,13 +40,13 @@ def uncovered(text: str, page: Page) -> Iterator[re.Match[str]]:
 
 
 def unused(text: str, page: Page) -> list[str]:
-    """Return what a page takes as given and doesn't have."""
+    """Return the given phrases and parts that aren't on the page."""
     phrases = [phrase for phrase in page.given if not _phrase(phrase).search(text)]
     return phrases + [part for part in page.given_parts if not _part(text, part)]
 
 
 def _claimed(text: str, page: Page) -> set[int]:
-    """Return the places of a page that claims cover."""
+    """Return the positions in a page that claims cover."""
     covered: set[int] = set()
     for claim in page.claims:
         found = find_claim(text, claim)
@@ -60,7 +60,7 @@ def _claimed(text: str, page: Page) -> set[int]:
 
 
 def _part(text: str, start: str) -> range:
-    """Return the places of the table, or of the section, that begins with a line."""
+    """Return the positions of the table or section with a given first line."""
     found = re.search(rf"^{re.escape(start)}", text, re.MULTILINE)
     if not found:
         return range(0)
@@ -72,7 +72,7 @@ def _part(text: str, start: str) -> range:
 
 
 def _phrase(phrase: str) -> re.Pattern[str]:
-    """Return what finds a given phrase: ``#`` stands for any number, a blank for any gap."""
+    """Return a pattern that finds a given phrase: ``#`` matches any number, a blank any gap."""
     parts = re.split(r"(#|\s+)", phrase)
     known = {"#": NUMBER}
     pattern = "".join(

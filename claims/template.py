@@ -16,7 +16,7 @@ from claims.values import MINUS, SPEC, mean, median, number, printed, show
 NUMBER = rf"[+{MINUS}]?\d+(?:,\d{{3}})*(?:\.\d+)?"
 VALUE = rf"(?:\d{{4}}-\d\d-\d\d|{NUMBER}(?:\s+\({NUMBER}\s+to\s+{NUMBER}\))?|never)"
 GAP = r"(?:\s+>)*\s+"
-"""Between words: a line may end there, in a quotation too."""
+"""The gap between two words; a line may end there, in a quotation, too."""
 SLOT = re.compile(r"\{([^{}]+)\}")
 NAMES = (
     "abs",
@@ -46,14 +46,14 @@ HELPERS = {
 
 @dataclass(frozen=True)
 class Slot:
-    """A number of a page: what it is, in the words of Python, and how it is written."""
+    """A number of a page: a Python expression for its value, and its format."""
 
     expression: str
     spec: str
 
     @classmethod
     def parse(cls, text: str) -> Slot:
-        """Return the slot between two braces; what follows the last colon is its format, if it can be."""
+        """Return the slot between two braces; a valid format after the last colon is its format."""
         expression, _, spec = text.rpartition(":")
         if not expression or not SPEC.fullmatch(spec):
             expression, spec = text, ""
@@ -61,11 +61,11 @@ class Slot:
 
     @property
     def is_word(self) -> bool:
-        """Whether it stands for words."""
+        """Whether the slot holds words, not a number."""
         return self.spec.startswith("s")
 
     def measured(self, outcomes: Mapping[str, Any]) -> str:
-        """Return what should stand there."""
+        """Return the measured value, as the page writes it."""
         return show(evaluate(self.expression, outcomes), self.spec)
 
     def agrees(self, stated: str, measured: str) -> bool:
@@ -87,23 +87,23 @@ class Template:
 
     @cached_property
     def slots(self) -> list[Slot]:
-        """The slots, in their order."""
+        """The slots of the text, in order."""
         return [Slot.parse(text) for text in SLOT.findall(self.text)]
 
     @cached_property
     def literals(self) -> list[str]:
-        """What stands between the slots; one more than there are slots."""
+        """The texts between the slots; one more than the number of slots."""
         return SLOT.split(self.text.strip())[::2]
 
     def pattern(self, value: str = VALUE) -> re.Pattern[str]:
-        """Return what finds the text on a page, whatever the numbers; words have the format ``s``."""
+        """Return a pattern that finds the text with any numbers; slots of words have the format ``s``."""
         parts = [_literal(self.literals[0])]
         for slot, literal in zip(self.slots, self.literals[1:], strict=True):
             parts += [f"({r'[^|]+?' if slot.is_word else value})", _literal(literal)]
         return re.compile("".join(parts))
 
     def filled(self, outcomes: Mapping[str, Any]) -> str:
-        """Return the text as it should be."""
+        """Return the text with the measured values."""
         values = [slot.measured(outcomes) for slot in self.slots]
         return self.literals[0] + "".join(
             value + literal for value, literal in zip(values, self.literals[1:], strict=True)
@@ -111,13 +111,13 @@ class Template:
 
 
 def evaluate(expression: str, outcomes: Mapping[str, Any]) -> Any:
-    """Return what an expression makes of the commands' outcomes.
+    """Return the value of an expression over the outcomes of commands.
 
-    The files of claims are code of this repository, as the commands in them are; they are never a stranger's.
+    Files of claims, with their commands, are code of this repository, not input from outside.
     """
     return eval(f"({expression})", {"__builtins__": ALLOWED, **HELPERS, **outcomes})
 
 
 def _literal(text: str) -> str:
-    """Return what finds a text however its lines are broken."""
+    """Return a pattern that finds a text with any line breaks."""
     return "".join(GAP if part.isspace() else re.escape(part) for part in re.split(r"(\s+)", text) if part)

@@ -1,4 +1,4 @@
-"""What a command put out, its parts being attributes, and how pages write a number."""
+"""Outputs of commands as records and tables, and the format of numbers on pages."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from typing import Any
 
 MINUS = "\N{MINUS SIGN}"
 SPEC = re.compile(r"(\+?)(?:\.(\d+))?([fgs]?)(±\d*%?)?")
-"""A format: sign, decimals (``.2f``) or digits (``.3g``), ``s`` for words, and how far a page may be off
-(``±20%``; ``±`` for a date)."""
+"""A format: sign, decimals (``.2f``) or digits (``.3g``), ``s`` for words, and a tolerance (``±20%``; ``±``
+for a date)."""
 
 
 class Record(dict[str, Any]):
     """A table of JSON, or a row of CSV; ``record.name`` is ``record["name"]``."""
 
     def __getattr__(self, name: str) -> Any:
-        """Return a part."""
+        """Return the value of a key."""
         try:
             return self[name]
         except KeyError:
-            raise AttributeError(f"{name}: none of {', '.join(self)}") from None
+            raise AttributeError(f"{name}: not one of {', '.join(self)}") from None
 
 
 class Table(list[Any]):
-    """Rows: ``table(tasks=10)`` are those that match, ``table.name`` that part of the only row, or of each.
+    """Rows: ``table(tasks=10)`` are those that match; ``table.name`` is a column, or a value of the only row.
 
-    ``text`` is what the command printed that wrote it.
+    ``text`` is the printed output of the command.
     """
 
     text = ""
@@ -44,7 +44,7 @@ class Table(list[Any]):
         return found
 
     def __getattr__(self, name: str) -> Any:
-        """Return a part of the only row, or a table of the parts of all."""
+        """Return a value of the only row, or the column of all rows."""
         if name.startswith("__"):
             raise AttributeError(name)
         parts = Table(getattr(row, name) for row in self)
@@ -79,7 +79,7 @@ def show(value: Any, spec: str = "") -> str:
     if isinstance(value, int) and places is None:
         return f"{value:{sign},}".replace("-", MINUS)
     if places is None:
-        raise ValueError(f"{value} has no format; write {{...:.2f}}")
+        raise ValueError(f"{value} has no format; add one, such as {{...:.2f}}")
     digits = 0 if kind == "f" or value == 0 else math.floor(math.log10(abs(value))) + 1
     rounded = Decimal(repr(float(value))).quantize(
         Decimal(1).scaleb(min(0, digits - int(places))), ROUND_HALF_UP
@@ -88,7 +88,7 @@ def show(value: Any, spec: str = "") -> str:
 
 
 def number(text: str) -> float:
-    """Return what a page writes as a number; NaN if it writes something else."""
+    """Return the number in a page's text; NaN if it isn't a number."""
     try:
         return float(text.replace(MINUS, "-").replace(",", ""))
     except ValueError:
@@ -96,19 +96,19 @@ def number(text: str) -> float:
 
 
 def mean(values: Iterable[float]) -> float:
-    """Return the mean."""
+    """Return the mean of values."""
     listed = list(values)
     return math.fsum(listed) / len(listed)
 
 
 def median(values: Iterable[Any]) -> Any:
-    """Return the middle one, the upper of two; None, never, is more than any."""
+    """Return the median, the upper of two middle values; None (never) is larger than all numbers."""
     ordered = sorted(values, key=lambda value: math.inf if value is None else value)
     return ordered[len(ordered) // 2]
 
 
 def printed(text: str, start: str) -> list[float]:
-    """Return the numbers of the last line of a text that begins with a word."""
+    """Return the numbers in the last line that starts with a word."""
     line = [each for each in text.splitlines() if each.strip().startswith(start + " ")][-1]
     return [number(each) for each in re.findall(r"[-+]?\d+(?:\.\d+)?", line.strip()[len(start) :])]
 

@@ -1,4 +1,4 @@
-"""The documentation site: `make docs` builds it into docs/_build/html. Nothing is fetched while it builds."""
+"""Configuration of the documentation site: `make docs` builds it into docs/_build/html, without network."""
 
 import os
 import sys
@@ -9,10 +9,10 @@ from pathlib import Path
 from feasibee.cache import cache_root, own_folder
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]  # ours, and claims/
+sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]  # our extensions, and claims/
 os.environ.setdefault("MPLCONFIGDIR", str(own_folder(cache_root()) / "matplotlib"))  # not in the user's home
 warnings.filterwarnings("error", module=r"(__main__|feasibee)")  # in an example
-warnings.filterwarnings("ignore", module=r"(sphinx|myst)")  # theirs to mend
+warnings.filterwarnings("ignore", module=r"(sphinx|myst)")  # not in our code
 
 project = "feasibee"
 author = "the feasibee maintainers"
@@ -31,18 +31,18 @@ extensions = [
     "names",
 ]
 exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
-smartquotes = False  # it makes one dash of the two of an option
+smartquotes = False  # it turns the two hyphens of an option into a dash
 default_role = "py:obj"
 nitpicky = True
 nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "COLUMNS")]
-nitpick_ignore_regex = [  # no other project's inventory is fetched
+nitpick_ignore_regex = [  # inventories of other projects are not fetched
     ("py:.*", r"(xarray|xr|numpy|np|matplotlib|pandas|pydantic|concurrent|typing|collections|pathlib)\..*"),
 ]
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 4
 
-autodoc_typehints = "none"  # the docstrings say more: dtype, shape, unit
+autodoc_typehints = "none"  # the docstrings have dtype, shape, unit
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
@@ -53,13 +53,13 @@ sphinx_gallery_conf = {
     "filename_pattern": r"/plot_",
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("figures", "matplotlib"),
-    "abort_on_example_error": False,  # all failures are told, and each is a warning, so an error
+    "abort_on_example_error": False,  # report all failures; each is a warning, which is an error
     "only_warn_on_example_error": True,
     "download_all_examples": False,
     "notebook_extensions": set(),
     "show_memory": False,
     "capture_repr": (),
-    "run_stale_examples": True,  # what they show depends on the engine too
+    "run_stale_examples": True,  # their output depends on the engine, too
     "show_signature": False,
     "remove_config_comments": True,
     "min_reported_time": 1e9,

@@ -1,4 +1,4 @@
-"""How large animations are, and how long a frame of 10,000 robots takes beside one of 20: docs/animate.md."""
+"""Measure sizes of animations, and the time per frame of 10,000 robots relative to 20: docs/animate.md."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def main() -> None:
 
 
 def frame_seconds(scenario: feasibee.Scenario, frames: int) -> float:
-    """Return the CPU time of a frame of a GIF."""
+    """Return the CPU time per frame of a GIF."""
     with tempfile.TemporaryDirectory() as folder:
         animate(scenario, Path(folder, "warm.gif"), seed=1, steps=(1, 2))
         start = time.process_time()

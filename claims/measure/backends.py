@@ -1,4 +1,4 @@
-"""How many times as much CPU time the plain-Python reference takes as the engine: feasibee.simulate."""
+"""Measure the ratio of the reference implementation's CPU time to the engine's: feasibee.simulate."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RUNS = {"engine": 500, "reference": 1}
 
 
 def seconds(backend: str) -> float:
-    """Return the CPU time of a run of the paper's swarm."""
+    """Return the CPU time per run of the paper's swarm."""
     start = time.process_time()
     feasibee.simulate(runs=RUNS[backend], seed=1, threads=1, backend=backend)
     return (time.process_time() - start) / RUNS[backend]

@@ -1,4 +1,4 @@
-"""Where robots are, and how many robots and tasks one has in sight, with walls and bodies: docs/beyond.md."""
+"""Measure density and sightings with walls and with collisions: docs/worlds.md."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def measures(changes: dict[str, object]) -> dict[str, float]:
     """Return means over runs and steps, with 20 robots and 20 tasks.
 
     ``at_edge``: density within a unit of the edge that the robots' centres can reach, over the mean density.
-    ``robots``, ``tasks``: how many others, and tasks, a robot has in sight.
+    ``robots``, ``tasks``: mean number of other robots, and of tasks, in sight of a robot.
     """
     scenario = feasibee.Scenario().replace(changes)
     torus = scenario.arena.boundary == "torus"
@@ -49,7 +49,7 @@ def measures(changes: dict[str, object]) -> dict[str, float]:
 
 
 def distances(places: np.ndarray, others: np.ndarray, torus: bool) -> np.ndarray:
-    """Return the distance from each place to each other one."""
+    """Return the distance from each position to each of the others."""
     apart = np.abs(places[:, None, :] - others[None, :, :])
     if torus:
         apart = np.minimum(apart, SIDE - apart)

@@ -1,4 +1,4 @@
-"""Damage journals at random, and see whether an export ever differs unsaid: docs/studies.md."""
+"""Damage journals at random, and test whether an export differs without an error: docs/studies.md."""
 
 from __future__ import annotations
 
@@ -48,8 +48,7 @@ run.steps = 40
 RUNS = 9 * 24
 LOG = f"{NAME}-wal"
 KINDS = ("closed", "open", "halfway")
-"""A journal that was closed; one copied while it was written to, much of it in its log; and one whose log had
-been copied into the file in part."""
+"""Kinds of journals: closed, copied while open (much of it in its log), with part of its log in the file."""
 
 
 def keep_journals(folder: Path) -> None:
@@ -81,13 +80,13 @@ def _copying(folder: Path, kind: str, midway: int) -> Callable[[Progress], None]
 
 
 def copied(kept: Path, kind: str, to: Path) -> Path:
-    """Copy a journal to a place, instead of what was there."""
+    """Replace a folder by a copy of a journal."""
     shutil.rmtree(to, ignore_errors=True)
     return Path(shutil.copytree(kept / kind, to))
 
 
 def damage(folder: Path, chance: random.Random) -> None:
-    """Flip a bit of a journal's file or of its log's, cut it short, zero a page of it, or lose its log."""
+    """Flip a bit of a journal's file or log, truncate it, zero a page of it, or delete its log."""
     path = chance.choice([path for path in sorted(folder.iterdir()) if path.name in (NAME, LOG)])
     if chance.random() < 0.05:
         path = folder / SEAL
@@ -95,7 +94,7 @@ def damage(folder: Path, chance: random.Random) -> None:
     how = chance.choices(["flip", "header", "cut", "zero", "lose"], [5, 2, 2, 2, 1])[0]
     if how == "flip":
         data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
-    elif how == "header":  # of a page: what says where its rows are
+    elif how == "header":  # of a page: the positions of its rows
         place = chance.randrange(0, len(data), 4096) + chance.randrange(24)
         data[min(place, len(data) - 1)] ^= 1 << chance.randrange(8)
     elif how == "cut":
@@ -111,7 +110,7 @@ def damage(folder: Path, chance: random.Random) -> None:
 
 
 def invoke(*arguments: object) -> Result:
-    """Run a command, which must end by itself: no error of Python."""
+    """Run a command; raise any exception that it doesn't report itself."""
     result = CliRunner().invoke(feasibee, [str(argument) for argument in arguments])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
@@ -119,7 +118,7 @@ def invoke(*arguments: object) -> Result:
 
 
 def export(folder: Path) -> bytes | None:
-    """Return the table of a journal; None if it was refused in a line."""
+    """Return the table of a journal; None if the command ended with a one-line error."""
     table = folder / "table.csv"
     result = invoke("export", folder, "--out", table)
     if result.exit_code == 0:
@@ -132,9 +131,9 @@ def export(folder: Path) -> bytes | None:
 def try_damages(
     kept: Path, folder: Path, times: int, seed: int, each: Callable[[Path, bool], None]
 ) -> Counter[str]:
-    """Damage journals again and again; count which exports are the same, refused, or another.
+    """Damage journals repeatedly; count the exports that are the same, an error, or another.
 
-    ``each`` gets the damaged journal, and whether it was refused.
+    ``each`` gets the damaged journal, and whether its export was an error.
     """
     chance, found = random.Random(seed), Counter[str]()
     whole = export(copied(kept, "closed", folder))
@@ -147,7 +146,7 @@ def try_damages(
 
 
 def main() -> None:
-    """Print how many exports were the same as before, and how many were refused."""
+    """Print the number of exports that were the same, an error, or another."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         keep_journals(folder)

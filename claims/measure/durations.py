@@ -1,4 +1,4 @@
-"""How long phases and straight runs last, being whole steps (model.md 3.4): docs/model.md, the fields."""
+"""Compute mean durations in steps of phases and straight movement (model.md 3.4): docs/model.md, fields."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ WORDS = 200_000
 
 
 def mean_of(mean: float) -> float:
-    """Return the mean of what is drawn for a mean, over evenly spread random words."""
+    """Return the mean of the durations drawn for a mean, over evenly spaced random words."""
     return sum(duration((2 * k + 1) * TURN // (2 * WORDS), mean) for k in range(WORDS)) / WORDS
 
 

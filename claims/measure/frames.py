@@ -1,4 +1,4 @@
-"""How long a frame of the live arena is, in thousands of bytes: docs/watch.md."""
+"""Measure the length of a frame of the live arena in thousands of bytes: docs/watch.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kill a sweep at random moments, let the same command go on, and compare the rows: docs/studies.md."""
+"""Kill a sweep at random moments, resume it with the same command, compare the rows: docs/studies.md."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ seed = 1
 
 
 def main() -> None:
-    """Print of how many killed sweeps the rows equal those of one that wasn't."""
+    """Print the number of killed sweeps whose rows equal those of an uninterrupted sweep."""
     random.seed(1)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -34,7 +34,7 @@ def main() -> None:
 
 
 def killed_and_resumed(folder: Path, out: str) -> bytes:
-    """Return the rows of a sweep that was killed on the way, if it wasn't done by then."""
+    """Return the rows of a sweep that was killed, unless it ended before, and resumed."""
     with subprocess.Popen(
         command("sweep", "study.toml", "--out", out), cwd=folder, stderr=subprocess.DEVNULL
     ) as run:
@@ -46,7 +46,7 @@ def killed_and_resumed(folder: Path, out: str) -> bytes:
 
 
 def rows(folder: Path, out: str) -> bytes:
-    """Sweep what is missing, and return all rows as CSV."""
+    """Compute the missing runs of a sweep, and return all rows as CSV."""
     for arguments in (
         ("sweep", "study.toml", "--out", out),
         ("export", out, "--to", "csv", "--out", f"{out}.csv"),

@@ -1,4 +1,4 @@
-"""How long messages are, and how often a robot sends one: docs/strategies.md."""
+"""Measure the lengths of messages and the share of silent steps: docs/strategies.md."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ID_BITS = 5
 
 
 def main() -> None:
-    """Print the mean length of a tally's message, the share of silent steps, and the longest of a census."""
+    """Print the mean length of a tally's message, the share of silent steps, a census's longest message."""
     bits = messages = 0
     for tasks in TASKS:
         scenario = feasibee.Scenario(tasks={"count": tasks}, decision={"strategy": "tally"})
@@ -28,7 +28,7 @@ def main() -> None:
 
 
 def longest_census(robots: int, tasks: int) -> int:
-    """Return the length of the message of a robot that knows all."""
+    """Return the length in bits of the census message of a robot that knows all robots and tasks."""
     census = Census((0, 0, 0), (1, 1))
     for robot in range(robots):
         census.see_robot(robot, 0, 0)

@@ -1,4 +1,4 @@
-"""How many runs show that a share is above 0.75, nine times in ten: plot_12_how_many_runs.py."""
+"""Compute the number of runs that show a share above 0.75 nine times in ten: plot_12_how_many_runs.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Sphinx doesn't check: each built page is followed to its links, anchors and files."""
+"""Check the links, anchors and files of all built pages, in addition to what Sphinx checks."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from sphinx.util import logging
 import feasibee
 
 ELSEWHERE = re.compile(r"""(url\(|@import)\s*["']?(https?:)?//""")
-"""How a style sheet loads a font or another sheet from elsewhere."""
+"""Pattern of a style sheet that loads a font or another sheet from another site."""
 
 logger = logging.getLogger(__name__)
 
 
 class _Page(HTMLParser):
-    """The anchors of a page, what it links to, and what it loads."""
+    """The anchors of a page, the links on it, and the files that it loads."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -46,7 +46,7 @@ def _read(path: Path) -> _Page:
 
 
 def check_site(app: Sphinx, error: Exception | None) -> None:
-    """Warn of every link to nothing, of what is loaded from elsewhere, and of names without a reference."""
+    """Warn of dead links, of files loaded from another site, and of public names without a reference."""
     if error is not None or app.builder.format != "html":
         return
     root = Path(app.outdir)
@@ -60,11 +60,11 @@ def check_site(app: Sphinx, error: Exception | None) -> None:
                 logger.warning("%s: %s: %s", path.relative_to(root), link, wrong, type="check")
     for path in root.rglob("*.css"):
         if ELSEWHERE.search(path.read_text(encoding="utf-8")):
-            logger.warning("%s: loads something from elsewhere", path.relative_to(root), type="check")
-    told = {name for name, *_ in app.env.domains["py"].get_objects()}
+            logger.warning("%s: loads a file from another site", path.relative_to(root), type="check")
+    documented = {name for name, *_ in app.env.domains["py"].get_objects()}
     for name in feasibee.__all__:
-        if f"feasibee.{name}" not in told:
-            logger.warning("feasibee.%s: isn't in the reference", name, type="check")
+        if f"feasibee.{name}" not in documented:
+            logger.warning("feasibee.%s: missing in the reference", name, type="check")
 
 
 def _problem(path: Path, link: str, *, loaded: bool) -> str:
@@ -72,19 +72,19 @@ def _problem(path: Path, link: str, *, loaded: bool) -> str:
     if parts.scheme in ("data", "mailto"):
         return ""
     if parts.scheme or parts.netloc:
-        return "is loaded from elsewhere" if loaded else ""
+        return "is loaded from another site" if loaded else ""
     target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
     target = target / "index.html" if target.is_dir() else target
     if not target.is_file():
-        return "there is no such file"
+        return "file not found"
     if parts.fragment and target.suffix == ".html":
         anchors = _read(target).anchors
         if not {parts.fragment, unquote(parts.fragment)} & anchors:
-            return "there is no such anchor"
+            return "anchor not found"
     return ""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Check when all is built."""
+    """Register the check for the end of the build."""
     app.connect("build-finished", check_site)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

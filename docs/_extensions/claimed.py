@@ -1,4 +1,4 @@
-"""Which commands each page's numbers come from, out of the claims themselves."""
+"""List the commands behind each page's numbers, from the files of claims."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from claims.book import ROOT, Page, read_all
 
 
 class Numbers(SphinxDirective):
-    """All commands, a section for each page."""
+    """All commands, with one section per page."""
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
@@ -21,16 +21,16 @@ class Numbers(SphinxDirective):
 
 
 def _lines(page: Page) -> Iterator[str]:
-    """Yield the markup of the page that asks for it (MyST)."""
+    """Yield the lines of a page's section in Markdown (MyST)."""
     yield from (f"## {page.path.relative_to(ROOT)}", "")
     for name, command in page.commands.items():
         claims = sum(name in page.needs(each) for each in [*page.claims, *page.tables])
         slow = "" if name in page.quick else ", slow"
         places = "one place" if claims == 1 else f"{claims} places"
-        yield from (f"`{name}`, for {places}{slow}:", "", "```sh", command, "```", "")
+        yield from (f"`{name}`, used in {places}{slow}:", "", "```sh", command, "```", "")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Make the directive known."""
+    """Register the directive."""
     app.add_directive("claimed-numbers", Numbers)
     return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""What each command says of itself with --help, word for word."""
+"""Generate the page of commands from their --help texts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WIDTH = 84
 
 
 class CommandHelp(SphinxDirective):
-    """All commands, a section each, in the order in which they are registered."""
+    """All commands, with one section each, in the order of their registration."""
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
@@ -23,7 +23,7 @@ class CommandHelp(SphinxDirective):
 
 
 def _lines() -> Iterator[str]:
-    """Yield the markup of the page that asks for it (MyST)."""
+    """Yield the lines of a command's section in Markdown (MyST)."""
     top = click.Context(main, info_name="feasibee", terminal_width=WIDTH, **main.context_settings)
     for name, command in main.commands.items():
         context = click.Context(command, parent=top, info_name=name, terminal_width=WIDTH)
@@ -31,6 +31,6 @@ def _lines() -> Iterator[str]:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Make the directive known."""
+    """Register the directive."""
     app.add_directive("command-help", CommandHelp)
     return {"parallel_read_safe": True}

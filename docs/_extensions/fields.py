@@ -1,4 +1,4 @@
-"""The table of a scenario's fields, from the sections themselves, so that it can't go stale."""
+"""Generate the tables of a scenario's fields from their definitions."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from feasibee.scenario.fields import Commit, RobotClass, TaskClass
 from feasibee.scenario.scenario import Scenario
 
 TABLES = {"decision.commit": Commit, "robots.classes": RobotClass, "tasks.classes": TaskClass}
-"""Sections within sections; a scenario of the paper has none of them."""
+"""Nested sections, which the paper's scenario doesn't have."""
 
 
 class ScenarioFields(SphinxDirective):
-    """All fields, a table for each section."""
+    """All fields, with one table per section."""
 
     def run(self) -> list[nodes.Node]:
         """Return the tables."""
@@ -52,10 +52,10 @@ def _section(path: str, section: Any, schema: dict[str, Any]) -> Iterator[str]:
 
 
 def _table(title: str, rows: list[tuple[str, str, str, str]], about: str = "") -> Iterator[str]:
-    """Yield a table in the markup of the page that asks for it (MyST)."""
+    """Yield the lines of a table in Markdown (MyST)."""
     name = title.strip("[]")
     yield from (f"({name}-fields)=", f"## `{title}`", "", about, "")
-    yield from ("| field | must be | default | what it is |", "|---|---|---|---|")
+    yield from ("| field | allowed values | default | meaning |", "|---|---|---|---|")
     for field, rule, default, description in rows:
         yield f"| `{field}` | {rule} | {default} | {description} |"
     yield ""
@@ -63,7 +63,7 @@ def _table(title: str, rows: list[tuple[str, str, str, str]], about: str = "") -
 
 def _default(path: str, field: FieldInfo) -> str:
     if field.is_required():
-        return "needed"
+        return "required"
     if path == "radio.range":
         return "`sensing.range`"
     default = field.get_default(call_default_factory=True)
@@ -73,7 +73,7 @@ def _default(path: str, field: FieldInfo) -> str:
 
 
 def _rule(schema: dict[str, Any]) -> str:
-    """Say in words what the JSON Schema of a field asks for."""
+    """Return the rule of a field's JSON Schema in words."""
     if "anyOf" in schema:
         return ", or ".join(_rule(each) for each in schema["anyOf"] if each.get("type") != "null")
     if "enum" in schema:
@@ -85,7 +85,7 @@ def _rule(schema: dict[str, Any]) -> str:
     kind = schema.get("type")
     if kind == "array":
         if schema.get("minItems") == schema.get("maxItems") == 2:
-            return "two such numbers `[width, height]`"
+            return "two such numbers, `[width, height]`"
         if schema["items"].get("type") == "array":
             return "a list of pairs `[x, y]`"
         most = f" of {schema['maxItems']} at most" if "maxItems" in schema else ""
@@ -95,8 +95,8 @@ def _rule(schema: dict[str, Any]) -> str:
         if "properties" in schema:
             inner = ", ".join(f"{name} = {_rule(each)}" for name, each in schema["properties"].items())
             return f"`{{...}}` with {inner}"
-        return f"a table: a name and {_rule(values)} in each line"
-    words = {"number": "a number", "integer": "a whole number", "boolean": "`true` or `false`"}
+        return f"a table of names, each with {_rule(values)}"
+    words = {"number": "a number", "integer": "an integer", "boolean": "`true` or `false`"}
     return words.get(str(kind), "text") + _bounds(schema)
 
 
@@ -109,8 +109,8 @@ def _bounds(schema: dict[str, Any]) -> str:
     signs = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
     if "maxLength" in schema:
         return f" of {schema['minLength']} to {schema['maxLength']} characters"
-    told = [f"{sign} {_number(schema[key])}" for key, sign in signs.items() if key in schema]
-    return f" {' and '.join(told)}" if told else ""
+    parts = [f"{sign} {_number(schema[key])}" for key, sign in signs.items() if key in schema]
+    return f" {' and '.join(parts)}" if parts else ""
 
 
 def _number(value: float) -> str:
@@ -118,6 +118,6 @@ def _number(value: float) -> str:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Make the directive known."""
+    """Register the directive."""
     app.add_directive("scenario-fields", ScenarioFields)
     return {"parallel_read_safe": True}

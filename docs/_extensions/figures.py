@@ -1,4 +1,4 @@
-"""Figures of an example that pyplot doesn't know of: feasibee's own functions make them without it."""
+"""Save the figures of examples that were drawn without pyplot, as by feasibee's functions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _get_sg_image_scraper() -> Any:
 
 
 def save_figures(block: Any, variables: dict[str, Any], conf: dict[str, Any]) -> str:
-    """Save what a block of code has bound to a name, and return the text that shows it.
+    """Save the figures that a block of code has bound to names, and return the text that shows them.
 
     It must come before the scraper of pyplot's figures, which closes them.
     """

@@ -1,4 +1,4 @@
-"""What autodoc misses in the docstrings."""
+"""Resolve names and empty docstrings that autodoc doesn't handle."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import feasibee
 
 
 def resolve_public(app: Sphinx, env: Any, node: Any, shown: Any) -> Any:
-    """Find a public name that a docstring of another module mentions."""
+    """Resolve a public name in a docstring of another module."""
     name = node.get("reftarget")
     if node.get("refdomain") != "py" or name not in feasibee.__all__:
         return None
@@ -19,13 +19,13 @@ def resolve_public(app: Sphinx, env: Any, node: Any, shown: Any) -> Any:
 
 
 def drop_alias(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
-    """Empty what Python says of the field of a named tuple that says nothing itself."""
+    """Remove Python's default docstring of a field of a named tuple."""
     if any(line.startswith("Alias for field number") for line in lines):
         lines.clear()
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Listen to Sphinx."""
+    """Connect the functions to Sphinx's events."""
     app.connect("missing-reference", resolve_public)
     app.connect("autodoc-process-docstring", drop_alias)
     return {"parallel_read_safe": True}

@@ -1,10 +1,10 @@
 """
-Opinions start as coin tosses and end as one
-============================================
+Opinions start at random and end in agreement
+=============================================
 
-One swarm of 20 robots with 50 tasks, at four moments. Robots are discs, blue if they hold *feasible*,
-orange if they hold *infeasible*; tasks are triangles; the shade is how far a robot sees. Twenty robots
-can't do fifty tasks, and all find out.
+One swarm of 20 robots with 50 tasks, at four moments. Robots are discs: blue with opinion *feasible*, orange
+with opinion *infeasible*. Tasks are triangles. The shade shows the range of a robot's sight. Twenty robots
+can't do fifty tasks, and all robots agree on that at the end.
 """
 
 import matplotlib.pyplot as plt
@@ -21,5 +21,4 @@ for ax, step in zip(axes.flat, (0, 40, 80, 160), strict=True):
     ax.set_title(f"step {swarm.step}: {infeasible} of 20 say infeasible")
 
 # %%
-# ``swarm`` is the same computation as :func:`feasibee.simulate`, run for run: the run's number and the seed
-# say which.
+# ``swarm`` computes the same run as :func:`feasibee.simulate` with the same seed and run number.

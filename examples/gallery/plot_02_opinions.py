@@ -1,10 +1,10 @@
 """
-Far from ratio one opinions converge; near it they split
-========================================================
+Opinions converge far from ratio one and split near it
+======================================================
 
-The paper's Fig. 2 for three numbers of tasks: the percentage of robots that hold *feasible*. Lines are
-medians over 400 runs, bands go from the lower to the upper quartile. With as many tasks as robots, half of
-the swarms end at 100 % and half at 0 %, so that the band is everything.
+The paper's Fig. 2 for three numbers of tasks: the percentage of robots with opinion *feasible*. Lines are
+medians over 400 runs; bands extend from the lower to the upper quartile. With as many tasks as robots, half
+of the swarms end at 100 % and half at 0 %, so the band covers everything.
 """
 
 import matplotlib.pyplot as plt

@@ -1,8 +1,9 @@
 """
-Three swarms in four decide rightly beyond ratio 2 and below 1/2
-================================================================
+Three swarms in four decide correctly above ratio 2 and below 1/2
+=================================================================
 
-The paper's Fig. 3, 400 runs at each of 13 ratios, with 95 % Wilson intervals. At ratio one it is a coin.
+The paper's Fig. 3, 400 runs at each of 13 ratios, with 95 % Wilson intervals. At ratio one about half of the
+swarms are right, as by chance.
 """
 
 import matplotlib.pyplot as plt
@@ -21,4 +22,4 @@ feasibee.plot_decisions([20 / tasks for tasks in numbers], rates, ax)
 ax.axhline(75, color="0.6", linestyle=":", linewidth=1)
 
 # %%
-# ``feasibee paper`` makes this figure at 21 ratios, with the data and the paper's claims beside it.
+# ``feasibee paper`` draws this figure at 21 ratios. It also writes the data and tests the paper's claims.

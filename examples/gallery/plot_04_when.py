@@ -1,9 +1,9 @@
 """
-Half of the swarms have decided by step 127, and those that err hardly later
-============================================================================
+Half of the swarms have decided by step 127, and wrong swarms hardly later
+==========================================================================
 
-How many of 1,000 swarms of 20 robots with 10 tasks had decided by each step, by what they decided. The
-tasks are feasible: the dashed line is those that err. How soon a swarm decides doesn't tell much about
+The percentage of 1,000 swarms of 20 robots with 10 tasks that had decided by each step, for each decision.
+The tasks are feasible, so the dashed line shows the wrong swarms. The time of a decision is weak evidence of
 whether it is right.
 """
 
@@ -17,8 +17,8 @@ feasibee.plot_decision_steps(swarms, ax)
 ax.set_xlim(0, 600)
 
 # %%
-# Quartiles over all runs, and over those that err. A run that never decides would count as later than any
-# step; it isn't left out.
+# Quartiles over all runs, and over the wrong ones. A run that never decides counts as later than any step; it
+# isn't left out.
 
 print(feasibee.decision_times(swarms.decision_step))
 print(feasibee.decision_times(swarms.decision_step.where(swarms.decision == 0, drop=True)))

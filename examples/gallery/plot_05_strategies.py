@@ -1,9 +1,9 @@
 """
-A census is right where the paper's rule tosses a coin
-======================================================
+A census is right where the paper's strategy is right by chance only
+====================================================================
 
 Six strategies on the same worlds: 20 robots, from twice as many robots as tasks to half as many, 100 swarms
-each. Right means that after 1,000 steps more than 90 % of the robots hold the true opinion.
+each. A swarm is right if more than 90 % of its robots have the true opinion after 1,000 steps.
 """
 
 import matplotlib.pyplot as plt

@@ -1,9 +1,10 @@
 """
-Accuracy costs bits: 2 a step buy 77 %, 11 buy 85 %, 217 buy 99 %
-=================================================================
+Accuracy costs bits: 2 per robot-step give 77 %, 11 give 85 %, 217 give 99 %
+============================================================================
 
-All fourteen strategies at four ratios near one, 50 swarms each: how often they are right at the end,
-against what a robot sends in a step on average. Nothing stands above and left of the grey line.
+All fourteen strategies at four ratios near one, 50 swarms each. The share that is right at the end is drawn
+against the mean number of bits that a robot sends per step. No strategy lies above and left of the grey
+line, the Pareto frontier.
 """
 
 import feasibee
@@ -16,5 +17,6 @@ totals = {name: (mean_bits(group), overall(group)) for name, group in by_contend
 figure = draw_against_bits(totals)
 
 # %%
-# Eleven bits are a number beside the opinion; hundreds are what each robot knows of all the others.
-# :doc:`/strategies` has 1,000 runs of each, and what walls, losses and liars do to them.
+# With eleven bits, a message has a number in addition to the opinion. With hundreds, it has all that its
+# robot knows of the swarm. :doc:`/strategies` has 1,000 runs of each, and the effects of walls, lost messages
+# and Byzantine robots.

@@ -1,9 +1,10 @@
 """
-A strategy of your own in ten lines: right at first, but it never settles
-=========================================================================
+A strategy of your own in ten lines: its first decision is right, but doesn't last
+==================================================================================
 
-*Herald*: a robot tells what its own eyes say, whatever it was persuaded of, and follows the majority. Ten
-lines in a file; the engine compiles them, and they meet the paper's rule on the same worlds, of 10 tasks.
+*Herald*: a robot broadcasts the opinion that its own sightings support, and adopts the majority. It takes
+ten lines in a file, which the engine compiles. The example compares it with the paper's strategy on the same
+worlds, with 10 tasks.
 """
 
 import tempfile
@@ -34,9 +35,9 @@ shares = {each.contender: each.right_at[None, :] / each.runs for each in (dmmd, 
 figure = draw_against_time(shares)
 
 # %%
-# Told evidence carries no error through the swarm; but a robot that has just seen odd things says so, and
-# of those who hear it some follow. The first time that more than 90 % agree they are right; they don't stay
-# so. :doc:`/add-a-strategy` mends that, and has the contract in full.
+# Broadcast sightings carry no error through the swarm. But a robot with misleading sightings broadcasts them,
+# and some of its neighbours follow. When more than 90 % first agree, they are right, but the agreement
+# doesn't last. :doc:`/add-a-strategy` has a variant without this fault, and the contract in full.
 
 for each in (dmmd, herald):
     print(f"{each.contender}: first {each.first.estimate:.2f}, at the end {each.accuracy.estimate:.2f}")

@@ -1,10 +1,10 @@
 """
-How long robots tell and how far they see matter; the rest can't be told from chance
-====================================================================================
+Dissemination time and range of sight matter; other fields show no clear effect
+===============================================================================
 
-Five fields of the scenario varied at once over a Latin hypercube of 150 points, 20 swarms of 20 robots and
-10 tasks at each: rank correlations with the share of the swarms that are right after 1,000 steps, with 95 %
-intervals.
+Five fields of the scenario vary at once over a Latin hypercube of 150 points, with 20 swarms of 20 robots
+and 10 tasks at each. The figure shows rank correlations with the share of the swarms that are right after
+1,000 steps, with 95 % intervals.
 """
 
 import feasibee

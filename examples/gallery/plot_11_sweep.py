@@ -1,10 +1,10 @@
 """
-Farther sight makes a swarm quicker to agree, not surer
-=======================================================
+A longer range of sight makes swarms decide sooner, not more accurately
+=======================================================================
 
-A sweep from Python: five ranges of sight, and with it of the radio, by seven numbers of tasks, 200 swarms
-each. With 100 tasks those that see farthest err most often. The journal is what ``feasibee sweep`` writes:
-interrupted, the same call goes on with what is missing.
+A sweep from Python: five ranges of sight (and of the radio, which follows it) by seven numbers of tasks, 200
+swarms each. With 100 tasks, swarms with the longest range are wrong most often. The journal is that of
+``feasibee sweep``: after an interruption, the same call computes only the missing runs.
 """
 
 import tempfile
@@ -35,7 +35,7 @@ with tempfile.TemporaryDirectory() as folder:
 figure = draw_map(points, "tasks.count", "sensing.range", "accuracy")
 
 # %%
-# By which step half of the swarms had decided, with 100 tasks:
+# The step by which half of the swarms had decided, with 100 tasks:
 
 print(f"{done.points} points, {done.runs_done} runs")
 for point in points:

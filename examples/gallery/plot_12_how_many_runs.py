@@ -1,10 +1,10 @@
 """
-To tell 0.80 from 0.75 takes 750 runs; the paper's 100 tell 0.88
-================================================================
+Showing that 0.80 exceeds 0.75 takes 750 runs; the paper's 100 runs suffice for 0.88
+====================================================================================
 
-How often a study of so many runs shows that more than 75 % of the swarms decide rightly (a 95 % Wilson
-interval that lies above), by what the share truly is. No simulation: the binomial distribution says it. The
-grey line is nine studies in ten.
+The probability that a study shows that more than 75 % of the swarms decide correctly, against the true
+share. A study shows it if its 95 % Wilson interval lies above 75 %. There is no simulation: the probability
+follows from the binomial distribution. The grey line is nine studies in ten.
 """
 
 import math

@@ -1,10 +1,10 @@
 """
-Looking again and again misleads one study in three, unless the interval allows for it
-======================================================================================
+Repeated looks mislead one study in three, unless the interval allows for them
+==============================================================================
 
-Swarms whose true rate is 0.75, looked at after every ten runs until the interval seems to exclude 0.75. A
-Wilson interval is made for one look. A confidence sequence holds at all times at once; it is what ``until``
-in a study file uses.
+Swarms whose true rate is 0.75, examined after every ten runs until the interval seems to exclude 0.75. A
+Wilson interval is valid for one look. A confidence sequence is valid for all looks together. Stopping rules
+(``until`` in a study file) use it.
 """
 
 import matplotlib.pyplot as plt

@@ -1,11 +1,11 @@
 """
-A team with robots to spare can be short of one skill
-=====================================================
+A team with spare robots can lack one skill
+===========================================
 
-Twenty robots, six casualties, each to be lifted by two of them, and three relays to set up. Porters lift,
-all-rounders lift or relay, scouts, the rest, do neither. The exact truth, and who is missing: by Hall's
-theorem, infeasible tasks always show in some set of skills that more places ask for than there are robots
-that have one.
+Twenty robots have nine tasks. Each of six casualties needs two robots that lift, and each of three relays
+needs one that can set it up. Porters lift; all-rounders lift or relay; the rest are scouts, who do neither.
+The figure shows the ground truth and the missing skills. By Hall's theorem, infeasible tasks always have a
+set of skills that more places need than there are robots with one of them.
 """
 
 import matplotlib.pyplot as plt
@@ -17,7 +17,7 @@ from feasibee.scenario.feasibility import explain
 
 
 def team(porters, all_rounders):
-    """Return a team of 20 with so many of each, and what it is asked to do."""
+    """Return the scenario of a team of 20 with so many porters and all-rounders."""
     robots = {"porter": (porters, ["lift"]), "all-rounder": (all_rounders, ["lift", "relay"])}
     robots["scout"] = (20 - porters - all_rounders, [])
     tasks = {"casualty": (6, {"lift": 2}), "relay": (3, {"relay": 1})}

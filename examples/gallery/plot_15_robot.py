@@ -2,10 +2,9 @@
 The controller runs without the simulator
 =========================================
 
-Twenty controllers of :mod:`feasibee.robot`, which needs the standard library only, and a stand-in for the
-world in which a robot meets another in six steps of ten and a task in three. On real robots, ``observe``
-gets what the camera counts, and ``hear`` what the radio brings. :doc:`/deploying` says what else a robot
-needs.
+Twenty controllers of :mod:`feasibee.robot`, which needs the standard library only. In place of the world, a
+robot meets another in six steps of ten and a task in three. On real robots, ``observe`` gets the camera's
+counts and ``hear`` the messages from the radio. :doc:`/deploying` has the rest.
 """
 
 import random
@@ -30,7 +29,7 @@ for _ in range(300):
     messages = [robot.message() for robot in robots]
     for me, robot in enumerate(robots):
         robot.observe(robots=random.random() < 0.6, tasks=random.random() < 0.3)
-        sender = random.randrange(20)  # who happens to be near
+        sender = random.randrange(20)  # a random neighbour
         if sender != me and messages[sender] and robot.listens:
             robot.hear(sender, messages[sender])
     for robot in robots:
@@ -39,4 +38,4 @@ for _ in range(300):
 
 _, ax = plt.subplots(figsize=(6.4, 3), layout="constrained")
 ax.step(range(1, 301), feasible)
-ax.set(xlabel="time (steps)", ylabel="robots that hold feasible", ylim=(-0.5, 20.5))
+ax.set(xlabel="time (steps)", ylabel="robots with opinion feasible", ylim=(-0.5, 20.5))

@@ -29,7 +29,7 @@ def test_there_are_three_and_the_readme_names_them():
 
 
 def test_the_truth_is_as_the_comment_says(path):
-    (said,) = re.findall(r"^# Truth: (\w+)\.", path.read_text(), re.MULTILINE)
+    (said,) = re.findall(r"^# Ground truth: (\w+)\.", path.read_text(), re.MULTILINE)
     assert said == ("feasible" if truth(Scenario.read(path)) else "infeasible")
 
 

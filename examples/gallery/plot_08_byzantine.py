@@ -1,9 +1,10 @@
 """
-One liar in twenty sinks a census; a tally bears it
-===================================================
+One Byzantine robot in twenty makes a census wrong; a tally stays right
+=======================================================================
 
-Twenty robots and 40 tasks, which is infeasible; one robot says otherwise. A census passes invented robots
-on. A tally keeps apart what each robot has seen, and no robot takes its own row from others.
+Twenty robots and 40 tasks, which is infeasible. One Byzantine robot broadcasts *feasible*. In a census,
+robots pass on the robots that it invents. A tally keeps the totals of each robot apart, and no robot accepts
+its own row from others.
 """
 
 import matplotlib.pyplot as plt
@@ -14,10 +15,10 @@ from feasibee.studies.comparison import compare, contenders_of
 
 names = ("dmmd", "dmvd", "bayes", "tally", "census")
 honest = feasibee.Scenario(tasks={"count": 40})
-lying = honest.replace({"faults.byzantine": 0.05, "faults.byzantine_says": "feasible"})
+byzantine = honest.replace({"faults.byzantine": 0.05, "faults.byzantine_says": "feasible"})
 
 _, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
-for shift, (label, scenario) in enumerate({"none lies": honest, "one lies": lying}.items()):
+for shift, (label, scenario) in enumerate({"all honest": honest, "one Byzantine": byzantine}.items()):
     outcomes = compare(contenders_of(scenario, names), runs=200, seed=1)
     middle, low, high = 100 * np.array([each.accuracy for each in outcomes]).T
     places, bars = np.arange(len(names)) + 0.4 * shift, (middle - low, high - middle)
