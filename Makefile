@@ -60,7 +60,7 @@ claims-short: $(VENV)/installed
 	$(BIN)/python -m claims --check --short $(PAGE)
 
 clean:
-	rm -rf $(VENV) $(LOWEST) paper docs/_build docs/gallery .claims
+	rm -rf $(VENV) $(LOWEST) paper docs/_build docs/gallery docs/made .claims
 
 node_modules/installed: package-lock.json
 	npm ci --silent --no-audit --no-fund

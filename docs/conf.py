@@ -29,8 +29,9 @@ extensions = [
     "commands",
     "fields",
     "names",
+    "sessions",
 ]
-exclude_patterns = ["_build", "_extensions", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
+exclude_patterns = ["_build", "_extensions", "made", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it turns the two hyphens of an option into a dash
 default_role = "py:obj"
 nitpicky = True
