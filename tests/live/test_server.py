@@ -756,13 +756,9 @@ def refused(*arguments):
     return result.stderr
 
 
-def test_what_the_command_refuses(results, tmp_path, monkeypatch):
+def test_what_the_command_refuses(results, tmp_path):
     assert "tasks.count = -1" in refused("--set", "tasks.count=-1")
     assert "seed = -1" in refused("--seed", "-1")
     assert "no journal.sqlite" in refused(tmp_path)
     assert "leave out --set, --seed and --run" in refused(results, "--seed", "3")
     assert "--host 203.0.113.7" in refused("--host", "203.0.113.7", "--no-browser")
-    monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
-    monkeypatch.delitem(__import__("sys").modules, "feasibee.live.server")
-    monkeypatch.delattr("feasibee.live.server")
-    assert "install feasibee[live]" in refused("--no-browser")

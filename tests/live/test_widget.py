@@ -97,5 +97,5 @@ def test_modules_come_after_those_that_they_import():
 def test_without_anywidget_it_says_what_to_install(monkeypatch):
     monkeypatch.delitem(sys.modules, "feasibee.live.widget")
     monkeypatch.setitem(sys.modules, "anywidget", None)
-    with pytest.raises(FeasibeeError, match=r"install feasibee\[widget\]"):
+    with pytest.raises(FeasibeeError, match=r"pip install \"\.\[widget\]\""):
         importlib.import_module("feasibee.live.widget")

@@ -58,12 +58,8 @@ def watch(
       feasibee watch results --pick wrong
     """
     programme = _programme(source, changes, seed, run, pick, trust)
-    try:
-        from feasibee.live import server
-    except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] not in ("starlette", "uvicorn", "websockets", "anyio"):
-            raise
-        raise FeasibeeError("feasibee watch needs a web server; install feasibee[live]") from None
+    from feasibee.live import server
+
     with server.listen(host, port) as listening:
         address = server.address_of(host, listening.getsockname()[1])
         click.echo(f"The arena is at {address}\nCtrl-C stops it.")

@@ -1,7 +1,7 @@
 """The arena in a notebook: the page's canvas code, and the kernel in place of the server.
 
 A view asks for each step when it needs it, and gets a frame of `feasibee.live.messages`; so nothing queues
-up, and a view that nobody plays costs nothing. Needs ``feasibee[widget]``.
+up, and a view that nobody plays costs nothing. Needs the extra ``widget``.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError, Problem
+from feasibee.errors import FeasibeeError, Problem, how_to_install
 from feasibee.live.messages import frame_of, tasks_of
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
@@ -22,7 +22,7 @@ try:
 except ModuleNotFoundError as error:
     if (error.name or "").split(".")[0] not in ("anywidget", "traitlets"):
         raise
-    raise FeasibeeError("the arena in a notebook needs anywidget; install feasibee[widget]") from None
+    raise FeasibeeError(f"anywidget: not installed; {how_to_install('widget')}") from None
 
 STATIC: Final = Path(__file__).parent / "static"
 MODULES: Final = ("frames", "crowd", "arena", "player", "widget")
