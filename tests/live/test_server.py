@@ -28,8 +28,8 @@ from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Programme, of_folder
 from feasibee.live.guard import Guard, check_host
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
-from feasibee.simulation import ensemble
-from feasibee.simulation.ensemble import load_engine
+from feasibee.simulation import loading
+from feasibee.simulation.loading import FAST, load_engine
 from feasibee.simulation.swarm import MARKS
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
@@ -651,7 +651,7 @@ def test_a_page_that_compiles_holds_up_none_whose_engine_is_ready(port, monkeypa
         load_engine(Scenario(arena={"boundary": boundary}))
     ready = runner.engine_functions
     monkeypatch.setattr(runner, "engine_functions", compile_slowly)
-    monkeypatch.setattr(ensemble, "_loaded", {each for each in ensemble._loaded if each[0]})
+    monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[0] == FAST})
     with Page(port) as first:
         first.say(type="open", changes={"arena.boundary": "walls"})
         assert begun.wait(10)

@@ -16,6 +16,7 @@ import click
 from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
+from feasibee.cli.compile import compile_engines
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
@@ -117,6 +118,7 @@ for command in (
     tune,
     sensitivity,
     paper,
+    compile_engines,
     truth,
     scenario,
     schema,

@@ -126,9 +126,10 @@ def console(*, highlight: bool = False) -> Console:
 @contextmanager
 def progress(what: str) -> Iterator[Callable[[float], None]]:
     """Show a bar on a terminal, and nothing elsewhere; standard output stays clean."""
-    from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+    from feasibee.simulation.loading import stderr_console
+
+    with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
