@@ -9,7 +9,7 @@ import pytest
 from serving import serving_at
 
 from feasibee import Scenario, simulate
-from feasibee.live.catalogue import Programme, of_folder
+from feasibee.live.catalogue import Catalogue, read_catalogue
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
@@ -20,7 +20,7 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 
 @pytest.fixture(scope="module")
 def port():
-    with serving_at(Programme(Scenario(), seed=1)) as port:
+    with serving_at(Catalogue(Scenario(), seed=1)) as port:
         yield port
 
 
@@ -180,7 +180,7 @@ def test_markup_in_a_name_stays_text(visit):
     robots = {"classes": [{"name": "<img src=x onerror=alert(1)>", "count": 3, "skills": ["lift"]}]}
     tasks = {"classes": [{"name": "<b>", "count": 1, "needs": {"lift": 1}}]}
     with serving_at(
-        Programme(Scenario(robots=robots, tasks=tasks, arena={"side": 4.0}), title="<i>x</i>")
+        Catalogue(Scenario(robots=robots, tasks=tasks, arena={"side": 4.0}), title="<i>x</i>")
     ) as port:
         page = visit(port)
         box = page.locator("#arena").bounding_box()
@@ -223,8 +223,8 @@ def test_two_pages_have_a_swarm_each(visit, port):
 
 @pytest.mark.slow
 def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
-    programme = Programme(Scenario(), seed=1)
-    with serving_at(programme) as port:
+    catalogue = Catalogue(Scenario(), seed=1)
+    with serving_at(catalogue) as port:
         page = visit(port, "#seed=3&tasks.count=11", reduced_motion="reduce")
         for step in range(1, 4):
             page.keyboard.press(".")
@@ -233,7 +233,7 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
     expect(page.get_by_role("alert").first).to_contain_text("The server doesn't answer")
     expect(page.locator("#connection")).to_have_text("not connected")
     page.wait_for_timeout(600)
-    with serving_at(programme, port):
+    with serving_at(catalogue, port):
         expect(page.locator("#connection")).to_have_text("live", timeout=15_000)
         expect(page.locator("#banner")).to_be_hidden()
         expect(page.locator("#now")).to_have_text("3")
@@ -248,18 +248,18 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
 def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
     tables = {"runs": 20, "seed": 5, "scenario": {"run": {"steps": 300}}, "sweep": {"tasks.count": [17, 24]}}
     sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
-    programme = of_folder(tmp_path / "results", "wrong")
+    catalogue = read_catalogue(tmp_path / "results", "wrong")
     with Journal(tmp_path / "results") as journal:
         steps = {
             (row.id, run): step
             for row in journal.points
             for run, _, step in journal.columns(row.id)[:, :3].tolist()
         }
-    chosen = programme.replays[-1]
-    with serving_at(programme) as port:
+    chosen = catalogue.replays[-1]
+    with serving_at(catalogue) as port:
         page = visit(port)
-        expect(page.locator("#replays-title")).to_have_text(f"{programme.found} runs that decided wrong")
-        expect(page.locator("#replay-list button")).to_have_count(programme.found)
+        expect(page.locator("#replays-title")).to_have_text(f"{catalogue.found} runs that decided wrong")
+        expect(page.locator("#replay-list button")).to_have_count(catalogue.found)
         expect(page.locator("[aria-current='true']")).to_have_count(1)
         button = page.locator("#replay-list button").last
         assert f"run {chosen.run}:" in button.inner_text()

@@ -12,7 +12,7 @@ from feasibee.cli.options import changes_option, path_type, read_scenario
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.live.catalogue import Programme
+    from feasibee.live.catalogue import Catalogue
 
 PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 
@@ -57,7 +57,7 @@ def watch(
       feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
       feasibee watch results --pick wrong
     """
-    programme = _programme(source, changes, seed, run, pick, trust)
+    catalogue = _catalogue(source, changes, seed, run, pick, trust)
     from feasibee.live import server
 
     with server.listen(host, port) as listening:
@@ -68,19 +68,19 @@ def watch(
         if not no_browser:
             server.open_browser(address)
         with suppress(KeyboardInterrupt):  # the way to stop it
-            server.server_of(programme, host).run(sockets=[listening])
+            server.server_of(catalogue, host).run(sockets=[listening])
 
 
-def _programme(
+def _catalogue(
     source: Path | None,
     changes: tuple[str, ...],
     seed: int | None,
     run: int | None,
     pick: str,
     trust: bool,
-) -> Programme:
+) -> Catalogue:
     """Return what pages may show."""
-    from feasibee.live.catalogue import Programme, of_folder
+    from feasibee.live.catalogue import Catalogue, read_catalogue
     from feasibee.scenario.runs import check_numbers
 
     if source is not None and source.is_dir():
@@ -88,18 +88,18 @@ def _programme(
             raise FeasibeeError(
                 f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run"
             )
-        programme = of_folder(source, pick, trust)
-        _tell_texts(programme, trust)
-        return programme
+        catalogue = read_catalogue(source, pick, trust)
+        _tell_texts(catalogue, trust)
+        return catalogue
     _, seed, run = check_numbers(1, seed or 0, run or 0, "run")
-    return Programme(read_scenario(source, changes), seed, run, source.name if source else "")
+    return Catalogue(read_scenario(source, changes), seed, run, source.name if source else "")
 
 
-def _tell_texts(programme: Programme, trust: bool) -> None:
+def _tell_texts(catalogue: Catalogue, trust: bool) -> None:
     """Name the strategies whose text came with the sweep and isn't a present file of the user's own."""
     from feasibee.scenario.plugins import digest_of, is_own
 
-    for manifest in {row.scenario.manifest: None for row in programme.points.values()}:
+    for manifest in {row.scenario.manifest: None for row in catalogue.points.values()}:
         if not is_own(manifest):
             what = "runs the text that the sweep keeps" if trust else "isn't replayed without --trust"
             click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)
