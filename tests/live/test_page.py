@@ -163,7 +163,7 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
     control = change(page, "robots.count", "-4")
     expect(control).to_have_attribute("aria-invalid", "true")
     expect(page.locator("#note-robots-count")).to_contain_text("robots.count = -4: must be ≥ 1")
-    expect(page.locator("#problem")).to_contain_text("the swarm before goes on")
+    expect(page.locator("#problem")).to_contain_text("the previous run continues")
     change(page, "seed", "seven")
     expect(page.locator("#note-seed")).to_contain_text("must be a whole number")
     expect(page.locator("#note-robots-count")).to_be_visible()
@@ -174,6 +174,21 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
     change(page, "robots.count", "25")
     expect(page.locator("#truth")).to_have_text("feasible (25 robots, 20 tasks)")
     expect(page.locator("#note-robots-count")).to_be_hidden()
+
+
+def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
+    page = visit(port)
+    page.locator("[data-path='arena.boundary']").select_option("walls")
+    expect(page.locator("#veil")).to_have_text(
+        re.compile(r"^Compiling the general engine, once for this machine … [01] s$")
+    )
+    expect(page.locator("#veil-time")).to_have_text(" … 2 s")
+    assert page.locator("#announcer").inner_text() == "Compiling the general engine, once for this machine"
+    slow_engine.set()
+    expect(page.locator("#veil")).to_be_hidden()
+    expect(page.locator("#toml")).to_contain_text('boundary = "walls"')
+    page.wait_for_timeout(1200)
+    assert page.locator("#veil").text_content() == ""  # the time has stopped
 
 
 def test_markup_in_a_name_stays_text(visit):

@@ -9,7 +9,6 @@ import struct
 import time
 from contextlib import ExitStack, suppress
 from hashlib import sha256
-from threading import Event
 
 import numpy as np
 import pytest
@@ -23,14 +22,12 @@ from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _catalogue
-from feasibee.engine.compile import on_compile
 from feasibee.live import connections
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
-from feasibee.simulation import loading
-from feasibee.simulation.loading import FAST, GENERAL, load_engine
+from feasibee.simulation.loading import GENERAL
 from feasibee.simulation.swarm import MARKS
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
@@ -632,30 +629,6 @@ def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     assert told.count("Exception in ASGI application") <= 1
     assert "Invalid HTTP" not in told
     assert "Unsupported" not in told
-
-
-@pytest.fixture
-def slow_engine(monkeypatch):
-    """An engine for walls that isn't on disk: it compiles until the event is set."""
-    from numba.core.compiler_lock import global_compiler_lock
-
-    from feasibee.engine import runner
-
-    ready, done = runner.engine_functions, Event()
-
-    def compile_slowly(scenario):
-        if scenario.arena.boundary == "walls":
-            with global_compiler_lock:
-                on_compile.get()("advance_any")
-                assert done.wait(30)
-        return ready(scenario)
-
-    for boundary in ("torus", "walls"):
-        load_engine(Scenario(arena={"boundary": boundary}))
-    monkeypatch.setattr(runner, "engine_functions", compile_slowly)
-    monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[0] == FAST})
-    yield done
-    done.set()
 
 
 WALLS = {"type": "open", "changes": {"arena.boundary": "walls"}}

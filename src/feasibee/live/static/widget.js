@@ -1,4 +1,4 @@
-// The arena in a notebook: the page's canvas and time, few controls, and a kernel in place of the server; see widget.py.
+// The arena in a notebook: canvas and clock of the page, few controls, the kernel in place of the server; see widget.py.
 
 import { Arena } from "./arena.js";
 import { decode } from "./frames.js";
@@ -8,7 +8,7 @@ import { Player, SPEEDS } from "./player.js";
 /** @import { Frame, Tasks } from "./frames.js" */
 
 /**
- * What anywidget gives of the Python side; traits by their names.
+ * The Python side, from anywidget; traits by name.
  * @typedef {object} Model
  * @property {(name: string) => any} get
  * @property {(name: string, value: unknown) => void} set
@@ -20,7 +20,7 @@ import { Player, SPEEDS } from "./player.js";
 
 /** @type {(keyof Colours)[]} */
 const PAINTS = ["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"];
-const PATIENCE = 2000; // milliseconds after which it says that it waits
+const PATIENCE = 2000; // milliseconds after which a waiting view says so
 /** @type {Record<number, string>} */
 const OUTCOMES = { 1: "feasible", 0: "infeasible", [-1]: "nothing" };
 const SHAPE = `<style>
@@ -71,7 +71,7 @@ const SHAPE = `<style>
 const KEYS = { " ": "play", ".": "step", ArrowRight: "step", r: "restart" };
 
 /**
- * Return a buffer of its own, since one that Jupyter gives is part of a message.
+ * Return a copy, since a buffer from Jupyter is part of a message.
  * @param {DataView | ArrayBuffer} view
  * @returns {ArrayBuffer}
  */
@@ -83,7 +83,7 @@ function bytesOf(view) {
 /** @param {{model: Model, el: HTMLElement}} view */
 function render({ model, el }) {
   const shadow = el.attachShadow({ mode: "open" });
-  shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: nothing else is markup
+  shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: no other text is read as markup
   /** @param {string} selector */
   const $ = (selector) => /** @type {HTMLElement} */ (shadow.querySelector(selector));
   const root = $(".arena"),
@@ -109,7 +109,7 @@ function render({ model, el }) {
     try {
       model.send({ swarm, step });
     } catch {
-      wait(); // JupyterLab refuses to send to a kernel that is gone
+      wait(); // JupyterLab throws if the kernel is gone
     }
   };
   const player = new Player((steps) => want(player.latest.step + steps));
@@ -122,7 +122,7 @@ function render({ model, el }) {
 
   /** @param {number} step */
   function begin(step) {
-    swarm = Math.random().toString(36).slice(2); // frames of another are late ones
+    swarm = Math.random().toString(36).slice(2); // a frame with another name is late
     player.clear();
     player.last = world.last;
     want(step);
@@ -144,7 +144,7 @@ function render({ model, el }) {
   /** @param {number} time */
   function tick(time) {
     pending = 0;
-    if (!root.offsetWidth) return; // not on the page yet, or hidden: a change of size wakes it
+    if (!root.offsetWidth) return; // not on the page yet, or hidden: a change of size calls tick again
     if (stale) repaint();
     const view = player.tick(past ? Math.min(0.1, (time - past) / 1000) : 0);
     if (!view) return;
@@ -152,7 +152,7 @@ function render({ model, el }) {
       rests = !player.playing && player.head >= player.target;
     show(view.now);
     past = rests ? 0 : time;
-    if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) wake(); // else a frame does
+    if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) wake(); // otherwise the next frame does
     if (!rests || model.get("step") === view.now.step) return;
     model.set("step", view.now.step);
     model.save_changes();
@@ -163,7 +163,7 @@ function render({ model, el }) {
    * @param {string} text
    */
   function say(where, text) {
-    if ($(where).textContent !== text) $(where).textContent = text; // readers of screens hear each change
+    if ($(where).textContent !== text) $(where).textContent = text; // screen readers read each change
   }
 
   /** @param {Frame} frame */
@@ -184,7 +184,7 @@ function render({ model, el }) {
   function setSpeed() {
     player.speed = model.get("speed");
     player.smooth = !calm.matches;
-    arena.calm = calm.matches || player.speed > 60; // so many flashes would only flicker
+    arena.calm = calm.matches || player.speed > 60; // faster, flashes would only flicker
     speed.valueAsNumber = SPEEDS.findLastIndex((each) => each <= player.speed);
     const text = `${player.speed.toLocaleString("en")} ${player.speed === 1 ? "step" : "steps"} / s`;
     speed.setAttribute("aria-valuetext", text);
@@ -193,7 +193,7 @@ function render({ model, el }) {
 
   function repaint() {
     stale = false;
-    const light = document.body.dataset.jpThemeLight; // JupyterLab's; others go by the system
+    const light = document.body.dataset.jpThemeLight; // set by JupyterLab; others follow the system
     root.style.colorScheme = light === undefined ? "light dark" : light === "true" ? "light" : "dark";
     const probe = root.appendChild(document.createElement("span"));
     /** @param {keyof Colours} name */
