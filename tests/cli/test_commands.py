@@ -618,7 +618,7 @@ def test_output_that_finds_no_room_is_told(command):
         _, errors = process.communicate(timeout=60)
     assert process.returncode == 2
     assert errors.splitlines() == [
-        "feasibee: the output: can't be written: No space left on device; free some room"
+        "feasibee: the output: can't be written: No space left on device; free some disk space"
     ]
 
 

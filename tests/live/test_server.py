@@ -332,7 +332,7 @@ def test_watch_names_the_texts_that_are_not_the_users_own(own_sweep, capsys):
     digest = sha256(OWN.encode()).hexdigest()
     for trust, what in (
         (False, "isn't replayed without --trust"),
-        (True, "runs the text that the sweep keeps"),
+        (True, "runs from the text in the journal"),
     ):
         _catalogue(folder, (), None, None, "all", trust)
         assert capsys.readouterr().err == f"feasibee: {file}, SHA-256 {digest}: {what}\n"

@@ -1,4 +1,4 @@
-"""feasibee compile: prepare both engines, so that no later command has to."""
+"""feasibee compile: compile both engines ahead of other commands."""
 
 from __future__ import annotations
 
