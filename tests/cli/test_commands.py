@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import shutil
@@ -18,6 +19,8 @@ from click.testing import CliRunner
 from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
 from feasibee.cli import main
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.paper import reproduce
+from feasibee.studies.robustness import reproduce_beyond
 
 KEYS = {
     "runs",
@@ -545,6 +548,12 @@ def test_paper_writes_figures_and_says_of_each_claim_whether_it_holds(here):
     cells = [cell.strip() for line in result.stdout.splitlines() for cell in line.split("│")]
     assert [cell for cell in cells if cell in {"holds", "fails", "can't tell"}] == verdicts
     assert "out/figures" in result.stdout
+
+
+def test_paper_has_enough_runs_by_default_that_its_claims_can_be_told():
+    defaults = [inspect.signature(each).parameters["runs"].default for each in (reproduce, reproduce_beyond)]
+    assert defaults == [2000, 2000]
+    assert "[default: 2000;" in " ".join(invoke("paper", "--help").stdout.split())
 
 
 @pytest.mark.parametrize(

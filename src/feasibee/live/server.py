@@ -145,14 +145,14 @@ async def _answer(
 
 
 async def _begin(page: WebSocket, session: Session, request: RunRequest) -> None:
-    """Begin a run; meanwhile tell the page what compiles, for itself or for another page."""
+    """Begin a run; meanwhile report to the page which engine compiles, also for another page."""
     begun = asyncio.ensure_future(in_daemon_thread(lambda: session.begin(request)))
-    told = None
+    reported = None
     try:
         while not (await asyncio.wait([begun], timeout=GLANCE))[0]:
             current = compilation()
-            if current is not None and current != told:
-                told = current
+            if current is not None and current != reported:
+                reported = current
                 text = f"Compiling the {current.engine}, once for this machine"
                 seconds = round(time.monotonic() - current.since, 1)
                 await page.send_json({"type": "compiling", "text": text, "seconds": seconds})
