@@ -184,6 +184,9 @@ def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
     )
     expect(page.locator("#veil-time")).to_have_text(" … 2 s")
     assert page.locator("#announcer").inner_text() == "Compiling the general engine, once for this machine"
+    late = visit(port, "#arena.boundary=walls", ready=False)
+    expect(late.locator("#veil-time")).not_to_have_text("")
+    assert int(re.findall(r"\d+", late.locator("#veil-time").inner_text())[0]) >= 2
     slow_engine.set()
     expect(page.locator("#veil")).to_be_hidden()
     expect(page.locator("#toml")).to_contain_text('boundary = "walls"')
@@ -277,7 +280,9 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         expect(page.locator("#replay-list button")).to_have_count(catalogue.found)
         expect(page.locator("[aria-current='true']")).to_have_count(1)
         button = page.locator("#replay-list button").last
-        assert f"run {chosen.run}:" in button.inner_text()
+        words = {1: "feasible", 0: "infeasible"}
+        decided = f"{words[chosen.decision]} at step {chosen.decision_step}"
+        assert f"run {chosen.run}: {decided}" in button.inner_text()
         button.click()
         expect(page.locator("[data-path='run']")).to_have_value(str(chosen.run))
         expect(button).to_have_attribute("aria-current", "true")
@@ -286,6 +291,37 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         assert page.locator("#verdict").get_attribute("data-verdict") == "wrong"
         found = re.search(r"step (\d+)", page.locator("#decision").inner_text())
         assert int(found[1]) == steps[chosen.point, chosen.run]
+
+
+LOOKS = {
+    "feasible": (1 + 32, {"centre": "F", "disc": "F"}),
+    "infeasible": (32, {"centre": "G", "disc": "I"}),
+    "no opinion": (2 + 32, {"centre": "U"}),
+    "disseminating": (1 + 4 + 32, {"centre": "F", "disc": "F", "ring": "F"}),
+    "committed to feasible": (1 + 8 + 32, {"centre": "G", "disc": "F"}),
+    "committed to infeasible": (8 + 32, {"centre": "I", "disc": "I"}),
+    "Byzantine": (1 + 32 + 64, {"centre": "F", "disc": "F", "corner": "K"}),
+}
+PIXELS = """async marks => {
+    const { drawSprite } = await import("./sprites.js");
+    const colours = { feasible: "#f00", infeasible: "#0f0", undecided: "#00f", ground: "#ff0", ink: "#000" };
+    const names = { "255,0,0": "F", "0,255,0": "I", "0,0,255": "U", "255,255,0": "G", "0,0,0": "K" };
+    const sprite = drawSprite(marks, 40, colours), width = sprite.width;
+    const data = sprite.getContext("2d").getImageData(0, 0, width, width).data;
+    const found = {};
+    for (const [place, x, y] of [["centre", 0, 0], ["disc", 30, 0], ["ring", 60, 0], ["corner", 46, 46]]) {
+        const at = 4 * ((width / 2 + y) * width + width / 2 + x);
+        const colour = data.slice(at, at + 3).join();
+        if (data[at + 3]) found[place] = names[colour] ?? colour;
+    }
+    return found;
+}"""
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_robots_look_as_the_legend_says(visit, port, look):
+    marks, expected = LOOKS[look]
+    assert visit(port).evaluate(PIXELS, marks) == expected
 
 
 def test_ten_thousand_robots_are_drawn(visit, port):

@@ -17,11 +17,11 @@ USUAL = "no file was left half-written"
 _CLEAR = b"\r\x1b[2K\x1b[?25h"  # removes what a progress bar leaves: its line, and a hidden cursor
 
 _is_program = threading.Event()
-"""Set if the command line is the whole process, not called by a program; only then handle Ctrl-C."""
+"""Set if the command line is the whole process; only then handle Ctrl-C."""
 
 
 def begin() -> None:
-    """Install the handler of Ctrl-C, unless the parent process ignores it, as shells do for background jobs."""
+    """Install the handler of Ctrl-C, unless the parent process ignores it, as for a background job."""
     if callable(signal.getsignal(signal.SIGINT)):
         _is_program.set()
         signal.signal(signal.SIGINT, _Leave(USUAL))
