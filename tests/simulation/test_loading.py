@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from multiprocessing import current_process
 
 import pytest
 from rich.console import Console
@@ -128,6 +129,13 @@ def test_another_thread_writes_a_line_since_the_program_may_end_first(engine, sc
     thread = threading.Thread(target=load_engine, args=(WALLS,))
     thread.start()
     thread.join()
+    assert screen.getvalue() == ""
+    assert "compiling the general engine" in capsys.readouterr().err
+
+
+def test_a_worker_process_writes_a_line_since_its_parent_draws(engine, screen, capsys, monkeypatch):
+    monkeypatch.setattr(loading, "parent_process", current_process)
+    load_engine(WALLS)
     assert screen.getvalue() == ""
     assert "compiling the general engine" in capsys.readouterr().err
 

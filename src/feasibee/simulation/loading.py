@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from functools import cache
+from multiprocessing import parent_process
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from feasibee.cache import check_cache
@@ -126,8 +127,7 @@ def _showing(engine: str) -> Iterator[list[str]]:
 @contextmanager
 def _displayed(engine: str) -> Iterator[None]:
     """Show a spinner and the time passed on a terminal, and elsewhere one line."""
-    if not is_terminal() or threading.current_thread() is not threading.main_thread():
-        # A program may end while another thread compiles; a spinner would leave the cursor hidden.
+    if not is_terminal() or not _is_main_thread_of_program():
         text = f"feasibee: compiling the {engine}, once for this machine; {DURATION} ..."
         print(text, file=sys.stderr, flush=True)
         yield
@@ -137,6 +137,15 @@ def _displayed(engine: str) -> Iterator[None]:
     with Progress(SpinnerColumn(), TextColumn(PASSED), console=stderr_console(), transient=True) as spinner:
         spinner.add_task(f"Compiling the {engine}, once for this machine")
         yield
+
+
+def _is_main_thread_of_program() -> bool:
+    """Return whether a spinner is safe here.
+
+    A program may end while another thread compiles, and a spinner would leave the cursor hidden. Worker
+    processes would draw theirs over the parent's display.
+    """
+    return parent_process() is None and threading.current_thread() is threading.main_thread()
 
 
 def is_terminal() -> bool:
