@@ -125,12 +125,13 @@ def test_the_spinner_shows_beside_a_bar(engine, screen, monkeypatch):
     assert "Simulating" in screen.getvalue()
 
 
-def test_another_thread_writes_a_line_since_the_program_may_end_first(engine, screen, capsys):
-    thread = threading.Thread(target=load_engine, args=(WALLS,))
+@pytest.mark.parametrize("daemon", [True, False])
+def test_a_daemon_thread_writes_a_line_since_the_program_may_end_first(engine, screen, capsys, daemon):
+    thread = threading.Thread(target=load_engine, args=(WALLS,), daemon=daemon)
     thread.start()
     thread.join()
-    assert screen.getvalue() == ""
-    assert "compiling the general engine" in capsys.readouterr().err
+    assert ("Compiling the general engine" in screen.getvalue()) is not daemon
+    assert ("compiling the general engine" in capsys.readouterr().err) is daemon
 
 
 def test_a_worker_process_writes_a_line_since_its_parent_draws(engine, screen, capsys, monkeypatch):

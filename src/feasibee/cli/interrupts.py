@@ -1,4 +1,4 @@
-"""Handling of Ctrl-C: at any moment it ends a command with one line and exit status 130."""
+"""Ctrl-C ends a command in a line and with status 130, at whatever moment it comes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import click
 
 STATUS = 130
 USUAL = "no file was left half-written"
-_CLEAR = b"\r\x1b[2K\x1b[?25h"  # removes what a progress bar leaves: its line, and a hidden cursor
+_CLEAR = b"\r\x1b[2K\x1b[?25h"  # what a progress bar leaves: its line, and a hidden cursor
 
 _is_program = threading.Event()
-"""Set if the command line is the whole process; only then handle Ctrl-C."""
+"""Set where the command line is the process, and no guest in another: then Ctrl-C is ours to handle."""
 
 
 def begin() -> None:
@@ -29,14 +29,14 @@ def begin() -> None:
 
 
 def end() -> None:
-    """Ignore Ctrl-C from now on; during Python's shutdown it would print a traceback."""
+    """Ignore Ctrl-C from now on: all is done, and Python's own end would answer with a traceback."""
     if _is_program.is_set():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def raising() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt, so that half-written files are removed; then call `end`."""
+    """Let Ctrl-C raise KeyboardInterrupt, so that what is half-written is cleared away; then `end`."""
     if _is_program.is_set():
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
@@ -47,7 +47,7 @@ def raising() -> Iterator[None]:
 
 @contextmanager
 def leaving(what: str) -> Iterator[None]:
-    """Let Ctrl-C end the process at once, where no file can be half-written; then call `end`."""
+    """Let Ctrl-C end the process at once, where nothing can be left half-written; then `end`."""
     if _is_program.is_set():
         signal.signal(signal.SIGINT, _Leave(what))
     try:
@@ -64,7 +64,7 @@ def interrupted(what: str) -> NoReturn:
 
 
 class _Leave:
-    """A signal handler that prints one line and ends the process at once."""
+    """A handler that ends the process at once, in a line."""
 
     def __init__(self, what: str) -> None:
         self.what = what

@@ -127,7 +127,7 @@ def _showing(engine: str) -> Iterator[list[str]]:
 @contextmanager
 def _displayed(engine: str) -> Iterator[None]:
     """Show a spinner and the time passed on a terminal, and elsewhere one line."""
-    if not is_terminal() or not _is_main_thread_of_program():
+    if not is_terminal() or not _may_draw():
         text = f"feasibee: compiling the {engine}, once for this machine; {DURATION} ..."
         print(text, file=sys.stderr, flush=True)
         yield
@@ -139,13 +139,13 @@ def _displayed(engine: str) -> Iterator[None]:
         yield
 
 
-def _is_main_thread_of_program() -> bool:
-    """Return whether a spinner is safe here.
+def _may_draw() -> bool:
+    """Return whether this thread may draw a spinner.
 
-    A program may end while another thread compiles, and a spinner would leave the cursor hidden. Worker
+    A program may end while a daemon thread compiles, and a spinner would leave the cursor hidden. Worker
     processes would draw theirs over the parent's display.
     """
-    return parent_process() is None and threading.current_thread() is threading.main_thread()
+    return parent_process() is None and not threading.current_thread().daemon
 
 
 def is_terminal() -> bool:
