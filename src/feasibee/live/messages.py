@@ -1,6 +1,6 @@
-"""The messages between page and server.
+"""What the page and the server say to each other.
 
-The page sends JSON, which is validated here. The server answers in JSON and in binary frames: little-endian,
+The page sends JSON, which is checked here. The server answers in JSON, and with binary frames: little-endian,
 a header of `HEADER` and then arrays, which the page reads without copying.
 """
 
@@ -17,7 +17,7 @@ from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.simulation.swarm import Swarm
 
 PROTOCOL: Final = 1
-"""Version of the messages; raise it when a page of the version before could not read them."""
+"""Raised whenever a page of another version couldn't read what the server sends."""
 MESSAGE_LIMIT: Final = 16 * 1024
 """Most bytes of a message of the page."""
 FRAME, TASKS = 1, 2

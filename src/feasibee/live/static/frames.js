@@ -1,4 +1,4 @@
-// Decoding of the server's binary messages; messages.py has their layout.
+// Binary messages of the server; see messages.py, which says what stands where.
 
 export const PROTOCOL = 1;
 export const FEASIBLE = 1,
@@ -13,8 +13,8 @@ const FRAME = 1,
   HEADER = 60,
   TASKS_HEADER = 8;
 
-/** @typedef {ReturnType<typeof frame>} Frame One step of a swarm. */
-/** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks. */
+/** @typedef {ReturnType<typeof frame>} Frame A step of a swarm. */
+/** @typedef {ReturnType<typeof tasks>} Tasks Where the tasks are. */
 
 /**
  * @param {ArrayBuffer} buffer
@@ -22,7 +22,7 @@ const FRAME = 1,
  */
 export function decode(buffer) {
   const view = new DataView(buffer);
-  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server has another version; reload the page");
+  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server speaks another protocol; reload the page");
   return view.getUint8(1) === FRAME ? frame(buffer, view) : tasks(buffer, view);
 }
 
