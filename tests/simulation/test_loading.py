@@ -33,7 +33,7 @@ class Engine:
         self.seen = []
         self.seconds = 0.0
 
-    def functions(self, scenario):
+    def functions(self, *arguments):
         for name in self.missing:
             on_compile.get()(name)
             self.seen.append(compilation())
@@ -90,7 +90,7 @@ def test_a_strategy_alone_compiles_in_silence(engine, capsys):
 
 
 def test_nothing_compiles_any_more_after_an_error(engine, capsys, monkeypatch):
-    def fail(scenario):
+    def fail(*arguments):
         on_compile.get()("advance_any")
         raise MemoryError
 
