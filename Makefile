@@ -7,7 +7,7 @@ LOWEST_PYTHON ?= python3.11
 
 .PHONY: help paper test test-all test-lowest lint lint-js format-js bench docs claims claims-short clean
 help:
-	@echo "make paper   the paper's figures, data and claims, in paper/"
+	@echo "make paper   the paper's figures, data and claims, in paper/, from 2,000 swarms at each ratio"
 	@echo "make test    the tests that take minutes together"
 	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"

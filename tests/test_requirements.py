@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from feasibee.errors import how_to_install
+
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 CORE = PROJECT["project"]["dependencies"]
@@ -37,7 +39,8 @@ def name_of(requirement):
 def imported_by(folder):
     """Return the packages that a folder's files import, each with a file that imports it."""
     files = [path for path in (ROOT / folder).rglob("*.py") if "_build" not in path.parts]
-    local = {path.stem for path in files} | {path.name for path in (ROOT / folder).rglob("*") if path.is_dir()}
+    local = {name for path in files for name in (path.stem, path.parent.name)}
+    local |= {path.stem for path in (ROOT / "benchmarks").glob("*.py")} if folder == "tests" else set()
     found = {}
     for path in files:
         for node in ast.walk(ast.parse(path.read_text())):
@@ -71,3 +74,24 @@ def test_each_requirement_has_a_lowest_version_and_no_highest():
     """`make test-lowest` installs the lowest; a highest would keep users from versions that may work."""
     for each in chain(CORE, *EXTRAS.values(), *GROUPS.values()):
         assert re.fullmatch(r"[\w-]+>=[\d.]+", each), each
+
+
+def test_a_missing_package_is_answered_with_an_extra_that_exists():
+    named = set()
+    for path in (ROOT / "src").rglob("*.py"):
+        text = path.read_text()
+        assert "feasibee[" not in text, f"{path}: no registry has this package; use errors.how_to_install"
+        named |= set(re.findall(r"how_to_install\('(\w+)'\)", text))
+    assert named == set(EXTRAS)
+    assert how_to_install("dask") == 'in a checkout of feasibee, run: python -m pip install ".[dask]"'
+
+
+def test_the_live_page_needs_no_extra():
+    live = {path.stem: path.read_text() for path in (ROOT / "src/feasibee/live").glob("*.py")}
+    live.pop("widget")  # which has an extra of its own
+    used = {
+        name for text in live.values() for name in re.findall(r"^(?:from|import) (\w+)", text, re.MULTILINE)
+    }
+    assert {"starlette", "uvicorn"} <= used
+    assert used - set(sys.stdlib_module_names) - OWN <= {name_of(each) for each in CORE}
+    assert "websockets" in {name_of(each) for each in CORE}  # uvicorn imports it by name

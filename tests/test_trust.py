@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.cli import main
-from feasibee.live.catalogue import of_folder
+from feasibee.live.catalogue import read_catalogue
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
@@ -99,7 +99,7 @@ def test_results_are_shown_without_their_strategies_being_run(results, tmp_path,
     ):
         done = invoke(*command)
         assert done.exit_code == 0, done.output
-    assert of_folder(results, "all").to_dict()["found"] == 12
+    assert read_catalogue(results, "all").to_dict()["found"] == 12
     dataset = open_results(tmp_path / "runs.nc")
     scenario = scenario_of(dataset)
     assert scenario.hash == json.loads(dataset.attrs["recipe"])["scenario_hash"]

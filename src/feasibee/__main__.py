@@ -1,4 +1,4 @@
-"""``python -m feasibee``."""
+"""The command line, run as ``python -m feasibee``."""
 
 from feasibee.cli import main
 

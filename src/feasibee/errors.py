@@ -75,6 +75,11 @@ class ScenarioError(FeasibeeError):
             yield f"{prefix}and {least}{more} more"
 
 
+def how_to_install(extra: str) -> str:
+    """Return the remedy for a missing package: the command that installs an extra of pyproject.toml."""
+    return f'in a checkout of feasibee, run: python -m pip install ".[{extra}]"'
+
+
 def one_line(text: str, limit: int = LINE_LIMIT) -> str:
     """Return text as one line that any terminal can show, without its middle if it is long."""
     printable = "".join(

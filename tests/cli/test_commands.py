@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import shutil
@@ -18,6 +19,8 @@ from click.testing import CliRunner
 from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
 from feasibee.cli import main
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.paper import reproduce
+from feasibee.studies.robustness import reproduce_beyond
 
 KEYS = {
     "runs",
@@ -547,6 +550,12 @@ def test_paper_writes_figures_and_says_of_each_claim_whether_it_holds(here):
     assert "out/figures" in result.stdout
 
 
+def test_paper_has_enough_runs_by_default_that_its_claims_can_be_told():
+    defaults = [inspect.signature(each).parameters["runs"].default for each in (reproduce, reproduce_beyond)]
+    assert defaults == [2000, 2000]
+    assert "[default: 2000;" in " ".join(invoke("paper", "--help").stdout.split())
+
+
 @pytest.mark.parametrize(
     "arguments", [["--runs", "3"], ["--seed", "-1"], ["--seed", str(2**64)], ["--threads", "0"]]
 )
@@ -618,7 +627,7 @@ def test_output_that_finds_no_room_is_told(command):
         _, errors = process.communicate(timeout=60)
     assert process.returncode == 2
     assert errors.splitlines() == [
-        "feasibee: the output: can't be written: No space left on device; free some room"
+        "feasibee: the output: can't be written: No space left on device; free some disk space"
     ]
 
 

@@ -15,7 +15,7 @@ from feasibee import FeasibeeError, cache
 from feasibee.cache import check_cache, own_folder, read_sealed, write_sealed
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
-from feasibee.engine.compile import cache_folder, entry, is_compiled
+from feasibee.engine.compile import cache_folder, entry, on_compile
 
 owned = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows tells access otherwise")
 
@@ -48,11 +48,28 @@ def kept(name="double"):
 
 
 def test_compiled_code_is_kept_and_found_again(folder, monkeypatch):
-    assert not is_compiled("double")
     assert compiled()(21) == 42
-    assert is_compiled("double")
     monkeypatch.setattr(compile_, "write_sealed", None)  # it would be called if it were compiled
     assert compiled()(21) == 42
+
+
+def test_what_is_compiled_is_told_and_what_is_found_is_not(folder):
+    told = []
+    token = on_compile.set(told.append)
+    try:
+        compiled()
+        compiled()
+        assert told == ["double"]
+        entry("float64(float64)")(double)
+        assert told == ["double"] * 2
+        kept_files = list(cache_folder().glob("double-*.nbc"))
+        assert len(kept_files) == 2
+        for path in kept_files:
+            path.write_bytes(b"")
+        compiled()
+        assert told == ["double"] * 3
+    finally:
+        on_compile.reset(token)
 
 
 def test_what_differs_has_a_file_of_its_own(folder):
@@ -340,7 +357,7 @@ def test_the_engine_survives_damage_to_each_of_its_files(folder):
         return done.stdout, done.stderr
 
     expected, said = run()
-    assert "compiling the engine" in said
+    assert "compiling the fast-path engine" in said
     assert run() == (expected, "")
     (inner,) = folder.iterdir()
     files = sorted(inner.glob("*.nbc"))

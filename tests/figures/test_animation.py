@@ -312,7 +312,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
     with pytest.raises(FeasibeeError, match="size = 5000"):
         animate(Scenario(), out, size=5000)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    assert "install feasibee[video]" in refused("--out", tmp_path / "run.mp4")
+    assert 'pip install ".[video]"' in refused("--out", tmp_path / "run.mp4")
     assert list(tmp_path.iterdir()) == []
 
 

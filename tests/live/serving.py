@@ -9,10 +9,10 @@ from feasibee.live import server as serving
 
 
 @contextmanager
-def serving_at(programme, port=0):
+def serving_at(catalogue, port=0):
     """Run a server in a thread; give its port."""
     with serving.listen("127.0.0.1", port) as listening:
-        server = serving.server_of(programme, "127.0.0.1")
+        server = serving.server_of(catalogue, "127.0.0.1")
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         try:

@@ -9,7 +9,7 @@ import pytest
 from serving import serving_at
 
 from feasibee import Scenario, simulate
-from feasibee.live.catalogue import Programme, of_folder
+from feasibee.live.catalogue import Catalogue, read_catalogue
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
@@ -20,7 +20,7 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 
 @pytest.fixture(scope="module")
 def port():
-    with serving_at(Programme(Scenario(), seed=1)) as port:
+    with serving_at(Catalogue(Scenario(), seed=1)) as port:
         yield port
 
 
@@ -163,7 +163,7 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
     control = change(page, "robots.count", "-4")
     expect(control).to_have_attribute("aria-invalid", "true")
     expect(page.locator("#note-robots-count")).to_contain_text("robots.count = -4: must be ≥ 1")
-    expect(page.locator("#problem")).to_contain_text("the swarm before goes on")
+    expect(page.locator("#problem")).to_contain_text("the previous run continues")
     change(page, "seed", "seven")
     expect(page.locator("#note-seed")).to_contain_text("must be a whole number")
     expect(page.locator("#note-robots-count")).to_be_visible()
@@ -176,11 +176,29 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
     expect(page.locator("#note-robots-count")).to_be_hidden()
 
 
+def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
+    page = visit(port)
+    page.locator("[data-path='arena.boundary']").select_option("walls")
+    expect(page.locator("#veil")).to_have_text(
+        re.compile(r"^Compiling the general engine, once for this machine … [01] s$")
+    )
+    expect(page.locator("#veil-time")).to_have_text(" … 2 s")
+    assert page.locator("#announcer").inner_text() == "Compiling the general engine, once for this machine"
+    late = visit(port, "#arena.boundary=walls", ready=False)
+    expect(late.locator("#veil-time")).not_to_have_text("")
+    assert int(re.findall(r"\d+", late.locator("#veil-time").inner_text())[0]) >= 2
+    slow_engine.set()
+    expect(page.locator("#veil")).to_be_hidden()
+    expect(page.locator("#toml")).to_contain_text('boundary = "walls"')
+    page.wait_for_timeout(1200)
+    assert page.locator("#veil").text_content() == ""  # the time has stopped
+
+
 def test_markup_in_a_name_stays_text(visit):
     robots = {"classes": [{"name": "<img src=x onerror=alert(1)>", "count": 3, "skills": ["lift"]}]}
     tasks = {"classes": [{"name": "<b>", "count": 1, "needs": {"lift": 1}}]}
     with serving_at(
-        Programme(Scenario(robots=robots, tasks=tasks, arena={"side": 4.0}), title="<i>x</i>")
+        Catalogue(Scenario(robots=robots, tasks=tasks, arena={"side": 4.0}), title="<i>x</i>")
     ) as port:
         page = visit(port)
         box = page.locator("#arena").bounding_box()
@@ -223,8 +241,8 @@ def test_two_pages_have_a_swarm_each(visit, port):
 
 @pytest.mark.slow
 def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
-    programme = Programme(Scenario(), seed=1)
-    with serving_at(programme) as port:
+    catalogue = Catalogue(Scenario(), seed=1)
+    with serving_at(catalogue) as port:
         page = visit(port, "#seed=3&tasks.count=11", reduced_motion="reduce")
         for step in range(1, 4):
             page.keyboard.press(".")
@@ -233,7 +251,7 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
     expect(page.get_by_role("alert").first).to_contain_text("The server doesn't answer")
     expect(page.locator("#connection")).to_have_text("not connected")
     page.wait_for_timeout(600)
-    with serving_at(programme, port):
+    with serving_at(catalogue, port):
         expect(page.locator("#connection")).to_have_text("live", timeout=15_000)
         expect(page.locator("#banner")).to_be_hidden()
         expect(page.locator("#now")).to_have_text("3")
@@ -248,21 +266,23 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit):
 def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
     tables = {"runs": 20, "seed": 5, "scenario": {"run": {"steps": 300}}, "sweep": {"tasks.count": [17, 24]}}
     sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
-    programme = of_folder(tmp_path / "results", "wrong")
+    catalogue = read_catalogue(tmp_path / "results", "wrong")
     with Journal(tmp_path / "results") as journal:
         steps = {
             (row.id, run): step
             for row in journal.points
             for run, _, step in journal.columns(row.id)[:, :3].tolist()
         }
-    chosen = programme.replays[-1]
-    with serving_at(programme) as port:
+    chosen = catalogue.replays[-1]
+    with serving_at(catalogue) as port:
         page = visit(port)
-        expect(page.locator("#replays-title")).to_have_text(f"{programme.found} runs that decided wrong")
-        expect(page.locator("#replay-list button")).to_have_count(programme.found)
+        expect(page.locator("#replays-title")).to_have_text(f"{catalogue.found} runs that decided wrong")
+        expect(page.locator("#replay-list button")).to_have_count(catalogue.found)
         expect(page.locator("[aria-current='true']")).to_have_count(1)
         button = page.locator("#replay-list button").last
-        assert f"run {chosen.run}:" in button.inner_text()
+        words = {1: "feasible", 0: "infeasible"}
+        decided = f"{words[chosen.decision]} at step {chosen.decision_step}"
+        assert f"run {chosen.run}: {decided}" in button.inner_text()
         button.click()
         expect(page.locator("[data-path='run']")).to_have_value(str(chosen.run))
         expect(button).to_have_attribute("aria-current", "true")
@@ -271,6 +291,37 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         assert page.locator("#verdict").get_attribute("data-verdict") == "wrong"
         found = re.search(r"step (\d+)", page.locator("#decision").inner_text())
         assert int(found[1]) == steps[chosen.point, chosen.run]
+
+
+LOOKS = {
+    "feasible": (1 + 32, {"centre": "F", "disc": "F"}),
+    "infeasible": (32, {"centre": "G", "disc": "I"}),
+    "no opinion": (2 + 32, {"centre": "U"}),
+    "disseminating": (1 + 4 + 32, {"centre": "F", "disc": "F", "ring": "F"}),
+    "committed to feasible": (1 + 8 + 32, {"centre": "G", "disc": "F"}),
+    "committed to infeasible": (8 + 32, {"centre": "I", "disc": "I"}),
+    "Byzantine": (1 + 32 + 64, {"centre": "F", "disc": "F", "corner": "K"}),
+}
+PIXELS = """async marks => {
+    const { drawSprite } = await import("./sprites.js");
+    const colours = { feasible: "#f00", infeasible: "#0f0", undecided: "#00f", ground: "#ff0", ink: "#000" };
+    const names = { "255,0,0": "F", "0,255,0": "I", "0,0,255": "U", "255,255,0": "G", "0,0,0": "K" };
+    const sprite = drawSprite(marks, 40, colours), width = sprite.width;
+    const data = sprite.getContext("2d").getImageData(0, 0, width, width).data;
+    const found = {};
+    for (const [place, x, y] of [["centre", 0, 0], ["disc", 30, 0], ["ring", 60, 0], ["corner", 46, 46]]) {
+        const at = 4 * ((width / 2 + y) * width + width / 2 + x);
+        const colour = data.slice(at, at + 3).join();
+        if (data[at + 3]) found[place] = names[colour] ?? colour;
+    }
+    return found;
+}"""
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_robots_look_as_the_legend_says(visit, port, look):
+    marks, expected = LOOKS[look]
+    assert visit(port).evaluate(PIXELS, marks) == expected
 
 
 def test_ten_thousand_robots_are_drawn(visit, port):

@@ -9,7 +9,6 @@ import struct
 import time
 from contextlib import ExitStack, suppress
 from hashlib import sha256
-from threading import Event
 
 import numpy as np
 import pytest
@@ -22,14 +21,13 @@ from websockets.sync.client import connect
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.cli.watch import PICKS as OFFERED
-from feasibee.cli.watch import _programme
+from feasibee.cli.watch import _catalogue
 from feasibee.live import connections
 from feasibee.live import server as serving
-from feasibee.live.catalogue import PICKS, Programme, of_folder
+from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
 from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
-from feasibee.simulation import ensemble
-from feasibee.simulation.ensemble import load_engine
+from feasibee.simulation.loading import GENERAL
 from feasibee.simulation.swarm import MARKS
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
@@ -76,7 +74,7 @@ WORLDS = {
 
 @pytest.fixture(scope="module")
 def port():
-    with serving_at(Programme(Scenario(), seed=1)) as port:
+    with serving_at(Catalogue(Scenario(), seed=1)) as port:
         yield port
 
 
@@ -147,7 +145,7 @@ def test_what_the_page_is_sent_is_what_simulate_computes(world):
     scenario = Scenario(run={"steps": 120}).replace(WORLDS[world])
     expected = simulate(scenario, 1, 7, first_run=3, curves=True)
     feasible, infeasible = [], []
-    with serving_at(Programme(scenario, 7, 3)) as port, Page(port) as page:
+    with serving_at(Catalogue(scenario, 7, 3)) as port, Page(port) as page:
         frame = page.open()
         for steps in (1, 1, 17, 100, 50):
             feasible += frame["feasible_counts"].tolist()
@@ -240,7 +238,7 @@ def results(tmp_path_factory):
 
 
 def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
-    programme = of_folder(results, "wrong")
+    catalogue = read_catalogue(results, "wrong")
     with Journal(results) as journal:
         wrong = {
             (row.id, run): (decision, step)
@@ -248,8 +246,8 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
             for run, decision, step in journal.columns(row.id)[:, :3].tolist()
             if decision not in (-1, int(row.truth))
         }
-    assert programme.found == len(wrong) > 5
-    with serving_at(programme) as port, Page(port) as page:
+    assert catalogue.found == len(wrong) > 5
+    with serving_at(catalogue) as port, Page(port) as page:
         listed = page.welcome["replays"]
         assert {(each["point"], int(each["run"])) for each in listed} == set(wrong)
         for each in listed[:: len(listed) // 5]:
@@ -263,11 +261,11 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
 
 def test_a_long_list_has_as_many_runs_of_each_point(results, monkeypatch):
     monkeypatch.setattr("feasibee.live.catalogue.LISTED", 10)
-    programme = of_folder(results, "all")
-    assert programme.found > 10
+    catalogue = read_catalogue(results, "all")
+    assert catalogue.found > 10
     with Journal(results) as journal:
         expected = {row.id: [0, 1] for row in journal.points}  # four points: ten runs are two of each
-    listed = {point: [each.run for each in programme.replays if each.point == point] for point in expected}
+    listed = {point: [each.run for each in catalogue.replays if each.point == point] for point in expected}
     assert listed == expected
 
 
@@ -278,9 +276,9 @@ def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     found = {}
     for pick in PICKS:
         try:
-            found[pick] = of_folder(results, pick).found
+            found[pick] = read_catalogue(results, pick).found
         except FeasibeeError as error:
-            assert f"has no runs that are {pick}; choose another --pick" in str(error)  # noqa: PT017
+            assert f"has no runs that are {pick}; use another --pick" in str(error)  # noqa: PT017
             found[pick] = 0
     assert found["all"] == 120 == found["wrong"] + found["right"] + found["undecided"]
     assert found["all"] == found["feasible"] + found["infeasible"] + found["undecided"]
@@ -307,20 +305,20 @@ def own_sweep(tmp_path):
 
 def test_a_strategys_text_of_a_journal_is_replayed_if_it_is_the_users_own_or_trusted(own_sweep):
     folder, file = own_sweep
-    programme = of_folder(folder, "all")
-    assert str(file) in programme.strategies
-    with serving_at(programme) as port, Page(port) as page:
+    catalogue = read_catalogue(folder, "all")
+    assert str(file) in catalogue.strategies
+    with serving_at(catalogue) as port, Page(port) as page:
         assert page.open(changes={"decision.strategy": str(file)})["step"] == 0
     marked = file.with_name("ran")
     file.write_text(f"open({str(marked)!r}, 'w')\n{OWN}")
-    programme = of_folder(folder, "all")
-    assert programme.scenario_of(None).manifest.source == OWN
-    with serving_at(programme) as port, Page(port) as page:
+    catalogue = read_catalogue(folder, "all")
+    assert catalogue.scenario_of(None).manifest.source == OWN
+    with serving_at(catalogue) as port, Page(port) as page:
         told = page.answer("error", type="open")["problems"][0]["text"]
         assert "isn't that of a file of yours" in told
         assert "--trust" in told
         assert page.open(changes={"decision.strategy": "dmmd"})["step"] == 0
-    with serving_at(of_folder(folder, "all", trust=True)) as port, Page(port) as page:
+    with serving_at(read_catalogue(folder, "all", trust=True)) as port, Page(port) as page:
         assert page.open(changes={"decision.strategy": str(file)})["step"] == 0
         page.open(changes={"tasks.count": 30})
     assert not marked.exists()
@@ -328,22 +326,22 @@ def test_a_strategys_text_of_a_journal_is_replayed_if_it_is_the_users_own_or_tru
 
 def test_watch_names_the_texts_that_are_not_the_users_own(own_sweep, capsys):
     folder, file = own_sweep
-    _programme(folder, (), None, None, "all", False)
+    _catalogue(folder, (), None, None, "all", False)
     assert capsys.readouterr().err == ""
     file.unlink()
     digest = sha256(OWN.encode()).hexdigest()
     for trust, what in (
         (False, "isn't replayed without --trust"),
-        (True, "runs the text that the sweep keeps"),
+        (True, "runs from the text in the journal"),
     ):
-        _programme(folder, (), None, None, "all", trust)
+        _catalogue(folder, (), None, None, "all", trust)
         assert capsys.readouterr().err == f"feasibee: {file}, SHA-256 {digest}: {what}\n"
 
 
 def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(OWN.replace("return 0.5", "return 1.0 / (robots_seen - 4.0) ** 2 / 9.0"))
-    with serving_at(Programme(Scenario(decision={"strategy": str(file)}))) as port, Page(port) as page:
+    with serving_at(Catalogue(Scenario(decision={"strategy": str(file)}))) as port, Page(port) as page:
         page.open()
         told = page.answer("error", type="advance", steps=1000)["problems"][0]["text"]
         assert told.startswith("mine.py, line 2: quality(4, ")
@@ -353,11 +351,11 @@ def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_pat
 
 def test_an_error_of_the_program_ends_neither_page_nor_server(port, monkeypatch, caplog):
     with Page(port) as page:
-        monkeypatch.setattr(serving, "plan_of", lambda *_: {}["nothing"])
+        monkeypatch.setattr(serving, "request_of", lambda *_: {}["nothing"])
         assert page.problems(type="open") == [""]
         monkeypatch.undo()
         assert page.open()["step"] == 0
-    assert "an error in answering a page" in caplog.text
+    assert "internal error in answering a page" in caplog.text
 
 
 WRONG = {
@@ -603,7 +601,7 @@ UNFINISHED = {
 @pytest.mark.parametrize("what", UNFINISHED)
 def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, monkeypatch):
     monkeypatch.setattr(connections, "LIFETIME", 0.5)
-    with serving_at(Programme(Scenario())) as port, Page(port) as page:
+    with serving_at(Catalogue(Scenario())) as port, Page(port) as page:
         (line,) = silent(port, 1, UNFINISHED[what].encode())
         with line:
             line.settimeout(0.1)
@@ -621,7 +619,7 @@ def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, 
 def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     upgrade = b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: h2c\r\nConnection: Upgrade\r\n\r\n"
     chunked = b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"
-    with serving_at(Programme(Scenario())) as port:
+    with serving_at(Catalogue(Scenario())) as port:
         for text in (b"\x00\xff\r\n\r\n", upgrade, chunked):
             for line in silent(port, 100, text):
                 with line, suppress(ConnectionError):
@@ -633,35 +631,43 @@ def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     assert "Unsupported" not in told
 
 
-def test_a_page_that_compiles_holds_up_none_whose_engine_is_ready(port, monkeypatch):
-    from numba.core.compiler_lock import global_compiler_lock
+WALLS = {"type": "open", "changes": {"arena.boundary": "walls"}}
 
-    from feasibee.engine import runner
 
-    begun, done = Event(), Event()
+def test_a_page_that_compiles_holds_up_none_whose_engine_is_ready(port, slow_engine):
+    with Page(port) as page:
+        page.say(**WALLS)
+        assert page.receive()["type"] == "compiling"
+        opened_in_time(port)
+        slow_engine.set()
+        assert [page.receive()["type"] for _ in range(3)] == ["opened", "tasks", "frame"]
 
-    def compile_slowly(scenario):
-        if scenario.arena.boundary == "walls":
-            with global_compiler_lock:
-                begun.set()
-                assert done.wait(30)
-        return ready(scenario)
 
-    for boundary in ("torus", "walls"):
-        load_engine(Scenario(arena={"boundary": boundary}))
-    ready = runner.engine_functions
-    monkeypatch.setattr(runner, "engine_functions", compile_slowly)
-    monkeypatch.setattr(ensemble, "_loaded", {each for each in ensemble._loaded if each[0]})
-    with Page(port) as first:
-        first.say(type="open", changes={"arena.boundary": "walls"})
-        assert begun.wait(10)
-        try:
-            opened_in_time(port)
-        finally:
-            done.set()
-        while (answer := first.receive())["type"] != "frame":
-            pass
-        assert answer["step"] == 0
+def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(port, slow_engine):
+    with Page(port) as first, Page(port) as second:
+        first.say(**WALLS)
+        told = first.receive()
+        assert told.pop("seconds") < 5
+        assert told == {"type": "compiling", "text": f"Compiling the {GENERAL}, once for this machine"}
+        time.sleep(0.6)
+        second.say(**WALLS)
+        told = second.receive()
+        assert told["type"] == "compiling"
+        assert 0.5 < told["seconds"] < 20
+        slow_engine.set()
+        for page in (first, second):
+            assert [page.receive()["type"] for _ in range(3)] == ["opened", "tasks", "frame"]
+        first.say(**WALLS, run="1")
+        assert first.receive()["type"] == "opened"  # nothing compiles any more
+
+
+def test_a_page_may_close_while_its_engine_compiles(port, slow_engine, caplog):
+    with Page(port) as page:
+        page.say(**WALLS)
+        assert page.receive()["type"] == "compiling"
+    slow_engine.set()
+    opened_in_time(port)
+    assert not caplog.records
 
 
 def test_nothing_but_the_page_is_served(port):
@@ -698,7 +704,7 @@ def test_the_page_reads_frames_as_the_server_writes_them():
 
 
 def test_a_port_that_is_taken(port):
-    with pytest.raises(FeasibeeError, match=f"--port {port}: is taken; give another, or leave --port out"):
+    with pytest.raises(FeasibeeError, match=f"--port {port}: in use; use another, or leave --port out"):
         serving.listen("127.0.0.1", port)
     with serving.listen("127.0.0.1", None) as first, serving.listen("127.0.0.1", None) as second:
         assert first.getsockname()[1] != second.getsockname()[1]
@@ -756,13 +762,9 @@ def refused(*arguments):
     return result.stderr
 
 
-def test_what_the_command_refuses(results, tmp_path, monkeypatch):
+def test_what_the_command_refuses(results, tmp_path):
     assert "tasks.count = -1" in refused("--set", "tasks.count=-1")
     assert "seed = -1" in refused("--seed", "-1")
     assert "no journal.sqlite" in refused(tmp_path)
     assert "leave out --set, --seed and --run" in refused(results, "--seed", "3")
     assert "--host 203.0.113.7" in refused("--host", "203.0.113.7", "--no-browser")
-    monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
-    monkeypatch.delitem(__import__("sys").modules, "feasibee.live.server")
-    monkeypatch.delattr("feasibee.live.server")
-    assert "install feasibee[live]" in refused("--no-browser")

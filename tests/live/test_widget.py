@@ -9,9 +9,9 @@ import sys
 import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm
-from feasibee.live.catalogue import Programme
-from feasibee.live.messages import frame_of, tasks_of
-from feasibee.live.session import Plan, Session
+from feasibee.live.catalogue import Catalogue
+from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.session import RunRequest, Session
 from feasibee.live.widget import MODULES, STATIC, SWARMS_LIMIT, Arena, joined_modules
 
 SCENARIO = Scenario(tasks={"count": 12}, run={"steps": 50})
@@ -34,12 +34,12 @@ def asked(monkeypatch):
 def frame_at(step, seed=3, run=5):
     swarm = Swarm(SCENARIO, seed, run)
     swarm.advance(step)
-    return frame_of(swarm, 0, step + 1)
+    return encode_frame(swarm, 0, step + 1)
 
 
 def test_a_view_gets_the_steps_that_it_asks_for(asked):
     arena = Arena(SCENARIO, seed=3, run=5)
-    assert arena._tasks == tasks_of(Swarm(SCENARIO, 3, 5), 0)
+    assert arena._tasks == encode_tasks(Swarm(SCENARIO, 3, 5), 0)
     for step in (0, 1, 7, 50, 4):  # also back
         assert asked(arena, {"swarm": "a", "step": step}) == ({"swarm": "a"}, [frame_at(step)])
         assert asked(arena, {"swarm": "b", "step": 2}) == ({"swarm": "b"}, [frame_at(2)])
@@ -66,8 +66,8 @@ def test_what_is_no_message_gets_an_error_and_no_frame(asked, content):
 
 def test_the_world_is_told_as_to_the_page():
     scenario = Scenario(arena={"side": (30.0, 20.0), "boundary": "walls"})
-    session = Session(Programme(scenario))
-    session.begin(Plan(scenario, 0, 0, 0))
+    session = Session(Catalogue(scenario))
+    session.begin(RunRequest(scenario, 0, 0, 0))
     opened, world = session.opened(), Arena(scenario)._world
     assert world == {name: opened[name] for name in world}
 
@@ -91,11 +91,11 @@ def test_the_modules_become_one():
 def test_modules_come_after_those_that_they_import():
     for number, name in enumerate(MODULES):
         text = (STATIC / f"{name}.js").read_text("utf-8")
-        assert set(re.findall(r'from "\./(\w+)\.js"', text)) <= set(MODULES[:number])
+        assert set(re.findall(r'(?m)^import [^;]+ from "\./(\w+)\.js"', text)) <= set(MODULES[:number])
 
 
 def test_without_anywidget_it_says_what_to_install(monkeypatch):
     monkeypatch.delitem(sys.modules, "feasibee.live.widget")
     monkeypatch.setitem(sys.modules, "anywidget", None)
-    with pytest.raises(FeasibeeError, match=r"install feasibee\[widget\]"):
+    with pytest.raises(FeasibeeError, match=r"pip install \"\.\[widget\]\""):
         importlib.import_module("feasibee.live.widget")

@@ -1032,7 +1032,7 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
 
 def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert "install feasibee[parquet]" in refused(
+    assert 'pip install ".[parquet]"' in refused(
         "export", results, "--to", "parquet", "--out", tmp_path / "a.parquet"
     )
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""The command line: parse, call, print. Heavy libraries load inside the commands."""
+"""The command line: parse, call, print. Heavy libraries are imported inside the commands."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import click
 from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
+from feasibee.cli.compile import compile_engines
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
@@ -27,14 +28,14 @@ from feasibee.files import why_not
 
 
 class Commands(click.Group):
-    """The commands, with feasibee's errors as lines and exit status 2."""
+    """The group of commands; an error of the input becomes one line per problem and exit status 2."""
 
     def list_commands(self, context: click.Context) -> list[str]:
-        """Return the commands in the order in which they were added, not by their letters."""
+        """Return the commands in the order in which they were added; click would sort them."""
         return list(self.commands)
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
-        """Run as a program, unless arguments say what to run; Ctrl-C ends it in a line at any moment."""
+        """Run as a program, unless called with arguments; Ctrl-C prints one line at any moment."""
         if arguments:
             return super().__call__(*arguments, **options)
         interrupts.begin()
@@ -46,22 +47,22 @@ class Commands(click.Group):
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
-        """Parse what comes before the command; without anything, click shows the help."""
-        with _told(info_name or "feasibee") if args else nullcontext():
+        """Parse the options before the command; without arguments, click prints the help."""
+        with _errors_as_lines(info_name or "feasibee") if args else nullcontext():
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, context: click.Context) -> Any:
-        """Run a command."""
+        """Run the command."""
         for stream in (sys.stdout, sys.stderr):
-            if isinstance(stream, TextIOWrapper):  # a terminal may lack characters that a file's name has
+            if isinstance(stream, TextIOWrapper):  # a terminal may lack characters of a file's name
                 stream.reconfigure(errors="backslashreplace")
-        with _told(context.command_path), interrupts.raising():
+        with _errors_as_lines(context.command_path), interrupts.raising():
             return super().invoke(context)
 
 
 @contextmanager
-def _told(path: str) -> Iterator[None]:
-    """Turn an error of the input or the surroundings into lines; ``path`` is that of the command."""
+def _errors_as_lines(path: str) -> Iterator[None]:
+    """Print errors of the input or the system as lines, and exit; ``path`` is the command's name."""
     try:
         yield
     except FeasibeeError as error:
@@ -71,19 +72,21 @@ def _told(path: str) -> Iterator[None]:
         stop = "" if message.endswith((".", "?")) else "."
         fail(f"{message}{stop} See '{error.ctx.command_path if error.ctx else path} --help'.")
     except MemoryError:
-        fail("not enough memory; ask for fewer runs, steps or robots")
+        fail("not enough memory; use fewer runs, steps or robots")
     except OSError as error:
-        if error.errno == errno.EPIPE:  # whoever read the output has enough
+        if error.errno == errno.EPIPE:  # the reader of the output has closed it
             raise
         full = error.errno == errno.ENOSPC
-        rule, remedy = ("can't be written", "free some room") if full else ("can't be used", "name another")
+        rule, remedy = (
+            ("can't be written", "free some disk space") if full else ("can't be used", "use another")
+        )
         fail(f"{one_line(str(error.filename or 'the output'))}: {rule}: {why_not(error)}; {remedy}")
     except KeyboardInterrupt as interrupt:
         interrupts.interrupted(str(interrupt))
 
 
 def fail(message: str) -> NoReturn:
-    """Print the lines of an error, and leave with the status of wrong input."""
+    """Print the lines of an error, and exit with status 2."""
     for line in message.split("\n"):
         click.echo(f"feasibee: {line}", err=True)
     sys.exit(2)
@@ -92,14 +95,14 @@ def fail(message: str) -> NoReturn:
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(version("feasibee"), message="%(prog)s %(version)s")
 def main() -> None:
-    """Can this swarm do these tasks? Simulate how the swarm itself finds out.
+    """Simulate robot swarms that decide together whether a set of tasks is feasible.
 
     \b
     Examples:
-      feasibee paper                              the paper's figures and claims, in paper/
-      feasibee run --set tasks.count=50           one scenario, 100 runs
-      feasibee watch                              a swarm in the browser
-      feasibee scenario > mine.toml               a file to edit
+      feasibee paper                              reproduce the paper's figures and claims, in paper/
+      feasibee run --set tasks.count=50           simulate one scenario, 100 runs
+      feasibee watch                              watch a swarm in the browser
+      feasibee scenario > mine.toml               write a scenario to edit
     """
 
 
@@ -117,9 +120,12 @@ for command in (
     tune,
     sensitivity,
     paper,
+    compile_engines,
     truth,
     scenario,
     schema,
 ):
-    command.short_help = re.split(r"[:,.]", command.help or "")[0]  # a line has no room for more
+    command.short_help = re.split(r"[:,.]", command.help or "")[
+        0
+    ]  # the list of commands has one line per command
     main.add_command(command)

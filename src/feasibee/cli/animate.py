@@ -36,7 +36,7 @@ from feasibee.errors import FeasibeeError
     type=path_type,
     default="run.gif",
     show_default=True,
-    help="Ends with .gif, .webp, .mp4 (needs feasibee[video]), or .png for the last frame.",
+    help="Ends with .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
 )
 def animate(
     file: Path | None,

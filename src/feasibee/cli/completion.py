@@ -1,4 +1,4 @@
-"""What the shell's Tab key offers: fields of a scenario, strategies."""
+"""Shell completion of a scenario's fields and of strategies."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from click.shell_completion import CompletionItem
 def complete_field(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
-    """Offer the fields of a scenario for the last of A,B,..."""
+    """Complete the last field of A,B,..."""
     from feasibee.scenario.fields import fields
 
     return _offered(incomplete, fields())
@@ -20,7 +20,7 @@ def complete_field(
 def complete_change(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
-    """Offer the fields of a scenario for FIELD=VALUE; commas belong to the value."""
+    """Complete the field of FIELD=VALUE; commas belong to the value."""
     from feasibee.scenario.fields import fields
 
     return [CompletionItem(f"{field}=") for field in fields() if field.startswith(incomplete)]
@@ -29,7 +29,7 @@ def complete_change(
 def complete_strategy(
     context: click.Context, parameter: click.Parameter, incomplete: str
 ) -> list[CompletionItem]:
-    """Offer strategies for the last of A,B,..."""
+    """Complete the last strategy of A,B,..."""
     from feasibee.scenario.plugins import registered
     from feasibee.strategies import STRATEGIES
 

@@ -1,4 +1,4 @@
-"""What commands share: options, scenarios, progress."""
+"""Options, scenarios and progress bars that several commands share."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class NamedPath(click.Path):
-    """A path on the command line; refused if no file or folder can have such a name."""
+    """A path on the command line; invalid if no file or folder can have such a name."""
 
     def convert(
         self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
@@ -31,9 +31,9 @@ class NamedPath(click.Path):
         """Return the path, or raise a usage error."""
         name = os.fspath(value)
         if not name:
-            self.fail("must be a name, and is empty.", param, ctx)
+            self.fail("must be a name, not empty.", param, ctx)
         if any(unicodedata.category(each) == "Cc" for each in name):
-            self.fail(f"{quoted(name)} has control characters; name another.", param, ctx)
+            self.fail(f"{quoted(name)} has control characters; use another name.", param, ctx)
         try:
             return super().convert(value, param, ctx)
         except ValueError:  # half a character
@@ -46,7 +46,7 @@ path_type = NamedPath(path_type=Path)
 
 
 def scenario_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Let a command take a scenario: a file, and changes to it."""
+    """Add the argument FILE and the option --set to a command."""
     file = click.argument("file", required=False, type=file_type)
     return file(changes_option(command))
 
@@ -57,26 +57,30 @@ changes_option = click.option(
     multiple=True,
     metavar="FIELD=VALUE",
     shell_complete=complete_change,
-    help="Change a field, such as tasks.count=50.",
+    help="Change a field, such as tasks.count=50; repeatable.",
 )
 seed_option = click.option(
-    "--seed", type=int, default=0, show_default=True, help="64 bits; the same seed, the same runs."
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Seed of the random numbers, 0 to 2**64 - 1; the same seed gives the same runs.",
 )
 threads_option = click.option(
-    "--threads", type=click.IntRange(1, 1024), help="Runs at a time; by default one for each processor."
+    "--threads", type=click.IntRange(1, 1024), help="Number of threads; by default one per processor."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 
 
 def named(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    """Read a word."""
+    """Return the text of an option, or raise a usage error if it is empty."""
     if text is not None and not text.strip():
-        raise click.BadParameter("must name something, and is empty.")
+        raise click.BadParameter("must not be empty.")
     return text
 
 
 def listed(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
-    """Read A,B,..."""
+    """Split A,B,... at the commas."""
     parts = tuple(part.strip() for part in text.split(",") if part.strip()) if text is not None else ()
     if text is not None and not parts:
         named(context, parameter, "")
@@ -84,7 +88,7 @@ def listed(context: click.Context, parameter: click.Parameter, text: str | None)
 
 
 def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
-    """Return the scenario of a file, or the paper's, with changes."""
+    """Return the scenario of a file, or the default one, with changes."""
     from feasibee.scenario.scenario import Scenario
 
     base = Scenario() if file is None else Scenario.read(file)
@@ -92,24 +96,24 @@ def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
 
 
 def _parse_change(change: str) -> tuple[str, Any]:
-    """Read FIELD=VALUE, the value being TOML or else plain text."""
+    """Parse FIELD=VALUE; the value is TOML, or else plain text."""
     path, equals, text = change.partition("=")
     if not equals:
-        raise FeasibeeError(f"--set {change}: must be FIELD=VALUE; such as --set tasks.count=50")
+        raise FeasibeeError(f"--set {change}: must be FIELD=VALUE, such as --set tasks.count=50")
     return path.strip(), read_value(text)
 
 
 def keep_matplotlib_in_cache() -> None:
-    """Let matplotlib keep its list of fonts in our folder; it would make one in the user's home."""
+    """Let matplotlib write its list of fonts to the cache folder, not to the user's home."""
     from feasibee.cache import cache_root, own_folder
 
-    with suppress(FeasibeeError):  # matplotlib finds another place itself
+    with suppress(FeasibeeError):  # then matplotlib uses a temporary folder
         own_folder(cache_root())
     os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
 
 
 def check_figure(option: str, path: Path | None) -> None:
-    """Find out before a long computation that its figure couldn't be written."""
+    """Raise an error before a long computation if its figure can't be written."""
     from feasibee.files import FIGURES, check_output
 
     if path is not None:
@@ -117,7 +121,7 @@ def check_figure(option: str, path: Path | None) -> None:
 
 
 def console(*, highlight: bool = False) -> Console:
-    """Return where tables are printed: as they are, since a file's name may look like Rich's markup."""
+    """Return the console for tables, without Rich's markup, since a file's name may look like it."""
     from rich.console import Console
 
     return Console(markup=False, emoji=False, highlight=highlight)
@@ -125,10 +129,11 @@ def console(*, highlight: bool = False) -> Console:
 
 @contextmanager
 def progress(what: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar on a terminal, and nothing elsewhere; standard output stays clean."""
-    from rich.console import Console
+    """Show a progress bar on standard error if it is a terminal; give the function that updates it."""
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+    from feasibee.simulation.loading import stderr_console
+
+    with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)

@@ -1,4 +1,4 @@
-"""feasibee run: one scenario, many times."""
+"""feasibee run: simulate one scenario many times."""
 
 from __future__ import annotations
 
@@ -30,20 +30,22 @@ if TYPE_CHECKING:
 
 @click.command()
 @scenario_options
-@click.option("--runs", type=click.IntRange(1), default=100, show_default=True, help="How many swarms.")
+@click.option("--runs", type=click.IntRange(1), default=100, show_default=True, help="Number of runs.")
 @seed_option
 @click.option(
     "--first-run", type=click.IntRange(0), default=0, show_default=True, help="Number of the first run."
 )
-@click.option("--steps", type=int, help="Steps a run: short for --set run.steps=...")
+@click.option("--steps", type=int, help="Steps per run: short for --set run.steps=N.")
 @threads_option
 @click.option(
     "--save",
     type=path_type,
     metavar="FILE",
-    help="Save all runs: .nc is NetCDF, with opinions at each step and the recipe; .csv has a row a run.",
+    help="Save all runs: .nc is NetCDF, with opinions over time and the scenario; .csv has one row per run.",
 )
-@click.option("--plot", type=path_type, metavar="FILE.png", help="Draw opinions and decision steps.")
+@click.option(
+    "--plot", type=path_type, metavar="FILE.png", help="Plot opinions over time and decision steps."
+)
 @json_option
 def run(
     file: Path | None,
@@ -57,9 +59,9 @@ def run(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    """Simulate one scenario many times, and say what the swarms decided.
+    """Simulate one scenario many times, and print how often the swarms decided feasible or infeasible.
 
-    FILE is a scenario in TOML; without one, the paper's defaults.
+    FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
 
     \b
     Examples:
@@ -93,13 +95,13 @@ def run(
 
 
 def _check_outputs(save: Path | None, plot: Path | None) -> bool:
-    """Raise before a long computation if its outcome couldn't be written; return whether to keep curves."""
+    """Validate the output paths before a long computation; return whether they need curves."""
     from feasibee.files import RESULTS, check_output
 
     check_figure("--plot", plot)
     kind = check_output(save, RESULTS, "--save") if save is not None else ""
     if save is not None and plot is not None and save.resolve() == plot.resolve():
-        raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; name two")
+        raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; use two names")
     return plot is not None or kind == ".nc"
 
 
@@ -161,7 +163,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
 
 
 def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
-    """Return how many robots committed, to what, and when, if the scenario has a rule for it."""
+    """Return shares and steps of commitments, if the scenario has a rule for committing."""
     from feasibee.results.statistics import decision_times
 
     if scenario.decision.commit is None:
@@ -202,7 +204,7 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         highlight=False,
         soft_wrap=True,
     )
-    out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits a robot and step.", highlight=False)
+    out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.", highlight=False)
     if "committed" in summary:
         committed = summary["committed"]
         step = committed["step"]["median"]

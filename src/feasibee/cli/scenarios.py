@@ -1,4 +1,4 @@
-"""feasibee truth, scenario, schema: what a scenario is, without running it."""
+"""feasibee truth, scenario, schema: examine a scenario without simulating it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 @scenario_options
 @json_option
 def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
-    """Say exactly whether the tasks are feasible, and why.
+    """Compute whether the tasks are feasible, with a proof.
 
-    If so, which robots do what; if not, for which skills there are too few. A robot serves one place at most.
+    If feasible, print an assignment of robots to tasks; if not, the skills that too few robots have. A robot
+    serves at most one place of a task.
 
     \b
     Examples:
@@ -41,7 +42,9 @@ def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
 @click.command()
 @scenario_options
 def scenario(file: Path | None, changes: tuple[str, ...]) -> None:
-    """Print a scenario in full, as TOML.
+    """Print a scenario with all its fields, as TOML.
+
+    FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
 
     \b
     Example:
@@ -52,7 +55,7 @@ def scenario(file: Path | None, changes: tuple[str, ...]) -> None:
 
 @click.command()
 def schema() -> None:
-    """Print the JSON Schema of scenarios, for editors and other tools.
+    """Print the JSON Schema of scenario files, for editors and other tools.
 
     \b
     Example:

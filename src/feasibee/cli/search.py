@@ -65,7 +65,7 @@ def tune(
     """Search for good parameters: those with which the swarm is right most often within a given time.
 
     What is gained is judged on fresh runs, since the best of many trials has also been lucky. Needs
-    feasibee[tune].
+    the extra 'tune'.
 
     \b
     Examples:

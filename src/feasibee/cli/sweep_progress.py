@@ -26,16 +26,17 @@ PATIENCE = 10.0
 @contextmanager
 def told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
     """Show a bar on a terminal, a line now and then elsewhere, and append to a log if there is one."""
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
+
+    from feasibee.simulation.loading import stderr_console
 
     terminal = sys.stderr.isatty()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     last = time.monotonic()
     if log is not None:
         _end_line(log)
-    with Bar(*columns, console=Console(stderr=True), transient=True, disable=not terminal) as bar:
+    with Bar(*columns, console=stderr_console(), transient=True, disable=not terminal) as bar:
         task = bar.add_task("Sweeping", total=None)
 
         def tell(progress: Progress) -> None:

@@ -140,7 +140,7 @@ def _crew(workers: int | None, use_processes: bool, address: str | None) -> Crew
 
 def _prepare(plan: Any, address: str | None) -> None:
     """Compile here, once, what workers on this machine will need."""
-    from feasibee.simulation.ensemble import load_engine
+    from feasibee.simulation.loading import load_engine
 
     if address is None:
         for point in plan.points:

@@ -1,4 +1,4 @@
-"""feasibee watch: the live arena."""
+"""feasibee watch: show swarms live in the browser."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from feasibee.cli.options import changes_option, path_type, read_scenario
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.live.catalogue import Programme
+    from feasibee.live.catalogue import Catalogue
 
 PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 
@@ -20,21 +20,26 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 @click.command()
 @click.argument("source", metavar="[FILE|FOLDER]", required=False, type=path_type)
 @changes_option
-@click.option("--seed", type=int, help="64 bits; by default 0, or that of the sweep.")
-@click.option("--run", type=int, help="Which run of that seed; by default 0, or the first that is picked.")
+@click.option("--seed", type=int, help="Seed, 0 to 2**64 - 1; by default 0, or that of the sweep.")
+@click.option("--run", type=int, help="Number of the run; by default 0, or the first that --pick selects.")
 @click.option(
     "--pick",
     type=click.Choice(PICKS),
     default="wrong",
     show_default=True,
-    help="Of a sweep: the runs that decided so.",
+    help="Runs of a sweep to list, by their decision.",
 )
 @click.option(
-    "--trust", is_flag=True, help="Of a sweep: run the strategies' texts that it keeps; read them before."
+    "--trust", is_flag=True, help="Run strategies from the text in the sweep's journal; read it before."
 )
-@click.option("--host", default="127.0.0.1", show_default=True, help="Where to listen.")
-@click.option("--port", type=click.IntRange(0, 65535), help="By default the first free one from 8765.")
-@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@click.option(
+    "--host",
+    default="127.0.0.1",
+    show_default=True,
+    help="Address or name to listen on; 0.0.0.0 is reachable from other machines.",
+)
+@click.option("--port", type=click.IntRange(0, 65535), help="Port; by default the first free one from 8765.")
+@click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
 def watch(
     source: Path | None,
     changes: tuple[str, ...],
@@ -48,8 +53,8 @@ def watch(
 ) -> None:
     """Watch a swarm in the browser, step by step, and change it on the page.
 
-    FILE is a scenario in TOML; without one, the paper's defaults. FOLDER is that of a sweep: the page lists
-    the runs that --pick names, and replays them.
+    FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks. FOLDER is the output
+    of feasibee sweep: the page lists the runs that --pick selects, and replays them.
 
     \b
     Examples:
@@ -57,53 +62,49 @@ def watch(
       feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
       feasibee watch results --pick wrong
     """
-    programme = _programme(source, changes, seed, run, pick, trust)
-    try:
-        from feasibee.live import server
-    except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] not in ("starlette", "uvicorn", "websockets", "anyio"):
-            raise
-        raise FeasibeeError("feasibee watch needs a web server; install feasibee[live]") from None
+    catalogue = _catalogue(source, changes, seed, run, pick, trust)
+    from feasibee.live import server
+
     with server.listen(host, port) as listening:
         address = server.address_of(host, listening.getsockname()[1])
         click.echo(f"The arena is at {address}\nCtrl-C stops it.")
         if not server.is_loopback(host):
-            click.echo("feasibee: whoever reaches this machine can watch, and use its processor", err=True)
+            click.echo(
+                "feasibee: anyone who can reach this machine can watch, and use its processor", err=True
+            )
         if not no_browser:
             server.open_browser(address)
-        with suppress(KeyboardInterrupt):  # the way to stop it
-            server.server_of(programme, host).run(sockets=[listening])
+        with suppress(KeyboardInterrupt):  # Ctrl-C stops the server
+            server.server_of(catalogue, host).run(sockets=[listening])
 
 
-def _programme(
+def _catalogue(
     source: Path | None,
     changes: tuple[str, ...],
     seed: int | None,
     run: int | None,
     pick: str,
     trust: bool,
-) -> Programme:
-    """Return what pages may show."""
-    from feasibee.live.catalogue import Programme, of_folder
+) -> Catalogue:
+    """Return the catalogue of a scenario or of a sweep's folder."""
+    from feasibee.live.catalogue import Catalogue, read_catalogue
     from feasibee.scenario.runs import check_numbers
 
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):
-            raise FeasibeeError(
-                f"{source}: a sweep's runs are as they were; leave out --set, --seed and --run"
-            )
-        programme = of_folder(source, pick, trust)
-        _tell_texts(programme, trust)
-        return programme
+            raise FeasibeeError(f"{source}: a sweep's runs can't change; leave out --set, --seed and --run")
+        catalogue = read_catalogue(source, pick, trust)
+        _print_kept_texts(catalogue, trust)
+        return catalogue
     _, seed, run = check_numbers(1, seed or 0, run or 0, "run")
-    return Programme(read_scenario(source, changes), seed, run, source.name if source else "")
+    return Catalogue(read_scenario(source, changes), seed, run, source.name if source else "")
 
 
-def _tell_texts(programme: Programme, trust: bool) -> None:
-    """Name the strategies whose text came with the sweep and isn't a present file of the user's own."""
+def _print_kept_texts(catalogue: Catalogue, trust: bool) -> None:
+    """Print the strategies whose text in the journal isn't that of the user's own file."""
     from feasibee.scenario.plugins import digest_of, is_own
 
-    for manifest in {row.scenario.manifest: None for row in programme.points.values()}:
+    for manifest in {row.scenario.manifest: None for row in catalogue.points.values()}:
         if not is_own(manifest):
-            what = "runs the text that the sweep keeps" if trust else "isn't replayed without --trust"
+            what = "runs from the text in the journal" if trust else "isn't replayed without --trust"
             click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)

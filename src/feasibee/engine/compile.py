@@ -6,6 +6,7 @@ import hashlib
 import pickle
 import sys
 from collections.abc import Callable
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ dumps: Any = serialize.dumps
 # No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
 # function would otherwise touch every array's count atomically, which doubled the cost of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
+on_compile: ContextVar[Callable[[str], None]] = ContextVar("on_compile", default=lambda name: None)
+"""Called with the name of an entry whose code isn't on disk, before it is compiled."""
 CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": True}
 
 
@@ -107,7 +110,10 @@ class Kept:
         """Return the code for a signature; None if it is missing or damaged."""
         target_context.refresh()
         data = read_sealed(self._path(sig, target_context.codegen()))
-        return None if data is None else CompileResult._rebuild(target_context, *pickle.loads(data))
+        if data is None:
+            on_compile.get()(self._name)
+            return None
+        return CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the code for a signature, unless it holds addresses of this process."""
@@ -138,8 +144,3 @@ def cache_folder() -> Path:
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
         digest.update(version.encode())
     return own_folder(own_folder(cache_root()) / digest.hexdigest()[:16])
-
-
-def is_compiled(name: str) -> bool:
-    """Return whether the compiled code of an entry, from these very sources, is on disk already."""
-    return any(cache_folder().glob(f"{name}-*.nbc"))

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.frames import DARK, LIGHT, Painter, frame
 from feasibee.files import check_output, whole_file
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
@@ -56,7 +56,7 @@ def animate(
     scenario : Scenario
         What to show.
     path : path
-        Ends with ``.gif``, ``.webp``, ``.mp4`` (needs ``feasibee[video]``), or ``.png`` for the last frame.
+        Ends with ``.gif``, ``.webp``, ``.mp4`` (needs the extra ``video``), or ``.png`` for the last frame.
     seed, run : int
         Which run.
     steps : tuple of int, optional
@@ -307,5 +307,5 @@ def _ffmpeg(path: Path) -> str:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     except (ImportError, RuntimeError) as error:
         raise FeasibeeError(
-            f"{path}: MP4 can't be written here: {error}; install feasibee[video], or write a .gif"
+            f"{path}: MP4 can't be written here: {error}; write a .gif, or {how_to_install('video')}"
         ) from None

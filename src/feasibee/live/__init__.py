@@ -1,1 +1,1 @@
-"""The live arena: a server for one's own machine, and a page that shows swarms step by step."""
+"""The live arena: a local web server, its page, and a notebook widget, which show swarms step by step."""

@@ -1,4 +1,4 @@
-"""What the command line lets pages show: a scenario, or the runs of a sweep."""
+"""The catalogue: the scenario or the runs of a sweep that `feasibee watch` offers to its pages."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from feasibee.sweeps.journal import Journal, Row
 
 PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 LISTED: Final = 500
-"""Runs of a sweep that are sent to a page."""
+"""Most runs of a sweep that a page lists."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A run of a sweep."""
+    """A run of a sweep that a page can replay."""
 
     point: int
     run: int
@@ -31,25 +31,25 @@ class Replay:
 
 
 @dataclass(frozen=True)
-class Programme:
-    """What pages may show.
+class Catalogue:
+    """Scenario and runs that pages may show.
 
     Parameters
     ----------
     scenario : Scenario
-        What a page starts from.
+        Scenario that a page starts with.
     seed, run : int
-        Which run of it.
+        Seed and number of the run that a page starts with.
     title : str
-        Where it comes from: the name of a file or folder.
+        Name of the file or folder that the scenario comes from.
     points : mapping of int to Row
-        Those of a journal.
+        Points of the sweep that have a run in `replays`, by number.
     replays : sequence of Replay
-        Runs of these points, at most `LISTED`, as many of each.
+        Runs of these points, at most `LISTED`, as many of each point.
     found : int
-        How many there are.
+        Number of runs of the sweep that match `pick`, listed or not.
     pick : str
-        What these have in common; one of `PICKS`.
+        One of `PICKS`: the decisions that were looked for.
     """
 
     scenario: Scenario
@@ -62,35 +62,35 @@ class Programme:
     pick: str = ""
 
     def scenario_of(self, point: int | None) -> Scenario:
-        """Return the scenario of a point, as it was when the sweep ran; without one, what a page starts from.
+        """Return the scenario of a point as it was when the sweep ran; for None, the one to start with.
 
         Raises
         ------
         FeasibeeError
-            If there is no such point.
+            If the point is not listed.
         """
         if point is None and not self.replays:
             return self.scenario
         point = self.replays[0].point if point is None else point
         if point not in self.points:
             raise FeasibeeError(
-                f"point = {point}: isn't in {self.title or 'a journal'}; choose a run listed there"
+                f"point = {point}: not found in {self.title or 'a journal'}; choose a run of the list"
             )
         return self.points[point].scenario
 
     def seed_of(self, point: int | None) -> int:
-        """Return the seed of a point."""
+        """Return the seed of a point; for None, the one to start with."""
         return self.seed if point is None else self.points[point].seed
 
     @property
     def strategies(self) -> list[str]:
-        """Names of all strategies that appear: built-in ones, other packages', and those of the scenarios."""
+        """Names of all strategies to choose from: built-in, of other packages, and of the scenarios."""
         named = [self.scenario, *(row.scenario for row in self.points.values())]
         names = [*STRATEGIES, *registered(), *(each.decision.strategy for each in named)]
         return list(dict.fromkeys(names))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what a page is told of it."""
+        """Return the catalogue as a page receives it, in the message ``welcome``."""
         return {
             "title": self.title,
             "strategies": self.strategies,
@@ -118,22 +118,22 @@ def _text(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
-def of_folder(folder: Path, pick: str, trust: bool = False) -> Programme:
-    """Return the programme of a sweep's folder: its runs that decided in a way.
+def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
+    """Return the catalogue of a sweep: the runs whose decision matches ``pick``.
 
     Parameters
     ----------
     folder : path
-        With a journal.
+        Folder of the sweep, with its journal.
     pick : str
-        One of `PICKS`; ``"wrong"`` are those whose first decision isn't as the truth.
+        One of `PICKS`; ``"wrong"`` selects runs whose first decision differs from the ground truth.
     trust : bool
-        Whether the texts of strategies that the journal keeps may be run, if they aren't the user's own.
+        Whether strategies may run from the text in the journal, where it isn't that of the user's own file.
 
     Raises
     ------
     FeasibeeError
-        If there is no journal, or no such run.
+        If the folder has no journal, or no run matches.
     """
     with Journal(folder) as journal:
         points = {row.id: _trusted(row) if trust else row for row in journal.points}
@@ -145,16 +145,16 @@ def of_folder(folder: Path, pick: str, trust: bool = False) -> Programme:
             found += len(picked)
             if len(picked):
                 chosen[row.id] = [Replay(row.id, *numbers) for numbers in picked[:LISTED].tolist()]
-    each = max(1, LISTED // max(1, len(chosen)))  # of every point, so that no one fills the list
+    each = max(1, LISTED // max(1, len(chosen)))  # the same number of each point
     replays = [replay for runs in chosen.values() for replay in runs[:each]][:LISTED]
     if not replays:
         which = "runs" if pick == "all" else f"runs that are {pick}"
-        raise FeasibeeError(f"{folder}: has no {which}; choose another --pick: {', '.join(PICKS)}")
+        raise FeasibeeError(f"{folder}: has no {which}; use another --pick: {', '.join(PICKS)}")
     first = replays[0]
     used = {each.point for each in replays}
     shown = {point: row for point, row in points.items() if point in used}
     scenario = points[first.point].scenario
-    return Programme(
+    return Catalogue(
         scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick
     )
 

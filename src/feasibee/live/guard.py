@@ -1,8 +1,8 @@
-"""Who may talk to the server: pages that it served itself, under a name that can only be its own.
+"""The check of Host and Origin: only pages that this server served may use it.
 
-A page of another site can send requests to this machine. Its browser says where the page comes from (Origin)
-and by which name it found the server (Host): both must be the server's own. A name of that site that suddenly
-leads to this machine (DNS rebinding) is no name of the server, and an address can't be rebound.
+A page of another site can send requests to this machine. Its browser states where the page comes from
+(Origin) and by which name it found the server (Host). Both must be the server's own. This also stops DNS
+rebinding, where the name of another site suddenly leads to this machine. An IP address cannot be rebound.
 """
 
 from __future__ import annotations
@@ -29,24 +29,24 @@ HEADERS: Final = {
     "Cache-Control": "no-cache",
 }
 REFUSED = 1008
-"""The code with which a WebSocket is closed for a breach of policy."""
+"""WebSocket close code: policy violation."""
 HOST: Final = re.compile(r"(?:\[([0-9a-f:.]+)\]|([0-9a-z_.-]+))(?::([0-9]{1,5}))?", re.ASCII)
-"""An IPv6 address in brackets, or a name, or an IPv4 address; then a port, if any. A URL may hold more, such
-as a user's name or a path, and a parser of URLs would pass over it."""
+"""An IPv6 address in brackets, a name or an IPv4 address, and a port, if any. A URL parser would also accept
+a user's name or a path."""
 NAME: Final = re.compile(r"(?=.{1,253}$)(?:(?!-)[0-9a-z_-]{1,63}(?<!-)(?:\.(?!$)|$))+", re.ASCII)
 NUMBER: Final = re.compile(r"(?:.*\.)?(?:[0-9]+|0x[0-9a-f]*)", re.ASCII)
-"""Names that systems read as addresses: ``0`` would be every address of this machine."""
+"""Names that systems read as addresses: ``0`` means every address of this machine."""
 
 
 class Guard:
-    """An application that lets only its own pages in.
+    """An ASGI application that rejects requests whose Host or Origin isn't the server's own.
 
     Parameters
     ----------
     app : ASGI application
-        What is guarded.
+        Application that receives the accepted requests.
     host : str
-        What the server listens on; beyond loopback, this machine's names and all addresses are its own.
+        Host that the server listens on. Beyond loopback, all addresses and this machine's names are accepted.
     """
 
     def __init__(self, app: ASGIApp, host: str) -> None:
@@ -55,7 +55,7 @@ class Guard:
         self._names = {"localhost"} if is_loopback(host) else _names(host)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass on what is allowed."""
+        """Pass a request on, or answer with status 403 or close code 1008."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
@@ -69,16 +69,14 @@ class Guard:
             await self._app(scope, receive, _with_headers(send))
 
     def _refusal(self, scope: Scope) -> str:
-        """Return why a request is refused; nothing if it isn't."""
+        """Return why a request is rejected; an empty string if it is accepted."""
         headers = Headers(scope=scope)
         host, origins = headers.getlist("host"), headers.getlist("origin")
         if len(host) != 1 or not self._is_own(host[0].lower(), scope.get("server")):
-            return (
-                "Host isn't a name and the port of this server; use the address that feasibee watch printed"
-            )
+            return "Host: not the name and port of this server; open the address that feasibee watch printed"
         from_page = scope["type"] == "websocket" or origins
         if from_page and [_place(origin) for origin in origins] != [host[0].lower()]:
-            return "Origin is another page's; open the address that feasibee watch printed"
+            return "Origin: not a page of this server; open the address that feasibee watch printed"
         return ""
 
     def _is_own(self, host: str, server: tuple[str, int | None] | None) -> bool:
@@ -100,7 +98,7 @@ class Guard:
 
 
 def check_host(host: str) -> None:
-    """Raise an error unless a host is an address or may be a name; the empty one would be all addresses."""
+    """Raise an error unless a host is a valid address or name; an empty one would mean all addresses."""
     try:
         ip_address(host)
         correct = "%" not in host
@@ -113,7 +111,7 @@ def check_host(host: str) -> None:
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether only this machine reaches a server on a host."""
+    """Return whether a server on a host can be reached from this machine only."""
     try:
         return ip_address(host).is_loopback
     except ValueError:
@@ -125,7 +123,7 @@ def _names(host: str) -> Collection[str]:
 
 
 def _place(origin: str) -> str:
-    """Return host and port of an origin; nothing if it is no page of the web."""
+    """Return host and port of an origin; an empty string if its scheme isn't http or https."""
     scheme, _, place = origin.lower().partition("://")
     return place if scheme in ("http", "https") else ""
 

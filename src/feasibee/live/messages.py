@@ -19,7 +19,7 @@ from feasibee.simulation.swarm import Swarm
 PROTOCOL: Final = 1
 """Raised whenever a page of another version couldn't read what the server sends."""
 MESSAGE_LIMIT: Final = 16 * 1024
-"""Bytes of a message of the page."""
+"""Most bytes of a message of the page."""
 FRAME, TASKS = 1, 2
 HEADER: Final = struct.Struct("<BBHIIIiibbHIIIIIIQ")
 """Protocol, kind, generation, robots, step; first step of the counts, and how many steps they have; step of
@@ -34,21 +34,21 @@ class _Message(BaseModel):
 
 
 class Open(_Message):
-    """Begin a run, and go to a step of it."""
+    """Request of the page to begin a run and go to a step."""
 
     type: Literal["open"]
     point: int | None = None
-    """Of the journal; None: the scenario of the command line."""
+    """Point of the journal; None for the scenario of the command line."""
     changes: dict[str, JsonValue] = Field({}, max_length=64)
-    """To that scenario, by dotted path."""
+    """Changes to that scenario, by dotted path."""
     seed: str | int | float | None = None
-    """As text, since a page's numbers have 53 bits; checked with the scenario, and told in the same words."""
+    """As text, since JavaScript's numbers have 53 bits; validated together with the scenario."""
     run: str | int | float | None = None
     step: int = Field(0, ge=0)
 
 
 class Advance(_Message):
-    """Let some steps pass, and send a frame."""
+    """Request of the page to advance by some steps and send a frame."""
 
     type: Literal["advance"]
     steps: int = Field(ge=1, le=1_000_000)
@@ -58,12 +58,12 @@ _ADAPTER: TypeAdapter[Open | Advance] = TypeAdapter(Annotated[Open | Advance, Fi
 
 
 def read(text: str) -> Open | Advance:
-    """Read a message of the page.
+    """Parse a message of the page.
 
     Raises
     ------
     FeasibeeError
-        If it isn't one.
+        If the message is invalid.
     """
     try:
         return _ADAPTER.validate_json(text)
@@ -76,14 +76,14 @@ def read(text: str) -> Open | Advance:
 
 
 def problems_of(error: FeasibeeError) -> dict[str, Any]:
-    """Return an error as a message: all problems, each with the path of its field, if it has one."""
+    """Return an error as a message: all problems, each with the path of its field, if any."""
     problems: Iterable[Problem] = error.problems if isinstance(error, ScenarioError) else ()
     listed = [{"path": each.path, "text": str(each)} for each in problems]
     return {"type": "error", "problems": listed or [{"path": "", "text": str(error)}]}
 
 
-def frame_of(swarm: Swarm, generation: int, first: int) -> bytes:
-    """Return a step for the page, with the counts of each step from ``first`` on: so its plot misses none."""
+def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
+    """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
     shown = swarm.snapshot()
     decision, decision_step = swarm.first_decision
     feasible, infeasible = swarm.feasible_counts[first:], swarm.infeasible_counts[first:]
@@ -115,8 +115,8 @@ def frame_of(swarm: Swarm, generation: int, first: int) -> bytes:
     )
 
 
-def tasks_of(swarm: Swarm, generation: int) -> bytes:
-    """Return where the tasks are."""
+def encode_tasks(swarm: Swarm, generation: int) -> bytes:
+    """Encode the positions of the tasks."""
     x, y = swarm.task_places()
     header = TASKS_HEADER.pack(PROTOCOL, TASKS, generation & 0xFFFF, x.size)
     return header + x.astype("<u2").tobytes() + y.astype("<u2").tobytes()

@@ -1,4 +1,4 @@
-"""The server: static files, and a WebSocket for each page."""
+"""The web server of the live arena: static files, and a WebSocket per page."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import logging
 import mimetypes
 import os
 import socket
+import time
 import webbrowser
 from collections.abc import Callable
 from contextlib import closing, suppress
@@ -23,12 +24,12 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from feasibee.errors import FeasibeeError
-from feasibee.live.catalogue import Programme
+from feasibee.live.catalogue import Catalogue
 from feasibee.live.connections import Connection, Once, log_config
 from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
-from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, Plan, Session, plan_of
-from feasibee.simulation.ensemble import is_engine_compiled
+from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, RunRequest, Session, request_of
+from feasibee.simulation.loading import compilation
 
 __all__ = ["address_of", "application", "is_loopback", "listen", "open_browser", "server_of"]
 
@@ -37,10 +38,13 @@ FIRST_PORT: Final = 8765
 PORTS_TRIED: Final = 50
 SESSIONS_LIMIT: Final = 16
 QUEUE: Final = 8
-"""Messages of a page that wait to be answered; beyond, the server reads no more of it."""
+"""Most messages of a page that wait for an answer; the server reads no more until one is answered."""
 PATIENCE: Final = 0.05
-"""Seconds for which a swarm advances before the server looks at its page again."""
+"""Seconds that a swarm advances before the server looks for messages of its page."""
+GLANCE: Final = 0.25
+"""Seconds between two looks at what compiles while a page waits for its run."""
 TRY_LATER = 1013
+"""WebSocket close code: the server is full."""
 
 LOG: Final = logging.getLogger("feasibee.live")
 LOG.addFilter(Once())
@@ -48,26 +52,24 @@ LOG.addFilter(Once())
 Result = TypeVar("Result")
 
 
-def application(programme: Programme, host: str = "127.0.0.1") -> ASGIApp:
-    """Return the application: the page, and the swarms of those that open it."""
-    mimetypes.add_type("text/javascript", ".js")  # some systems call it plain text, which browsers won't run
+def application(catalogue: Catalogue, host: str = "127.0.0.1") -> ASGIApp:
+    """Return the ASGI application: the page's files, and a session per open page."""
+    mimetypes.add_type("text/javascript", ".js")  # some systems say text/plain, which browsers don't run
     sessions: set[Session] = set()
 
     async def connect(page: WebSocket) -> None:
         await page.accept()
         if len(sessions) >= SESSIONS_LIMIT:
-            text = (
-                f"{SESSIONS_LIMIT} pages are open, as many as there may be; close one, and reload this page"
-            )
+            text = f"{SESSIONS_LIMIT} pages are open, which is the limit; close one and reload this page"
             await page.send_json({"type": "full", "text": text})
             await page.close(TRY_LATER)
             return
-        session = Session(programme)
+        session = Session(catalogue)
         sessions.add(session)
         try:
-            await _serve(page, session, programme)
+            await _serve(page, session, catalogue)
         except asyncio.CancelledError:
-            pass  # the server ends while it computes for this page
+            pass  # the server stops while it computes for this page
         finally:
             sessions.discard(session)
 
@@ -75,41 +77,41 @@ def application(programme: Programme, host: str = "127.0.0.1") -> ASGIApp:
     return Guard(Starlette(routes=routes), host)
 
 
-async def _serve(page: WebSocket, session: Session, programme: Programme) -> None:
-    """Answer a page's messages, one after the other, until it goes."""
+async def _serve(page: WebSocket, session: Session, catalogue: Catalogue) -> None:
+    """Answer the messages of a page in order, until it closes."""
     waiting: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue(QUEUE)
     reading = asyncio.create_task(_read_all(page, waiting))
     try:
         limits = {"robots": ROBOTS_LIMIT, "tasks": TASKS_LIMIT}
-        welcome = {"type": "welcome", "protocol": PROTOCOL, "limits": limits, **programme.to_dict()}
+        welcome = {"type": "welcome", "protocol": PROTOCOL, "limits": limits, **catalogue.to_dict()}
         await page.send_json(welcome)
         while (event := await waiting.get()) is not None:
             try:
-                await _answer(page, session, programme, _message(event), waiting)
+                await _answer(page, session, catalogue, _message(event), waiting)
             except FeasibeeError as error:
                 await page.send_json(problems_of(error))
             except MemoryError:
-                text = "not enough memory; take fewer robots or tasks"
+                text = "not enough memory; use fewer robots or tasks"
                 await page.send_json(problems_of(FeasibeeError(text)))
             except (WebSocketDisconnect, RuntimeError):
                 raise
-            except Exception:  # an error of the program ends neither the page nor the server
-                LOG.exception("an error in answering a page")
+            except Exception:  # a bug must end neither the page nor the server
+                LOG.exception("internal error in answering a page")
                 await page.send_json(
-                    problems_of(FeasibeeError("an error of feasibee; the terminal has more"))
+                    problems_of(FeasibeeError("internal error of feasibee; see the terminal for details"))
                 )
     except (WebSocketDisconnect, RuntimeError):
         if (
             page.application_state is WebSocketState.CONNECTED
             and page.client_state is WebSocketState.CONNECTED
         ):
-            raise  # the page is there: it is ours
+            raise  # the page is still open, so this is a bug
     finally:
         reading.cancel()
 
 
 async def _read_all(page: WebSocket, waiting: asyncio.Queue[dict[str, Any] | None]) -> None:
-    """Put a page's messages in a queue, and None when it has gone."""
+    """Put the messages of a page into a queue, and None when it has closed."""
     with suppress(RuntimeError):
         while (event := await page.receive())["type"] != "websocket.disconnect":
             await waiting.put(dict(event))
@@ -126,37 +128,47 @@ def _message(event: dict[str, Any]) -> Open | Advance:
 async def _answer(
     page: WebSocket,
     session: Session,
-    programme: Programme,
+    catalogue: Catalogue,
     message: Open | Advance,
     waiting: asyncio.Queue[dict[str, Any] | None],
 ) -> None:
     if isinstance(message, Advance):
-        await page.send_bytes(await asyncio.to_thread(session.advanced, message.steps, PATIENCE))
+        await page.send_bytes(await asyncio.to_thread(session.next_frame, message.steps, PATIENCE))
         return
-    plan = await asyncio.to_thread(plan_of, message, programme)
-    await _begin(page, session, plan)
-    while not await asyncio.to_thread(session.advance, plan.step, PATIENCE):
+    request = await asyncio.to_thread(request_of, message, catalogue)
+    await _begin(page, session, request)
+    while not await asyncio.to_thread(session.advance, request.step, PATIENCE):
         if not waiting.empty():
-            return  # the page wants something else, or has gone
-        await page.send_json({"type": "going", "step": session.swarm.step, "to": plan.step})
+            return  # the page asks for something else, or has closed
+        await page.send_json({"type": "going", "step": session.swarm.step, "to": request.step})
     await page.send_bytes(await asyncio.to_thread(session.frame))
 
 
-async def _begin(page: WebSocket, session: Session, plan: Plan) -> None:
-    if not await asyncio.to_thread(is_engine_compiled, plan.scenario):
-        text = "Compiling the engine, once for this machine: 10 to 30 seconds"
-        await page.send_json({"type": "compiling", "text": text})
-    await in_thread_left_behind(lambda: session.begin(plan))
+async def _begin(page: WebSocket, session: Session, request: RunRequest) -> None:
+    """Begin a run; meanwhile report to the page which engine compiles, also for another page."""
+    begun = asyncio.ensure_future(in_daemon_thread(lambda: session.begin(request)))
+    reported = None
+    try:
+        while not (await asyncio.wait([begun], timeout=GLANCE))[0]:
+            current = compilation()
+            if current is not None and current != reported:
+                reported = current
+                text = f"Compiling the {current.engine}, once for this machine"
+                seconds = round(time.monotonic() - current.since, 1)
+                await page.send_json({"type": "compiling", "text": text, "seconds": seconds})
+        begun.result()
+    finally:
+        begun.cancel()
     await page.send_json(session.opened())
     await page.send_bytes(session.tasks())
 
 
-async def in_thread_left_behind(work: Callable[[], Result]) -> Result:
-    """Do work in a thread that doesn't hold up the end of the program, as compiling would."""
+async def in_daemon_thread(work: Callable[[], Result]) -> Result:
+    """Return the result of work in a daemon thread, so that the program can end while it compiles."""
     loop = asyncio.get_running_loop()
     done: asyncio.Future[Result] = loop.create_future()
 
-    def tell(result: Result | None, error: BaseException | None) -> None:
+    def finish(result: Result | None, error: BaseException | None) -> None:
         if done.cancelled():
             return
         if error is not None:
@@ -168,22 +180,22 @@ async def in_thread_left_behind(work: Callable[[], Result]) -> Result:
         result, error = None, None
         try:
             result = work()
-        except BaseException as raised:  # all of it goes to whoever waits
+        except BaseException as raised:  # whoever awaits gets any error
             error = raised
         with suppress(RuntimeError):  # the loop may have ended meanwhile
-            loop.call_soon_threadsafe(tell, result, error)
+            loop.call_soon_threadsafe(finish, result, error)
 
     Thread(target=run, daemon=True).start()
     return await done
 
 
 def listen(host: str, port: int | None) -> socket.socket:
-    """Return a socket that listens: on a port or, if none is given, on the first free one from `FIRST_PORT`.
+    """Return a listening socket: on a given port, or on the first free one from `FIRST_PORT`.
 
     Raises
     ------
     FeasibeeError
-        If the port is taken or the host isn't this machine's.
+        If the host is invalid or not this machine's, or the port is in use.
     """
     check_host(host)
     ports = range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else [port]
@@ -191,9 +203,8 @@ def listen(host: str, port: int | None) -> socket.socket:
     for each in ports:
         with closing(socket.socket(family, socket.SOCK_STREAM)) as tried:
             if os.name == "posix":
-                tried.setsockopt(
-                    socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
-                )  # on Windows it means another thing
+                # Not on Windows, where it would let two servers share a port.
+                tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             try:
                 tried.bind((host, each))
                 tried.listen(64)
@@ -202,41 +213,42 @@ def listen(host: str, port: int | None) -> socket.socket:
                     continue
                 raise FeasibeeError(_why_not(host, each, error)) from None
             return tried.dup()
-    raise FeasibeeError(f"ports {ports[0]} to {ports[-1]}: all are taken; give another with --port")
+    raise FeasibeeError(f"ports {ports[0]} to {ports[-1]}: all in use; use another with --port")
 
 
 def _why_not(host: str, port: int, error: OSError) -> str:
+    """Return the message for a port that can't be opened."""
     if error.errno == EADDRINUSE:
-        return f"--port {port}: is taken; give another, or leave --port out for a free one"
-    return f"--host {host} --port {port}: can't listen: {error.strerror}; give others, or leave them out"
+        return f"--port {port}: in use; use another, or leave --port out for a free one"
+    return f"--host {host} --port {port}: can't listen: {error.strerror}; leave both out for 127.0.0.1"
 
 
 def address_of(host: str, port: int) -> str:
-    """Return the address of the page, as a browser on this machine finds it."""
+    """Return the URL of the page for a browser on this machine."""
     name = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
     return f"http://{name}:{port}/"
 
 
 def open_browser(address: str) -> None:
-    """Open the page, without waiting for the browser."""
+    """Open the page in a browser, without waiting for it."""
     Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
-def server_of(programme: Programme, host: str) -> uvicorn.Server:
-    """Return the server, not yet running."""
+def server_of(catalogue: Catalogue, host: str) -> uvicorn.Server:
+    """Return the uvicorn server of a catalogue, not running yet."""
     return uvicorn.Server(
         uvicorn.Config(
-            application(programme, host),
+            application(catalogue, host),
             http=Connection,
             log_config=log_config(),
-            log_level="error",  # its warnings are of what others send
+            log_level="error",  # its warnings are about malformed requests of others
             access_log=False,
             server_header=False,
             proxy_headers=False,
             lifespan="off",
             ws="websockets-sansio",
             ws_max_size=MESSAGE_LIMIT,
-            ws_per_message_deflate=False,  # frames are nearly random, and go no further than this machine
+            ws_per_message_deflate=False,  # frames hardly compress, and stay on this machine
             timeout_graceful_shutdown=1,
         )
     )

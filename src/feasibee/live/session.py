@@ -1,4 +1,4 @@
-"""One page's swarm: checked, begun, advanced. The server calls all this in threads."""
+"""The session of one page: validate its requests, run its swarm. The server calls this in threads."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import time
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
-from feasibee.live.catalogue import Programme
-from feasibee.live.messages import Open, frame_of, tasks_of
+from feasibee.live.catalogue import Catalogue
+from feasibee.live.messages import Open, encode_frame, encode_tasks
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.plugins import registered
@@ -19,14 +19,14 @@ ROBOTS_LIMIT: Final = 20_000
 TASKS_LIMIT: Final = 20_000
 STEPS_LIMIT: Final = 200_000
 ROOM: Final = 256 * 2**20
-"""Bytes of a swarm's state, beside what it takes in proportion to robots and tasks."""
+"""Most bytes of a swarm's state, in addition to what is proportional to robots and tasks."""
 FILES: Final = ("robots.points", "tasks.points")
-"""Fields that may name a file, which a page may not."""
+"""Fields that may name a file; a page may not name one."""
 STRATEGY: Final = "decision.strategy"
 
 
-class Plan(NamedTuple):
-    """A run that a page asks for, checked."""
+class RunRequest(NamedTuple):
+    """A validated request of a page: a run, and the step to go to."""
 
     scenario: Scenario
     seed: int
@@ -34,20 +34,20 @@ class Plan(NamedTuple):
     step: int
 
 
-def plan_of(asked: Open, programme: Programme) -> Plan:
-    """Check what a page asks for.
+def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
+    """Validate what a page asks for.
 
     Raises
     ------
     FeasibeeError
-        If there is no such run, or it isn't one for a page: all problems at once.
+        If the scenario, seed or run is invalid or beyond the limits of a page; it lists all problems.
     """
-    scenario = programme.scenario_of(asked.point)
+    scenario = catalogue.scenario_of(asked.point)
     if asked.changes.get(STRATEGY) == scenario.decision.strategy:
-        del asked.changes[STRATEGY]  # the text that it has, not whatever lies at that path now
+        del asked.changes[STRATEGY]  # keep its text: the file at that path may have changed
     problems = list(_forbidden(asked))
-    seed = programme.seed_of(asked.point) if asked.seed is None else asked.seed
-    run = programme.run if asked.run is None else asked.run
+    seed = catalogue.seed_of(asked.point) if asked.seed is None else asked.seed
+    run = catalogue.run if asked.run is None else asked.run
     numbers = (_number("seed", seed, SEED_LIMIT, problems), _number("run", run, RUN_LIMIT - 1, problems))
     allowed = {path: value for path, value in asked.changes.items() if path not in {p.path for p in problems}}
     try:
@@ -60,41 +60,41 @@ def plan_of(asked: Open, programme: Programme) -> Plan:
     ):
         if count > limit:
             problems.append(
-                Problem(path, count, f"must be ≤ {limit} on this page", "simulate more with feasibee run")
+                Problem(path, count, f"must be ≤ {limit} on this page", "use feasibee run for more")
             )
     if problems:
         raise ScenarioError(problems)
-    return Plan(scenario, *numbers, min(asked.step, last_step(scenario)))
+    return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)))
 
 
 def last_step(scenario: Scenario) -> int:
-    """Return the last step that a page can see: that of the run, unless it is very long."""
+    """Return the last step that a page can show: that of the run, but at most `STEPS_LIMIT`."""
     return min(scenario.run.steps, STEPS_LIMIT)
 
 
 def _forbidden(asked: Open) -> Any:
-    """Yield the changes that would open a file, which only the command line may name."""
+    """Yield a problem per change that would open a file or whose path isn't a field's."""
     strategies = [*STRATEGIES, *registered()]
     for path, value in asked.changes.items():
         if path in FILES and isinstance(value, str):
-            rule = "can't be a file here"
-            yield Problem(path, value, rule, "name it in the scenario on the command line")
+            rule = "can't be a file on this page"
+            yield Problem(path, value, rule, "set it in the scenario of feasibee watch FILE")
         elif path == STRATEGY and value not in strategies:
             rule = f"must be one of {', '.join(strategies)}"
             yield Problem(
                 path,
                 value,
                 rule,
-                "name a file on the command line: feasibee watch --set decision.strategy=...",
+                "to use a file, run feasibee watch --set decision.strategy=FILE.py",
             )
         elif "." not in path and path != "preset":
             yield Problem(
-                path, value, "isn't the path of a field", "write section.field, such as tasks.count"
+                path, value, "must be the path of a field", "write section.field, such as tasks.count"
             )
 
 
 def _number(name: str, value: str | int | float, limit: int, problems: list[Problem]) -> int:
-    """Return a whole number of the page, which writes them as text, or note the problem."""
+    """Return a whole number that a page sent as text; if it is invalid, append a problem and return 0."""
     number = (
         int(value)
         if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 30
@@ -102,42 +102,42 @@ def _number(name: str, value: str | int | float, limit: int, problems: list[Prob
     )
     if isinstance(number, int) and not isinstance(number, bool) and 0 <= number < limit:
         return number
-    problems.append(Problem(name, value, f"must be a whole number from 0 to {limit - 1}", "choose one"))
+    problems.append(Problem(name, value, f"must be a whole number from 0 to {limit - 1}", "use 0"))
     return 0
 
 
 class Session:
-    """The swarm of one page."""
+    """The swarm of one page, and which of its counts the page has received."""
 
-    def __init__(self, programme: Programme) -> None:
-        self._programme = programme
+    def __init__(self, catalogue: Catalogue) -> None:
+        self._catalogue = catalogue
         self._swarm: Swarm | None = None
-        self._plan: Plan | None = None
+        self._request: RunRequest | None = None
         self._generation = 0
-        self._told = 0
+        self._counts_sent = 0
 
     @property
     def swarm(self) -> Swarm:
-        """The swarm that the page sees.
+        """The swarm that the page shows.
 
         Raises
         ------
         FeasibeeError
-            If it hasn't begun one.
+            If the page has not opened a run yet.
         """
         if self._swarm is None:
-            raise FeasibeeError("message: there is no swarm yet; open one first")
+            raise FeasibeeError("message: no run is open; reload the page")
         return self._swarm
 
-    def begin(self, plan: Plan) -> None:
-        """Put a swarm at step 0, in place of the one before; if that fails, the one before stays."""
-        self._swarm = Swarm(plan.scenario, plan.seed, plan.run, room=ROOM)
-        self._plan = plan
+    def begin(self, request: RunRequest) -> None:
+        """Replace the swarm by that of a request, at step 0; on an error the previous swarm stays."""
+        self._swarm = Swarm(request.scenario, request.seed, request.run, room=ROOM)
+        self._request = request
         self._generation += 1
-        self._told = 0
+        self._counts_sent = 0
 
     def advance(self, step: int, seconds: float) -> bool:
-        """Go on until a step, or the end of the run, but not for long; tell whether it is reached."""
+        """Advance to a step, or to the last, for a limited time; return whether it is reached."""
         swarm = self.swarm
         until = min(step, last_step(swarm.scenario))
         end = time.monotonic() + seconds
@@ -148,33 +148,33 @@ class Session:
             chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
         return swarm.step >= until
 
-    def advanced(self, steps: int, seconds: float) -> bytes:
-        """Let some steps pass, as far as time allows, and return the frame."""
+    def next_frame(self, steps: int, seconds: float) -> bytes:
+        """Advance by some steps, for a limited time, and return the frame."""
         self.advance(self.swarm.step + steps, seconds)
         return self.frame()
 
     def frame(self) -> bytes:
-        """Return the present step, with all counts that the page hasn't got."""
-        frame = frame_of(self.swarm, self._generation, self._told)
-        self._told = self.swarm.step + 1 if self.swarm.step >= self._told else self._told
+        """Return the frame of the current step, with all counts that the page has not received."""
+        frame = encode_frame(self.swarm, self._generation, self._counts_sent)
+        self._counts_sent = self.swarm.step + 1 if self.swarm.step >= self._counts_sent else self._counts_sent
         return frame
 
     def tasks(self) -> bytes:
-        """Return where the tasks are."""
-        return tasks_of(self.swarm, self._generation)
+        """Return the message with the positions of the tasks."""
+        return encode_tasks(self.swarm, self._generation)
 
     def opened(self) -> dict[str, Any]:
-        """Return what the page is told of a swarm that has begun."""
-        swarm, plan = self.swarm, self._plan
-        assert plan is not None
-        scenario = plan.scenario
+        """Return the message ``opened``: the run, its scenario and its ground truth."""
+        swarm, request = self.swarm, self._request
+        assert request is not None
+        scenario = request.scenario
         verdict = explain(scenario)
         width, height = scenario.arena.size
         return {
             "type": "opened",
             "generation": self._generation & 0xFFFF,
-            "seed": str(plan.seed),
-            "run": str(plan.run),
+            "seed": str(request.seed),
+            "run": str(request.run),
             "last": last_step(scenario),
             "fields": _fields(scenario),
             "toml": scenario.to_toml(),
@@ -198,7 +198,7 @@ class Session:
 
 
 def _fields(scenario: Scenario) -> dict[str, Any]:
-    """Return the plain fields by dotted path, for the controls."""
+    """Return the fields that are text or numbers by dotted path, for the controls."""
     tables = scenario.to_dict()
     fields = {f"{section}.{key}": value for section, table in tables.items() for key, value in table.items()}
     counts = {"robots.count": scenario.robots.count, "tasks.count": scenario.tasks.count}
@@ -206,10 +206,10 @@ def _fields(scenario: Scenario) -> dict[str, Any]:
 
 
 def _proof(violator: Any, scenario: Scenario) -> str:
-    """Return in a few words why the tasks are feasible or not."""
+    """Return in a few words why the tasks are feasible or infeasible."""
     robots, tasks = scenario.robots.count, scenario.tasks.count
     if not (scenario.robots.classes or scenario.tasks.classes):
         return f"{robots:,} robots, {tasks:,} tasks"
     if violator is None:
-        return "every place can be filled"
+        return "each place has a robot"
     return f"{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"

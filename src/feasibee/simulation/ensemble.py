@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
-from threading import Lock
 from typing import TYPE_CHECKING, Literal
 
-from feasibee.cache import check_cache
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.record import Record
 from feasibee.scenario.scenario import Scenario
-from feasibee.strategies.contract import Strategy
 
 if TYPE_CHECKING:
     import xarray as xr
 
 from feasibee.scenario.runs import check_numbers, whole
+from feasibee.simulation.loading import load_engine
 
 STEPS_LIMIT = 2**31 - 1
 """No step is later than this."""
@@ -164,39 +161,6 @@ def failure_of(scenario: Scenario, seed: int, run: int, error: Exception) -> Exc
         f"{strategy.name}: fails {which}: {error}; "
         f'simulate(scenario, 1, {seed}, first_run={run}, backend="reference") says where'
     )
-
-
-_loading = Lock()  # a second thread finds what the first has compiled
-_loaded: set[tuple[bool, Strategy]] = set()
-
-
-def is_engine_compiled(scenario: Scenario) -> bool:
-    """Tell whether the engine for a scenario has been compiled on this machine."""
-    from feasibee.engine.compile import is_compiled
-    from feasibee.engine.translation import is_paper
-
-    return is_compiled("advance_paper" if is_paper(scenario) else "advance_beyond")
-
-
-def load_engine(scenario: Scenario) -> None:
-    """Load the compiled engine for a scenario; the first time on a machine, say that it takes a while."""
-    from feasibee.engine.translation import is_paper
-
-    kind = (is_paper(scenario), scenario.strategy)
-    if kind in _loaded:
-        return  # however long another thread compiles what another scenario takes
-    check_cache()
-    with _loading:
-        if not is_engine_compiled(scenario):
-            print(
-                "feasibee: compiling the engine, once for this machine; 10 to 30 s ...",
-                file=sys.stderr,
-                flush=True,
-            )
-        from feasibee.engine.runner import engine_functions
-
-        engine_functions(scenario)
-    _loaded.add(kind)
 
 
 def processors() -> int:

@@ -13,8 +13,9 @@ from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_numbers, whole
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of, load_engine
+from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.html import draw_arena, show_swarm
+from feasibee.simulation.loading import load_engine
 
 FIRST_STEPS = 1024
 """Room for counts, at first."""

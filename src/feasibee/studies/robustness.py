@@ -81,7 +81,7 @@ class Row:
 
 def reproduce_beyond(
     out: str | Path,
-    runs: int = 100,
+    runs: int = 2000,
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,

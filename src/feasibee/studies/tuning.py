@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.files import make_folder
 from feasibee.results.statistics import Interval, paired_difference, wilson
@@ -154,7 +154,7 @@ def _search(scenario: Scenario, space: Sequence[Dimension], path: Path, runs: in
     try:
         import optuna
     except ImportError:
-        raise FeasibeeError("tuning needs Optuna; install feasibee[tune]") from None
+        raise FeasibeeError(f"Optuna: not installed; {how_to_install('tune')}") from None
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     # Another scenario, seed or number of runs is another search; 2: each trial has a digest.
     name = f"2-{scenario.hash[:16]}-{seed}-{runs}-{'-'.join(sorted(each.path for each in space))}"

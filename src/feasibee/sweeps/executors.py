@@ -11,7 +11,7 @@ from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from typing import Any
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.simulation.ensemble import processors
 from feasibee.sweeps.interrupts import inherited_block
 
@@ -104,7 +104,7 @@ def _connected(address: str) -> Any:
     try:
         from distributed import Client
     except ImportError:
-        raise FeasibeeError("Dask isn't installed; install feasibee[dask]") from None
+        raise FeasibeeError(f"Dask: not installed; {how_to_install('dask')}") from None
     try:
         return Client(address, timeout=PATIENCE)  # type: ignore[no-untyped-call,unused-ignore]
     except (OSError, TypeError, ValueError) as error:  # TypeError: tls:// without certificates

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.files import check_output, whole_file
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import (
@@ -186,7 +186,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
     journal : Journal
         What to write.
     kind : str
-        ``"csv"``, ``"parquet"`` (needs the extra ``feasibee[parquet]``) or ``"netcdf"``.
+        ``"csv"``, ``"parquet"`` (needs the extra ``parquet``) or ``"netcdf"``.
     path : path
         The file.
     """
@@ -199,7 +199,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
             try:
                 rows.to_parquet(temporary, index=False, engine="pyarrow")
             except ImportError:
-                raise FeasibeeError("Parquet needs pyarrow; install feasibee[parquet]") from None
+                raise FeasibeeError(f"pyarrow: not installed; {how_to_install('parquet')}") from None
         else:
             _netcdf(journal, rows, temporary)
     return len(rows)

@@ -1,17 +1,17 @@
-// The arena on a canvas: tasks and ground on a layer of their own, robots as small pictures made once.
+// The arena on a canvas: ground and tasks on a layer of their own, robots as small pictures drawn once.
 
 import { Crowd, contextOf } from "./crowd.js";
-import { COMMITTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, WORKING } from "./frames.js";
+import { DISSEMINATING, WORKING } from "./frames.js";
+import { LOOKS, drawSprite } from "./sprites.js";
 
-const TURN = 65536,
-  LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | LIAR;
-const DETAILED = 2000; // with more robots than this, no ticks, flashes, or copies beyond the edge
+const TURN = 65536; // units of a position along the longer side
+const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no copies beyond the edge
 const FLASH = 700; // milliseconds
 
 /** @import { Frame, Tasks } from "./frames.js" */
 
 /**
- * What the server tells of a swarm's world.
+ * The world of a swarm, from the server.
  * @typedef {object} World
  * @property {[number, number]} size
  * @property {boolean} walls
@@ -25,7 +25,7 @@ const FLASH = 700; // milliseconds
  */
 
 /**
- * What the server tells of a swarm that has begun; see opened() in session.py.
+ * A run that has begun, from the server; see opened() in session.py.
  * @typedef {World & {
  *   generation: number, seed: string, run: string, fields: Record<string, string | number | boolean>,
  *   toml: string, proof: string, robotClasses: [string, number][], threshold: number,
@@ -37,7 +37,7 @@ const FLASH = 700; // milliseconds
 /** @typedef {Record<Colour, string>} Colours */
 
 /**
- * What is to be drawn: a frame, the next if one is there, and how far between them, 0 to 1.
+ * What to draw: a frame, the next frame if any, and the time between them, 0 to 1.
  * @typedef {object} View
  * @property {Frame} now
  * @property {Frame | null} next
@@ -62,7 +62,7 @@ export class Arena {
     this.tasks = null;
     this.crowd = new Crowd();
     /** @type {Map<number, number>} */
-    this.flashes = new Map(); // since when
+    this.flashes = new Map(); // start time, by robot
     /** @type {Map<number, HTMLCanvasElement>} */
     this.sprites = new Map();
     /** @type {Frame | null} */
@@ -98,7 +98,7 @@ export class Arena {
     if (this.world) this.layout();
   }
 
-  // Fit the world into the canvas as it is on the page.
+  // Fit the canvas into its frame on the page.
   layout() {
     const { clientWidth, clientHeight } = this.canvas.parentElement ?? this.canvas,
       ratio = devicePixelRatio || 1;
@@ -160,7 +160,7 @@ export class Arena {
   paintTasks(context, { x, y }) {
     const size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
     context.fillStyle = this.colours.task;
-    if (size < 4 * this.ratio) context.globalAlpha = 0.5; // so many would hide the robots
+    if (size < 4 * this.ratio) context.globalAlpha = 0.5; // many tasks would hide the robots
     context.beginPath();
     for (let i = 0; i < x.length; i++) {
       const left = x[i] * this.unit,
@@ -180,7 +180,7 @@ export class Arena {
   }
 
   /**
-   * Draw between two frames; return whether something still moves by itself.
+   * Draw between two frames; return whether a flash still moves.
    * @param {View} view
    * @param {number} time
    */
@@ -204,7 +204,7 @@ export class Arena {
   }
 
   /**
-   * Find the pixel of each robot, moving the shortest way round.
+   * Compute the pixel of each robot; on a torus it moves the shortest way.
    * @param {Frame} now
    * @param {Frame | null} next
    * @param {number} between
@@ -239,7 +239,7 @@ export class Arena {
   }
 
   /**
-   * Remember who has begun to send.
+   * Start a flash for each robot that has begun to disseminate.
    * @param {Frame} now
    * @param {number} time
    */
@@ -258,7 +258,7 @@ export class Arena {
       { marks, robots } = now;
     const reach = 1.7 * radius;
     for (let i = 0; i < robots; i++) {
-      const sprite = this.sprites.get(marks[i] & LOOKS) ?? this.sprite(marks[i] & LOOKS);
+      const sprite = this.sprite(marks[i] & LOOKS);
       const half = sprite.width / 2,
         x = px[i],
         y = py[i];
@@ -272,55 +272,12 @@ export class Arena {
   }
 
   /**
-   * Draw what a robot with these marks looks like, once.
+   * Return the picture of robots with these marks, drawn once.
    * @param {number} marks
    */
   sprite(marks) {
-    const { radius, colours } = this,
-      half = Math.ceil(1.75 * radius) + 1;
-    const sprite = document.createElement("canvas"),
-      pen = contextOf(sprite);
-    sprite.width = sprite.height = 2 * half;
-    const colour =
-      marks & NEUTRAL ? colours.undecided : marks & FEASIBLE ? colours.feasible : colours.infeasible;
-    /** @param {number} size */
-    const disc = (size) => {
-      pen.beginPath();
-      pen.arc(half, half, size, 0, 2 * Math.PI);
-    };
-    pen.fillStyle = pen.strokeStyle = colour;
-    if (!(marks & WORKING)) pen.globalAlpha = 0.45;
-    disc(marks & NEUTRAL ? 0.7 * radius : radius);
-    pen.fill();
-    if (!(marks & (FEASIBLE | NEUTRAL)) && radius > 2) {
-      pen.fillStyle = colours.ground;
-      disc(0.48 * radius);
-      pen.fill();
-    }
-    if (marks & DISSEMINATING && radius > 2) {
-      pen.lineWidth = Math.max(1, 0.2 * radius);
-      disc(1.5 * radius);
-      pen.stroke();
-    }
-    if (marks & COMMITTED) {
-      pen.fillStyle = marks & FEASIBLE ? colours.ground : colour;
-      disc(0.25 * radius);
-      pen.fill();
-    }
-    pen.strokeStyle = colours.ink;
-    pen.lineWidth = Math.max(1, 0.18 * radius);
-    pen.globalAlpha = 1;
-    if (marks & LIAR) pen.strokeRect(half - 1.15 * radius, half - 1.15 * radius, 2.3 * radius, 2.3 * radius);
-    if (!(marks & WORKING)) {
-      const arm = 0.75 * radius;
-      pen.beginPath();
-      pen.moveTo(half - arm, half - arm);
-      pen.lineTo(half + arm, half + arm);
-      pen.moveTo(half + arm, half - arm);
-      pen.lineTo(half - arm, half + arm);
-      pen.stroke();
-    }
-    this.sprites.set(marks, sprite);
+    let sprite = this.sprites.get(marks);
+    if (!sprite) this.sprites.set(marks, (sprite = drawSprite(marks, this.radius, this.colours)));
     return sprite;
   }
 
@@ -361,7 +318,7 @@ export class Arena {
   }
 
   /**
-   * What a robot sees, and hears if that is another range.
+   * Draw the sensing range of a robot, and its radio range if it differs.
    * @param {number} i
    */
   shadow(i) {
@@ -382,7 +339,7 @@ export class Arena {
   }
 
   /**
-   * Begin a path of a circle and of its copies on the other sides of a torus.
+   * Begin a path of a circle and of its copies across the edges of a torus.
    * @param {number} x
    * @param {number} y
    * @param {number} radius
@@ -402,7 +359,7 @@ export class Arena {
   }
 
   /**
-   * Return the robot at a place of the page; -1 if there is none.
+   * Return the robot at a position of the page; -1 if none is near.
    * @param {number} clientX
    * @param {number} clientY
    */
@@ -421,7 +378,7 @@ export class Arena {
   }
 
   /**
-   * Where a robot is on the canvas, in the page's pixels.
+   * Return a robot's position on the canvas, in CSS pixels.
    * @param {number} i
    * @returns {[number, number]}
    */

@@ -1,11 +1,11 @@
-// The line to the server: opens itself again when it breaks, ever more patiently.
+// The WebSocket to the server. It reconnects after 0.5 s, and doubles the wait up to 8 s.
 
 const FIRST_WAIT = 500,
   LONGEST_WAIT = 8000;
 
 /**
  * @typedef {object} Handlers
- * @property {(message: any) => void} message JSON of the server; see answers in main.js.
+ * @property {(message: any) => void} message JSON message of the server; see answers in main.js.
  * @property {(buffer: ArrayBuffer) => void} binary
  * @property {(wait: number) => void} lost With the milliseconds until the next attempt.
  */

@@ -1,4 +1,4 @@
-// The form of settings: what has been changed, and what the server says of it.
+// The form of settings: the user's changes, and the server's problems with them.
 
 /** @typedef {HTMLInputElement | HTMLSelectElement} Input */
 /** @typedef {{path: string, text: string}} Problem */
@@ -6,7 +6,7 @@
 export class Controls {
   /**
    * @param {HTMLFormElement} form
-   * @param {() => void} change Somebody changed something.
+   * @param {() => void} change The user changed a control.
    */
   constructor(form, change) {
     this.form = form;
@@ -72,11 +72,11 @@ export class Controls {
   }
 
   /**
-   * Show a swarm that has begun.
+   * Show the values of a run that has begun.
    * @param {{fields: Record<string, string | number | boolean>, seed: string, run: string}} swarm
    */
   show({ fields, seed, run }) {
-    this.forgive();
+    this.clearProblems();
     /** @type {Record<string, string | number | boolean | undefined>} */
     const values = { seed, run, ...fields };
     for (const [path, input] of this.inputs) {
@@ -91,7 +91,7 @@ export class Controls {
     }
   }
 
-  forgive() {
+  clearProblems() {
     for (const [input, note] of this.notes) {
       input.removeAttribute("aria-invalid");
       note.hidden = true;
@@ -100,11 +100,11 @@ export class Controls {
   }
 
   /**
-   * Show what is wrong, each by its control if there is one.
+   * Show problems, each at its control if the form has one.
    * @param {Problem[]} problems
    */
-  refuse(problems) {
-    this.forgive();
+  showProblems(problems) {
+    this.clearProblems();
     const others = [];
     for (const { path, text } of problems) {
       const input = this.inputs.get(path),
@@ -123,7 +123,7 @@ export class Controls {
       )
         above.open = true;
     }
-    const more = problems.length > others.length ? ["Not changed; the swarm before goes on."] : [];
+    const more = problems.length > others.length ? ["Not changed: the previous run continues."] : [];
     this.general([...others, ...more].join("\n"));
   }
 

@@ -1,17 +1,17 @@
-// Thousands of robots, pixel by pixel: in software, as in a browser without a graphics card, this draws 10,000
-// in a few milliseconds, where drawing a picture for each took 50.
+// Drawing thousands of robots pixel by pixel. In a browser without a graphics card, 10,000 robots take a few
+// milliseconds; drawing a picture per robot took 50.
 
 /**
- * What a picture adds to the pixels around its place.
+ * The pixels that a picture adds around its position.
  * @typedef {object} Stamp
  * @property {number} half
  * @property {Int32Array} offsets
  * @property {Uint32Array} colours
- * @property {Int32Array} stays How much of the ground stays, of 256.
+ * @property {Int32Array} stays Share of the ground that stays, in 256ths.
  */
 
 /**
- * Return the pixel nearest to a place, at which a picture doesn't stick out over the edge.
+ * Return the nearest pixel at which a picture stays within the edge.
  * @param {number} place
  * @param {number} half
  * @param {number} side
@@ -21,7 +21,7 @@ function inside(place, half, side) {
 }
 
 /**
- * Return what draws on a canvas; browsers refuse it only to canvases that something else draws on.
+ * Return the 2D context of a canvas.
  * @param {HTMLCanvasElement} canvas
  * @param {CanvasRenderingContext2DSettings} [settings]
  */
@@ -42,7 +42,7 @@ export class Crowd {
   }
 
   /**
-   * Begin anew, upon a ground.
+   * Start again on a ground.
    * @param {HTMLCanvasElement} ground
    */
   reset(ground) {
@@ -56,7 +56,7 @@ export class Crowd {
   }
 
   /**
-   * Return the pixels of a picture that aren't empty: where, what is added, and how much of the ground stays.
+   * Return the pixels of a picture that aren't empty: offset, colour, share of the ground that stays.
    * @param {number} looks
    * @param {HTMLCanvasElement} sprite
    */
@@ -85,7 +85,7 @@ export class Crowd {
   }
 
   /**
-   * Draw robots at their places; picture(looks) gives the picture of those that look so.
+   * Draw robots at their positions; picture(looks) returns the picture for a look.
    * @param {CanvasRenderingContext2D} context
    * @param {Float32Array} px
    * @param {Float32Array} py

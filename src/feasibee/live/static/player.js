@@ -1,10 +1,10 @@
-// Time: where the page is between the steps it has, and which it asks the server for.
-// The page asks for each frame when it needs it, so nothing waits anywhere and a hidden page costs nothing.
+// The clock: which of the received steps to show, and when to request more.
+// The page requests each frame when it needs it, so that nothing queues up and a hidden page costs nothing.
 
 /** @import { Frame } from "./frames.js" */
 
 export const SPEEDS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3000];
-const RATE = 60; // frames a second that a screen shows, about
+const RATE = 60; // frames per second of a usual screen
 
 export class Player {
   /** @param {(steps: number) => void} ask */
@@ -32,7 +32,7 @@ export class Player {
     this.asked = false;
     if (!this.frames.length) {
       this.head = frame.step;
-      this.target = Math.max(this.target, frame.step); // somebody may have asked for a step already
+      this.target = Math.max(this.target, frame.step); // the user may have requested a step already
     }
     this.frames.push(frame);
   }
@@ -51,7 +51,7 @@ export class Player {
     if (!this.playing) this.target = Math.min(Math.ceil(this.head), this.last);
   }
 
-  // Stay here: there is nothing more to come.
+  // Stop here: the server sends no more frames.
   halt() {
     this.playing = this.asked = false;
     this.target = this.head;
@@ -63,7 +63,7 @@ export class Player {
   }
 
   /**
-   * Let time pass; return the frame to show, the next, and how far between them.
+   * Let time pass; return the frame to show, the next, and the time between them, 0 to 1.
    * @param {number} seconds
    */
   tick(seconds) {

@@ -1,4 +1,4 @@
-// Opinions over time: uPlot, the swarm's threshold, and a mark where it decided.
+// The plot of opinions over time, by uPlot, with the swarm's threshold and the step of its decision.
 
 const FIRST_SPAN = 100;
 

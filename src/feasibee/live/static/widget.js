@@ -1,4 +1,4 @@
-// The arena in a notebook: the page's canvas and time, few controls, and a kernel in place of the server; see widget.py.
+// The arena in a notebook: canvas and clock of the page, few controls, the kernel in place of the server; see widget.py.
 
 import { Arena } from "./arena.js";
 import { decode } from "./frames.js";
@@ -8,7 +8,7 @@ import { Player, SPEEDS } from "./player.js";
 /** @import { Frame, Tasks } from "./frames.js" */
 
 /**
- * What anywidget gives of the Python side; traits by their names.
+ * The Python side, from anywidget; traits by name.
  * @typedef {object} Model
  * @property {(name: string) => any} get
  * @property {(name: string, value: unknown) => void} set
@@ -18,9 +18,12 @@ import { Player, SPEEDS } from "./player.js";
  * @property {(event: string, hear: (...given: any[]) => void) => void} off
  */
 
+/** @typedef {{problem?: string, swarm?: string}} Answer Message of the kernel. */
+/** @typedef {(DataView | ArrayBuffer)[]} Buffers */
+
 /** @type {(keyof Colours)[]} */
 const PAINTS = ["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"];
-const PATIENCE = 2000; // milliseconds after which it says that it waits
+const PATIENCE = 2000; // milliseconds after which a waiting view says so
 /** @type {Record<number, string>} */
 const OUTCOMES = { 1: "feasible", 0: "infeasible", [-1]: "nothing" };
 const SHAPE = `<style>
@@ -71,7 +74,7 @@ const SHAPE = `<style>
 const KEYS = { " ": "play", ".": "step", ArrowRight: "step", r: "restart" };
 
 /**
- * Return a buffer of its own, since one that Jupyter gives is part of a message.
+ * Return a copy, since a buffer from Jupyter is part of a message.
  * @param {DataView | ArrayBuffer} view
  * @returns {ArrayBuffer}
  */
@@ -80,79 +83,165 @@ function bytesOf(view) {
   return new Uint8Array(view.buffer, view.byteOffset, view.byteLength).slice().buffer;
 }
 
-/** @param {{model: Model, el: HTMLElement}} view */
-function render({ model, el }) {
-  const shadow = el.attachShadow({ mode: "open" });
-  shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: nothing else is markup
+class WidgetView {
+  /**
+   * @param {Model} model
+   * @param {HTMLElement} el
+   */
+  constructor(model, el) {
+    this.model = model;
+    this.shadow = el.attachShadow({ mode: "open" });
+    this.shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: no other text is markup
+    this.root = this.find(".arena");
+    this.slider = /** @type {HTMLInputElement} */ (this.find("input"));
+    /** @type {World} */
+    this.world = model.get("_world");
+    this.calm = matchMedia("(prefers-reduced-motion: reduce)");
+    this.dark = matchMedia("(prefers-color-scheme: dark)");
+    this.swarm = ""; // name of the present swarm: a frame with another name is late
+    this.pending = this.past = this.late = 0;
+    this.stale = true; // whether colours and size must be read again
+    this.player = new Player((steps) => this.request(this.player.latest.step + steps));
+    this.arena = new Arena(
+      /** @type {HTMLCanvasElement} */ (this.find("canvas")),
+      /** @type {Colours} */ ({}), // until the first repaint
+    );
+  }
+
   /** @param {string} selector */
-  const $ = (selector) => /** @type {HTMLElement} */ (shadow.querySelector(selector));
-  const root = $(".arena"),
-    speed = /** @type {HTMLInputElement} */ ($("input"));
-  /** @type {World} */
-  const world = model.get("_world");
-  const [width, height] = world.size;
-  const calm = matchMedia("(prefers-reduced-motion: reduce)"),
-    dark = matchMedia("(prefers-color-scheme: dark)");
-  const ended = new AbortController();
-  let swarm = "",
-    pending = 0,
-    past = 0,
-    late = 0,
-    stale = true;
+  find(selector) {
+    return /** @type {HTMLElement} */ (this.shadow.querySelector(selector));
+  }
 
-  const wait = () => say(".note", "Waiting for the kernel. If it was restarted, run this cell again.");
+  // Show the world, listen, and request the first frame; return what ends all of it.
+  start() {
+    const { world, model, arena } = this,
+      [width, height] = world.size,
+      frame = this.find(".frame");
+    frame.style.width = `${480 * Math.min(1, width / height)}px`;
+    frame.style.aspectRatio = String(width / height);
+    frame.setAttribute("aria-label", `${world.robots} robots and ${world.tasks} tasks`);
+    arena.open(world);
+    arena.setTasks(/** @type {Tasks} */ (decode(bytesOf(model.get("_tasks")))));
+    this.setSpeed();
+    this.listenToUser();
+    const stop = this.listenToSurroundings();
+    this.begin(Math.min(model.get("step"), world.last));
+    return () => {
+      cancelAnimationFrame(this.pending);
+      clearTimeout(this.late);
+      stop();
+    };
+  }
+
+  listenToUser() {
+    const { root, model, slider, arena } = this;
+    root.addEventListener("click", (event) => {
+      const { does } = /** @type {HTMLElement} */ (event.target).dataset;
+      if (does) this.act(does);
+    });
+    root.addEventListener("keydown", (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
+      event.stopPropagation(); // in a notebook, letters and Enter are commands
+      const at = /** @type {Element} */ (event.target);
+      if (at.matches("input") && event.key === "ArrowRight") return;
+      if (!KEYS[event.key] || (at.matches("button") && event.key === " ")) return;
+      event.preventDefault();
+      this.act(KEYS[event.key]);
+    });
+    slider.addEventListener("input", () => {
+      model.set("speed", SPEEDS[slider.valueAsNumber]);
+      model.save_changes();
+    });
+    for (const type of /** @type {const} */ (["pointermove", "pointerleave"]))
+      this.find(".frame").addEventListener(type, (event) => {
+        arena.pointed = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
+        this.wake();
+      });
+  }
+
+  // Follow the kernel, the size, and the theme; return what ends it.
+  listenToSurroundings() {
+    const { model } = this;
+    const refresh = () => {
+      this.stale = true;
+      this.wake();
+    };
+    const setSpeed = () => this.setSpeed();
+    const hear = (/** @type {Answer} */ message, /** @type {Buffers} */ buffers) =>
+      this.hear(message, buffers);
+    const ended = new AbortController(),
+      size = new ResizeObserver(refresh),
+      theme = new MutationObserver(refresh);
+    size.observe(this.find(".frame"));
+    theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-jp-theme-name"] });
+    this.dark.addEventListener("change", refresh, { signal: ended.signal });
+    this.calm.addEventListener("change", setSpeed, { signal: ended.signal });
+    model.on("msg:custom", hear);
+    model.on("change:speed", setSpeed);
+    return () => {
+      size.disconnect();
+      theme.disconnect();
+      ended.abort();
+      model.off("msg:custom", hear);
+      model.off("change:speed", setSpeed);
+    };
+  }
+
   /** @param {number} step */
-  const want = (step) => {
-    player.asked = true;
-    clearTimeout(late);
-    late = setTimeout(wait, PATIENCE);
+  begin(step) {
+    this.swarm = Math.random().toString(36).slice(2);
+    this.player.clear();
+    this.player.last = this.world.last;
+    this.request(step);
+  }
+
+  /** @param {number} step */
+  request(step) {
+    this.player.asked = true;
+    clearTimeout(this.late);
+    this.late = setTimeout(() => this.showWaiting(), PATIENCE);
     try {
-      model.send({ swarm, step });
+      this.model.send({ swarm: this.swarm, step });
     } catch {
-      wait(); // JupyterLab refuses to send to a kernel that is gone
+      this.showWaiting(); // JupyterLab throws if the kernel is gone
     }
-  };
-  const player = new Player((steps) => want(player.latest.step + steps));
-  const arena = new Arena(
-    /** @type {HTMLCanvasElement} */ ($("canvas")),
-    /** @type {Colours} */ ({}), // until the first repaint
-  );
-  const wake = () => (pending ||= requestAnimationFrame(tick));
-  const refresh = () => ((stale = true), wake());
+  }
 
-  /** @param {number} step */
-  function begin(step) {
-    swarm = Math.random().toString(36).slice(2); // frames of another are late ones
-    player.clear();
-    player.last = world.last;
-    want(step);
+  showWaiting() {
+    this.say(".note", "Waiting for the kernel. If it was restarted, run this cell again.");
   }
 
   /**
-   * @param {{problem?: string, swarm?: string}} message
-   * @param {(DataView | ArrayBuffer)[]} buffers
+   * @param {Answer} message
+   * @param {Buffers} buffers
    */
-  function hear(message, buffers) {
-    if (message.problem) return say(".note", message.problem);
-    if (message.swarm !== swarm) return;
-    clearTimeout(late);
-    say(".note", "");
-    player.add(/** @type {Frame} */ (decode(bytesOf(buffers[0]))));
-    wake();
+  hear(message, buffers) {
+    if (message.problem) return this.say(".note", message.problem);
+    if (message.swarm !== this.swarm) return;
+    clearTimeout(this.late);
+    this.say(".note", "");
+    this.player.add(/** @type {Frame} */ (decode(bytesOf(buffers[0]))));
+    this.wake();
+  }
+
+  wake() {
+    this.pending ||= requestAnimationFrame((time) => this.tick(time));
   }
 
   /** @param {number} time */
-  function tick(time) {
-    pending = 0;
-    if (!root.offsetWidth) return; // not on the page yet, or hidden: a change of size wakes it
-    if (stale) repaint();
-    const view = player.tick(past ? Math.min(0.1, (time - past) / 1000) : 0);
+  tick(time) {
+    const { player, model } = this;
+    this.pending = 0;
+    if (!this.root.offsetWidth) return; // not on the page yet, or hidden: a change of size calls tick again
+    if (this.stale) this.repaint();
+    const view = player.tick(this.past ? Math.min(0.1, (time - this.past) / 1000) : 0);
     if (!view) return;
-    const flashing = arena.draw(view, time),
+    const flashing = this.arena.draw(view, time),
       rests = !player.playing && player.head >= player.target;
-    show(view.now);
-    past = rests ? 0 : time;
-    if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) wake(); // else a frame does
+    this.show(view.now);
+    this.past = rests ? 0 : time;
+    if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) this.wake(); // otherwise the next frame does
     if (!rests || model.get("step") === view.now.step) return;
     model.set("step", view.now.step);
     model.save_changes();
@@ -162,110 +251,63 @@ function render({ model, el }) {
    * @param {string} where
    * @param {string} text
    */
-  function say(where, text) {
-    if ($(where).textContent !== text) $(where).textContent = text; // readers of screens hear each change
+  say(where, text) {
+    const place = this.find(where);
+    if (place.textContent !== text) place.textContent = text; // screen readers read each change
   }
 
   /** @param {Frame} frame */
-  function show(frame) {
+  show(frame) {
     const none = frame.counted - frame.feasible - frame.infeasible;
     for (const [name, value] of Object.entries({ ...frame, none })) {
-      const place = $(`[data-count="${name}"]`);
+      const place = this.find(`[data-count="${name}"]`);
       if (place) place.textContent = value.toLocaleString("en");
     }
     const first = OUTCOMES[frame.firstDecision],
       now = OUTCOMES[frame.decision],
-      truth = OUTCOMES[Number(world.truth)];
-    const since = `decided ${first} at step ${frame.decisionStep}: ${first === truth ? "right" : "wrong"}${now === first ? "" : `; now ${now}`}`;
-    say(".outcome", frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since);
-    say("[data-does=play]", player.playing ? "Pause" : "Play");
+      truth = OUTCOMES[Number(this.world.truth)];
+    const word = first === truth ? "right" : "wrong",
+      since = `decided ${first} at step ${frame.decisionStep}: ${word}${now === first ? "" : `; now ${now}`}`;
+    this.say(".outcome", frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since);
+    this.say("[data-does=play]", this.player.playing ? "Pause" : "Play");
   }
 
-  function setSpeed() {
-    player.speed = model.get("speed");
-    player.smooth = !calm.matches;
-    arena.calm = calm.matches || player.speed > 60; // so many flashes would only flicker
-    speed.valueAsNumber = SPEEDS.findLastIndex((each) => each <= player.speed);
+  setSpeed() {
+    const { player, slider } = this;
+    player.speed = this.model.get("speed");
+    player.smooth = !this.calm.matches;
+    this.arena.calm = this.calm.matches || player.speed > 60; // faster, flashes would only flicker
+    slider.valueAsNumber = SPEEDS.findLastIndex((each) => each <= player.speed);
     const text = `${player.speed.toLocaleString("en")} ${player.speed === 1 ? "step" : "steps"} / s`;
-    speed.setAttribute("aria-valuetext", text);
-    say("output", text);
+    slider.setAttribute("aria-valuetext", text);
+    this.say("output", text);
   }
 
-  function repaint() {
-    stale = false;
-    const light = document.body.dataset.jpThemeLight; // JupyterLab's; others go by the system
-    root.style.colorScheme = light === undefined ? "light dark" : light === "true" ? "light" : "dark";
-    const probe = root.appendChild(document.createElement("span"));
+  repaint() {
+    this.stale = false;
+    const light = document.body.dataset.jpThemeLight; // set by JupyterLab; others follow the system
+    this.root.style.colorScheme = light === undefined ? "light dark" : light === "true" ? "light" : "dark";
+    const probe = this.root.appendChild(document.createElement("span"));
     /** @param {keyof Colours} name */
     const colour = (name) => ((probe.style.color = `var(--${name})`), getComputedStyle(probe).color);
-    arena.setColours(/** @type {Colours} */ (Object.fromEntries(PAINTS.map((name) => [name, colour(name)]))));
+    const found = Object.fromEntries(PAINTS.map((name) => [name, colour(name)]));
+    this.arena.setColours(/** @type {Colours} */ (found));
     probe.remove();
   }
 
-  /** @type {Record<string, () => void>} */
-  const actions = {
-    play() {
-      if (player.ended) begin(0);
-      player.play(!player.playing);
-    },
-    step: () => player.step(),
-    restart: () => begin(0),
-  };
-  /** @param {string} name */
-  function act(name) {
-    actions[name]();
-    wake();
+  /** @param {string} action */
+  act(action) {
+    const { player } = this;
+    if (action === "restart" || (action === "play" && player.ended)) this.begin(0);
+    if (action === "play") player.play(!player.playing);
+    if (action === "step") player.step();
+    this.wake();
   }
-  root.addEventListener("click", (event) => {
-    const { does } = /** @type {HTMLElement} */ (event.target).dataset;
-    if (does) act(does);
-  });
-  root.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
-    event.stopPropagation(); // in a notebook, letters and Enter are commands
-    const at = /** @type {Element} */ (event.target);
-    if (at.matches("input") && event.key === "ArrowRight") return;
-    if (!KEYS[event.key] || (at.matches("button") && event.key === " ")) return;
-    event.preventDefault();
-    act(KEYS[event.key]);
-  });
-  speed.addEventListener("input", () => {
-    model.set("speed", SPEEDS[speed.valueAsNumber]);
-    model.save_changes();
-  });
-  /** @param {PointerEvent} event */
-  const point = (event) => {
-    arena.pointed = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
-    wake();
-  };
-  for (const type of /** @type {const} */ (["pointermove", "pointerleave"]))
-    $(".frame").addEventListener(type, point);
+}
 
-  $(".frame").style.width = `${480 * Math.min(1, width / height)}px`;
-  $(".frame").style.aspectRatio = String(width / height);
-  $(".frame").setAttribute("aria-label", `${world.robots} robots and ${world.tasks} tasks`);
-  arena.open(world);
-  arena.setTasks(/** @type {Tasks} */ (decode(bytesOf(model.get("_tasks")))));
-  setSpeed();
-  const size = new ResizeObserver(refresh),
-    theme = new MutationObserver(refresh);
-  size.observe($(".frame"));
-  theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-jp-theme-name"] });
-  dark.addEventListener("change", refresh, { signal: ended.signal });
-  calm.addEventListener("change", setSpeed, { signal: ended.signal });
-  model.on("msg:custom", hear);
-  model.on("change:speed", setSpeed);
-  begin(Math.min(model.get("step"), world.last));
-
-  return () => {
-    cancelAnimationFrame(pending);
-    clearTimeout(late);
-    size.disconnect();
-    theme.disconnect();
-    ended.abort();
-    model.off("msg:custom", hear);
-    model.off("change:speed", setSpeed);
-  };
+/** @param {{model: Model, el: HTMLElement}} view */
+function render({ model, el }) {
+  return new WidgetView(model, el).start();
 }
 
 export default { render };

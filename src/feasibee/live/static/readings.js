@@ -1,0 +1,112 @@
+// The numbers beside the arena: step, decision, counts, and the plot of opinions.
+
+import { $, announce, formatted } from "./elements.js";
+import { NEUTRAL } from "./frames.js";
+
+/** @import { Opened } from "./arena.js" */
+/** @import { Frame } from "./frames.js" */
+/** @import { Plot } from "./plot.js" */
+
+/** @type {Record<number, string>} */
+const WORDS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
+const PLOT_PAUSE = 66; // milliseconds between two drawings of the plot
+
+export class Readings {
+  /** @param {Plot} plot */
+  constructor(plot) {
+    this.plot = plot;
+    this.truth = false;
+    this.step = -1; // shown
+    /** @type {string | null} */
+    this.decision = null; // shown
+    this.plotted = 0; // when
+  }
+
+  /**
+   * Show what is known of a run before its first frame.
+   * @param {Opened} world
+   */
+  open(world) {
+    const { fields } = world;
+    this.truth = world.truth;
+    this.step = -1;
+    this.decision = null;
+    this.plot.clear(world);
+    $("toml").textContent = world.toml;
+    $("last").textContent = formatted(world.last);
+    $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
+    $("stopped-row").hidden = world.counted[0] === world.counted[1] && !fields["faults.stopped"];
+    $("committed-row").hidden = $("legend-committed").hidden = !world.commits;
+    $("legend-stopped").hidden = !fields["faults.stopped"];
+    $("legend-liar").hidden = !fields["faults.byzantine"];
+  }
+
+  /**
+   * Show a frame; the plot follows at once when time stands still, and every `PLOT_PAUSE` otherwise.
+   * @param {Frame} frame
+   * @param {number} time
+   * @param {boolean} playing
+   */
+  show(frame, time, playing) {
+    if (frame.step !== this.step) {
+      this.showCounts(frame);
+      this.showDecision(frame);
+      this.step = frame.step;
+      this.plotted = Math.min(this.plotted, time - PLOT_PAUSE + 1);
+    }
+    if (this.isPlotted(frame) || (time - this.plotted < PLOT_PAUSE && playing)) return;
+    const decided = frame.decisionStep >= 0 && frame.decisionStep <= frame.step;
+    this.plot.show(frame.step, decided ? frame.decisionStep : -1);
+    this.plotted = time;
+  }
+
+  /** @param {Frame} frame */
+  isPlotted(frame) {
+    return this.plot.shown === frame.step;
+  }
+
+  /** @param {Frame} frame */
+  showCounts(frame) {
+    const undecided = frame.counted - frame.feasible - frame.infeasible;
+    const values = {
+      feasible: frame.feasible,
+      infeasible: frame.infeasible,
+      undecided,
+      exploring: frame.working - frame.disseminating,
+      disseminating: frame.disseminating,
+      committed: frame.committed,
+      now: frame.step,
+      stopped: frame.robots - frame.working,
+    };
+    for (const [id, value] of Object.entries(values)) $(id).textContent = formatted(value);
+    const bits = frame.step ? frame.bits / frame.robots / frame.step : 0;
+    $("bits").textContent = bits.toPrecision(3).replace(/\.?0+$/, "");
+    $("undecided-row").hidden = $("legend-undecided").hidden =
+      !undecided && !frame.marks.some((marks) => marks & NEUTRAL);
+    const whole = Math.max(1, frame.counted);
+    const bars = /** @type {HTMLCollectionOf<HTMLElement>} */ ($("bar").children);
+    for (const [place, count] of [frame.feasible, undecided, frame.infeasible].entries())
+      bars[place].style.width = `${(100 * count) / whole}%`;
+  }
+
+  /**
+   * Show the swarm's first decision, and whether it is right.
+   * @param {Frame} frame
+   */
+  showDecision(frame) {
+    const key = `${frame.firstDecision} ${frame.decision}`;
+    if (key === this.decision) return;
+    const first = WORDS[frame.firstDecision],
+      now = WORDS[frame.decision],
+      decided = frame.firstDecision >= 0,
+      step = formatted(frame.decisionStep);
+    const word = decided && (frame.firstDecision === 1) === this.truth ? "right" : "wrong";
+    $("decision").textContent = decided ? `${first}, since step ${step}` : "undecided";
+    if (decided && now !== first) $("decision").textContent = `first ${first}, at step ${step}; now ${now}`;
+    $("verdict").dataset.verdict = decided ? word : "";
+    $("judgement").textContent = decided ? `The swarm's decision is ${word}.` : "";
+    if (decided && this.decision?.startsWith("-1"))
+      announce(`The swarm has decided at step ${frame.decisionStep}: ${first}. That is ${word}.`);
+    this.decision = key;
+  }
+}

@@ -1,0 +1,60 @@
+// The tooltip of the robot under the pointer.
+
+import { $ } from "./elements.js";
+import { COMMITTED, COUNTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, STUBBORN, WORKING } from "./frames.js";
+
+/** @import { Arena, Opened } from "./arena.js" */
+/** @import { Frame } from "./frames.js" */
+
+/**
+ * Return the name of a robot's class; an empty text if the team has no classes.
+ * @param {Opened} world
+ * @param {number} robot
+ */
+function className(world, robot) {
+  for (const [name, count] of world.robotClasses) {
+    if (robot < count) return name;
+    robot -= count;
+  }
+  return "";
+}
+
+/**
+ * Describe a robot in words.
+ * @param {Opened} world
+ * @param {number} robot
+ * @param {number} marks
+ */
+function describe(world, robot, marks) {
+  const name = className(world, robot);
+  const words = [
+    marks & NEUTRAL ? "no opinion" : marks & FEASIBLE ? "feasible" : "infeasible",
+    !(marks & WORKING) ? "stopped" : marks & DISSEMINATING ? "disseminating" : "exploring",
+    name && `class ${name}`,
+    marks & LIAR && "Byzantine",
+    marks & STUBBORN && "stubborn",
+    marks & COMMITTED && "committed",
+    !(marks & COUNTED) && "not counted",
+  ];
+  return `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;
+}
+
+/**
+ * Show the tooltip beside the robot that is pointed at, or hide it.
+ * @param {Arena} arena
+ * @param {Opened} world
+ * @param {Frame} frame
+ */
+export function showTooltip(arena, world, frame) {
+  const robot = arena.pointed,
+    box = $("tip"),
+    { canvas } = arena;
+  box.hidden = robot < 0 || robot >= frame.robots;
+  if (box.hidden) return;
+  const text = describe(world, robot, frame.marks[robot]);
+  if (box.textContent !== text) box.textContent = text;
+  const [x, y] = arena.placeOf(robot);
+  const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, $("frame").clientWidth - box.offsetWidth));
+  const top = canvas.offsetTop + y + (y > 60 ? -14 - box.offsetHeight : 18);
+  box.style.transform = `translate(${left}px, ${top}px)`;
+}

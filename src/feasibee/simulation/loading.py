@@ -1,0 +1,163 @@
+"""Load the compiled engine of a scenario, and show that it compiles where it isn't on disk yet.
+
+There are two engines: the fast path, for worlds like the paper's, and the general engine, for all others.
+Each compiles once on a machine, when a scenario first needs it.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import cache
+from multiprocessing import parent_process
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from feasibee.cache import check_cache
+from feasibee.scenario.scenario import Scenario
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+FAST: Final = "fast-path engine"
+GENERAL: Final = "general engine"
+DURATION: Final = "10 to 30 s of CPU time"
+"""Time to compile an engine, measured in docs/decisions/02-two-compiled-steps.md."""
+ENTRIES: Final = ("play", "start", "advance")
+"""How names of the engine's functions start; those of a strategy compile in about 1 s, without a message."""
+PASSED: Final = "{task.description} … {task.elapsed:.0f} s"
+
+
+class Compilation(NamedTuple):
+    """An engine that this process compiles at the moment."""
+
+    engine: str
+    """`FAST` or `GENERAL`."""
+    since: float
+    """When it began, by `time.monotonic`."""
+
+
+class Prepared(NamedTuple):
+    """What `prepare_engines` has made ready."""
+
+    name: str
+    seconds: float
+    """Time spent, including the time to load what was on disk."""
+    cached: bool
+    """Whether all of it was on disk already."""
+
+
+_loading = threading.Lock()  # a second thread finds what the first has compiled
+_loaded: set[tuple[str, Strategy]] = set()
+_current: Compilation | None = None
+
+
+def engine_of(scenario: Scenario) -> str:
+    """Return which engine simulates a scenario: `FAST` or `GENERAL`."""
+    from feasibee.engine.translation import is_paper
+
+    return FAST if is_paper(scenario) else GENERAL
+
+
+def compilation() -> Compilation | None:
+    """Return what this process compiles at the moment, if anything."""
+    return _current
+
+
+def load_engine(scenario: Scenario) -> bool:
+    """Load the engine and the strategy of a scenario, compiling what isn't on disk.
+
+    Returns
+    -------
+    bool
+        Whether everything was on disk or in memory already.
+    """
+    engine = engine_of(scenario)
+    if (engine, scenario.strategy) in _loaded:
+        return True  # without the lock: another thread may hold it while it compiles
+    check_cache()
+    with _loading, _showing(engine) as compiled:
+        from feasibee.engine.runner import engine_functions
+
+        engine_functions(scenario)
+    _loaded.add((engine, scenario.strategy))
+    return not compiled
+
+
+def prepare_engines() -> Iterator[Prepared]:
+    """Load both engines and all built-in strategies; yield each part when it is ready."""
+    strategies = [Scenario(decision={"strategy": name}) for name in STRATEGIES]
+    parts = {
+        FAST: [Scenario()],
+        GENERAL: [Scenario(arena={"boundary": "walls"})],
+        f"{len(strategies)} built-in strategies": strategies,
+    }
+    for name, scenarios in parts.items():
+        start = time.monotonic()
+        cached = [load_engine(scenario) for scenario in scenarios]
+        yield Prepared(name, time.monotonic() - start, all(cached))
+
+
+@contextmanager
+def _showing(engine: str) -> Iterator[list[str]]:
+    """Show that an engine compiles as soon as its code is missing; give the names of what is compiled."""
+    from feasibee.engine.compile import on_compile
+
+    global _current  # noqa: PLW0603  # one at a time: `_loading` is held
+    compiled: list[str] = []
+    with ExitStack() as display:
+
+        def begin(name: str) -> None:
+            global _current  # noqa: PLW0603
+            compiled.append(name)
+            if _current is None and name.startswith(ENTRIES):
+                _current = Compilation(engine, time.monotonic())
+                display.enter_context(_displayed(engine))
+
+        token = on_compile.set(begin)
+        try:
+            yield compiled
+        finally:
+            on_compile.reset(token)
+            _current = None
+
+
+@contextmanager
+def _displayed(engine: str) -> Iterator[None]:
+    """Show a spinner and the time passed on a terminal, and elsewhere one line."""
+    if not is_terminal() or not _may_draw():
+        text = f"feasibee: compiling the {engine}, once for this machine; {DURATION} ..."
+        print(text, file=sys.stderr, flush=True)
+        yield
+        return
+    from rich.progress import Progress, SpinnerColumn, TextColumn
+
+    with Progress(SpinnerColumn(), TextColumn(PASSED), console=stderr_console(), transient=True) as spinner:
+        spinner.add_task(f"Compiling the {engine}, once for this machine")
+        yield
+
+
+def _may_draw() -> bool:
+    """Return whether this thread may draw a spinner.
+
+    A program may end while a daemon thread compiles, and a spinner would leave the cursor hidden. Worker
+    processes would draw theirs over the parent's display.
+    """
+    return parent_process() is None and not threading.current_thread().daemon
+
+
+def is_terminal() -> bool:
+    """Return whether standard error is a terminal that can show progress."""
+    return sys.stderr is not None and sys.stderr.isatty() and not stderr_console().is_dumb_terminal
+
+
+@cache
+def stderr_console() -> Console:
+    """Return the console of standard error: one for all displays, since rich nests those of one console."""
+    from rich.console import Console
+
+    return Console(stderr=True)
