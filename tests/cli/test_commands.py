@@ -425,7 +425,7 @@ def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.nc.gz", ".nc", "a.png", "a.nc4"])
 def test_an_unknown_kind_of_results_is_refused_before_the_work(here, name):
     (line,) = refused("run", "--save", name)
-    assert line == f"feasibee: --save {name}: unknown kind of file; end it with .nc or .csv"
+    assert line == f"feasibee: --save {name}: unknown file format; end the name with .nc or .csv"
     assert names(here) == []
 
 

@@ -305,7 +305,7 @@ def test_a_dataset_of_someone_else_is_told(function):
 
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.parquet"])
 def test_results_are_saved_in_known_kinds_only(tmp_path, name):
-    with pytest.raises(FeasibeeError, match=r"unknown kind of file; end it with \.nc or \.csv"):
+    with pytest.raises(FeasibeeError, match=r"unknown file format; end the name with \.nc or \.csv"):
         save_results(label(RECORD, SCENARIO, 0), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 

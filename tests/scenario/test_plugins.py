@@ -314,9 +314,9 @@ def test_what_only_a_run_shows_is_told(write, line, words):
 
 
 def test_text_that_is_no_python_at_all_is_told(write, tmp_path):
-    assert "it holds a NUL" in told(write("\x00\x01"))
+    assert "it contains a NUL" in told(write("\x00\x01"))
     (tmp_path / "bytes.py").write_bytes(b"\xff\xfe = 3")
-    assert "not UTF-8 text" in told(tmp_path / "bytes.py")
+    assert "it isn't UTF-8 text" in told(tmp_path / "bytes.py")
     assert "too many nested parentheses" in told(write("x = " + "(" * 5000))
 
 

@@ -424,7 +424,7 @@ def test_a_problem_of_the_common_scenario_is_told_once_with_its_file(study, tmp_
         ("tasks.count;radio.loss\n3;0,5\n", "must be separated by commas"),
         ("tasks.count\tradio.loss\n3\t0\n", "must be separated by commas"),
         (f"tasks.count\n{'1' * 200_000}\n", "not CSV: field larger"),
-        ("tasks.count\n\xff\n".encode("latin-1"), "not UTF-8 text"),
+        ("tasks.count\n\xff\n".encode("latin-1"), "it isn't UTF-8 text"),
         (None, "can't be read: No such file"),
     ],
 )
@@ -456,5 +456,5 @@ def test_a_study_that_isnt_there(tmp_path):
     with pytest.raises(FeasibeeError, match=r"nope\.toml: can't be read: No such file"):
         Study.read(tmp_path / "nope.toml")
     (tmp_path / "latin.toml").write_bytes(b'file = "\xff"')
-    with pytest.raises(FeasibeeError, match=r"latin\.toml: can't be read: not UTF-8 text"):
+    with pytest.raises(FeasibeeError, match=r"latin\.toml: can't be read: it isn't UTF-8 text"):
         Study.read(tmp_path / "latin.toml")

@@ -997,7 +997,7 @@ def test_an_export_lies_beside_the_journal(results, kind, name):
 
 @pytest.mark.parametrize("words", [["a.nc", "--to", "csv"], ["a.csv", "--to", "parquet"], ["a.txt"], ["a"]])
 def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, words):
-    assert f"{words[0]}: unknown kind of file; end it with ." in refused(
+    assert f"{words[0]}: unknown file format; end the name with ." in refused(
         "export", results, "--out", tmp_path / words[0], *words[1:]
     )
     assert list(tmp_path.iterdir()) == []
@@ -1062,7 +1062,7 @@ def test_figures(results, tmp_path, arguments, suffix):
         (("--x", "tasks.count", "--hue", "nope"), "nope: isn't a field"),
         (("--x", "tasks.count", "--y", "tasks.classes.0"), "tasks.classes.0: isn't a field"),
         (("--x", "tasks.count", "--hue", "robots.count", "--y", "run.steps"), "leave one of them out"),
-        (("--x", "tasks.count", "--out", "figure.gif"), "end it with .png, .pdf or .svg"),
+        (("--x", "tasks.count", "--out", "figure.gif"), "end the name with .png, .pdf or .svg"),
         ((), "--x"),
     ],
 )

@@ -17,7 +17,7 @@ import numpy
 from numba.core import compiler, serialize
 from numba.core.typeinfer import register_dispatcher
 
-from feasibee.cache import cache_root, own_folder, read_sealed, write_sealed
+from feasibee.files.cache import cache_root, own_folder, read_sealed, write_sealed
 
 CompileResult: Any = compiler.CompileResult
 dumps: Any = serialize.dumps

@@ -17,7 +17,7 @@ from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.frames import DARK, LIGHT, Painter, frame
-from feasibee.files import check_output, whole_file
+from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
 from feasibee.scenario.runs import check_numbers, whole
 from feasibee.scenario.scenario import Scenario
@@ -96,7 +96,7 @@ def animate(
         )
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
     frames = _frames(scenario, seed, run, (start, shown[-1]), shown, size, dark, progress)
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         write[path.suffix.lower()](temporary, frames, len(shown), fps)
 
 

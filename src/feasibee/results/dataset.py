@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import RESULTS, check_output, is_file, whole_file, write_csv
+from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
@@ -165,7 +165,7 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
         return
     packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
     sealed = dataset.assign_attrs({DIGEST: _digest(dataset)})
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         sealed.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from feasibee.errors import FeasibeeError, quoted
+from feasibee.files.cache import check_cache
 from feasibee.model.record import Record
 from feasibee.scenario.scenario import Scenario
 

@@ -18,7 +18,7 @@ from matplotlib import colormaps
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import draw_opinion_bands, plot_decisions
 from feasibee.figures.style import figure, save_both
-from feasibee.files import make_folder, whole_file, write_csv
+from feasibee.files import atomic_write, make_folder, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.results.statistics import decision_times, opinion_quartiles
 from feasibee.scenario.runs import check_numbers, first_run_of
@@ -77,7 +77,7 @@ def reproduce(
         "model_version": MODEL_VERSION,
         "robots": swarm.scenario.robots.count,
     }
-    with whole_file(folder / "claims.json") as path:
+    with atomic_write(folder / "claims.json") as path:
         path.write_text(json.dumps({**about, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n")
     return claims
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.files import check_output, whole_file
+from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import (
     DecisionTimes,
@@ -192,7 +192,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
     """
     check_output(path, [KINDS[kind]])
     rows = frame(journal)
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         if kind == "csv":
             rows.to_csv(temporary, index=False)
         elif kind == "parquet":
