@@ -25,6 +25,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, wilson
 from feasibee.cli import main
 from feasibee.results.statistics import confidence_sequence
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors, pace
 from feasibee.sweeps import sweep as sweeping
@@ -122,7 +123,7 @@ def test_the_journal_holds_what_a_simulation_gives(whole):
     with Journal(whole) as journal:
         assert [row.values for row in journal.points] == [point.values for point in plan.points]
         for row, point in zip(journal.points, plan.points, strict=True):
-            record = simulate_record(point.scenario, 24, 5, curves=True)
+            record = simulate_record(point.scenario, Runs(24, 5), curves=True)
             columns = journal.columns(row.id)
             np.testing.assert_array_equal(columns[:, 0], np.arange(24))
             np.testing.assert_array_equal(columns[:, 1], record.decision)

@@ -28,7 +28,7 @@ DIGEST = "digest"
 SAVED = "name a file that feasibee saved"
 
 
-def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
+def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     """Return a record as a dataset over run and step, with its recipe as JSON in ``attrs["recipe"]``."""
     meanings = dict(sorted(DECISIONS.items()))
     flags = {"flag_values": np.array(list(meanings), np.int8), "flag_meanings": " ".join(meanings.values())}

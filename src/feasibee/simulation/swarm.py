@@ -11,7 +11,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.runs import check_numbers, whole
+from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.html import draw_arena, show_swarm
@@ -65,20 +65,20 @@ class Swarm:
     def __init__(
         self, scenario: Scenario | None = None, seed: int = 0, run: int = 0, *, room: int | None = None
     ) -> None:
-        _, seed, run = check_numbers(1, seed, run, "run")
+        self._which = Runs.single(seed, run)
         self.scenario = check_scenario(scenario)
-        room = None if room is None else whole("room", room, 0, 2**63)
+        room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
         from feasibee.engine import layout, runner, translation
 
-        self._seed, self._run, self._room = seed, run, room
+        self._room = room
         self._layout = layout
-        self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
+        self._params = translation.params_of(self.scenario, self._which.seed)._replace(stop_at_decision=False)
         self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
         self._kinds = translation.kinds_of(self.scenario, self._params)
         self._packed = layout.packed(self._params)
         self._unit = translation.unit_of(self.scenario)
-        self._record = Record.empty(run, 1, FIRST_STEPS)
+        self._record = Record.empty(self._which.first, 1, FIRST_STEPS)
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
@@ -91,12 +91,12 @@ class Swarm:
                 "take fewer robots, or a shorter radio.range"
             )
         self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
-        self._start(self._packed, self._state, self._run)
+        self._start(self._packed, self._state, self._which.first)
         self._play(0)  # notes down step 0
 
     def advance(self, steps: int = 1) -> None:
         """Let some steps pass."""
-        until = self.step + whole("steps", steps, 0, STEPS_LIMIT)
+        until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(until)
@@ -122,14 +122,14 @@ class Swarm:
                 *self._strategy,
             )
         except FAILURES as error:
-            raise failure_of(self.scenario, self._seed, self._run, error) from None
+            raise failure_of(self.scenario, self._which, error) from None
 
     def _make_room_for(self, step: int) -> None:
         """Lengthen the curves, each time to twice as much, so that a step costs the same at any step."""
         old = self._record
         if step < old.feasible_count.shape[1]:
             return
-        record = Record.empty(self._run, 1, max(step + 1, 2 * old.feasible_count.shape[1]))
+        record = Record.empty(self._which.first, 1, max(step + 1, 2 * old.feasible_count.shape[1]))
         record.decision[:], record.decision_step[:], record.account[:] = (
             old.decision,
             old.decision_step,
@@ -277,7 +277,7 @@ class Swarm:
             walls=world.arena.boundary == "walls",
         )
         counts = {DECISIONS[FEASIBLE]: self.feasible_count, DECISIONS[INFEASIBLE]: self.infeasible_count}
-        title = f"Run {self._run}, step {self.step}"
+        title = f"Run {self._which.first}, step {self.step}"
         outcome = f"{DECISIONS[self.decision]} (truth: {DECISIONS[int(truth(world))]})"
         return show_swarm(title, drawn, counts, outcome, world._repr_html_())
 

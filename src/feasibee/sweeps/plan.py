@@ -31,7 +31,7 @@ from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import RUN_LIMIT
 from feasibee.scenario.fields import Section
 from feasibee.scenario.paths import place, toml_tables, toml_value
-from feasibee.scenario.runs import check_numbers
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
 POINTS_LIMIT = 1_000_000
@@ -123,13 +123,13 @@ def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
     for key in tables:
         if key not in KEYS:
             raise FeasibeeError(f"{key}: unknown key; a study has {', '.join(KEYS)}")
-    runs, seed, _ = check_numbers(tables.get("runs", 100), tables.get("seed", 0))
+    runs = Runs(tables.get("runs", 100), tables.get("seed", 0))
     curves = tables.get("curves", False)
     if not isinstance(curves, bool):
         raise FeasibeeError(f"curves = {curves!r}: must be true or false; leave it out for false")
     base = _base(tables, folder)
     points = _points(base, (_located(values, folder) for values in _designs(tables, folder, base)))
-    return Study(points, runs, seed, curves, _until(tables.get("until"), runs))
+    return Study(points, runs.count, runs.seed, curves, _until(tables.get("until"), runs.count))
 
 
 def _base(tables: Mapping[str, Any], folder: Path) -> Scenario:
