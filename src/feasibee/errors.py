@@ -46,6 +46,10 @@ class Problem(NamedTuple):
         return one_line(f"{shown}: {self.rule}; {self.remedy}")
 
 
+class UnknownFieldError(FeasibeeError, LookupError):
+    """A dotted path that names no field of a scenario."""
+
+
 class ScenarioError(FeasibeeError):
     """A scenario that can't be run.
 

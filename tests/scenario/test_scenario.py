@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.errors import UnknownFieldError
 from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
@@ -232,6 +233,82 @@ def test_a_whole_number_for_a_length_is_the_same_scenario():
 def test_equal_scenarios_have_equal_hashes_even_with_a_negative_zero():
     assert Scenario(robots={"speed": -0.0}) == Scenario(robots={"speed": 0.0})
     assert Scenario(robots={"speed": -0.0}).hash == Scenario(robots={"speed": 0.0}).hash
+
+
+def test_the_hash_is_computed_once(monkeypatch):
+    computed = []
+    monkeypatch.setattr(
+        "feasibee.scenario.scenario.hash_of", lambda *given: computed.append(given) or str(len(computed))
+    )
+    scenario = Scenario(tasks={"count": 7})
+    assert [scenario.hash, scenario.hash, hash(scenario)] == ["1", "1", hash("1")]
+    assert len(computed) == 1
+
+
+def test_a_computed_hash_is_no_part_of_the_scenario():
+    fresh, hashed = Scenario(tasks={"count": 7}), Scenario(tasks={"count": 7})
+    before = hashed.model_dump(), dict(hashed), repr(hashed), pickle.dumps(hashed)
+    assert hashed.hash
+    assert hashed == fresh
+    assert fresh == hashed
+    assert before == (hashed.model_dump(), dict(hashed), repr(hashed), pickle.dumps(hashed))
+
+
+def test_copies_of_a_hashed_scenario_have_the_right_hash():
+    scenario, other = Scenario(), Scenario(tasks={"count": 7})
+    same = [
+        copy.copy(scenario),
+        copy.deepcopy(scenario),
+        scenario.model_copy(),
+        scenario.with_trust(),
+        pickle.loads(pickle.dumps(scenario)),
+        scenario.replace({}),
+    ]
+    assert scenario.hash != other.hash
+    same += [copy.copy(scenario), copy.deepcopy(scenario), scenario.model_copy(), scenario.with_trust()]
+    assert {each.hash for each in same} == {scenario.hash}
+    assert scenario.model_copy(update={"tasks": other.tasks}).hash == other.hash
+    assert scenario.replace({"tasks.count": 7}).hash == other.hash
+
+
+# --- Fields by their paths ---
+
+
+def test_get_returns_the_value_of_every_field():
+    scenario = Scenario()
+    assert {path: scenario.get(path) for path in PATHS} == {path: at(PAPER, path) for path in PATHS}
+    assert [scenario.get(path) for path in UNSET] == [None] * len(UNSET)
+    for path, value in OTHER_VALUES.items():
+        assert at(Scenario(**table_of(path, value)).to_dict(), path) == value, path
+        assert Scenario(**table_of(path, value)).get(path) == value, path
+
+
+def test_get_finds_sections_classes_and_tables():
+    classes = [{"name": "arm", "count": 3, "skills": ["lift"]}]
+    needs = [{"name": "carry", "count": 1, "needs": {"lift": 2}}]
+    scenario = Scenario(robots={"classes": classes}, tasks={"classes": needs})
+    assert scenario.get("tasks") is scenario.tasks
+    assert scenario.get("robots.classes.0.skills.0") == "lift"
+    assert scenario.get("tasks.classes.0.needs.lift") == 2
+
+
+@pytest.mark.parametrize(
+    ("path", "remedy"),
+    [
+        ("tasks.cuont", "did you mean tasks.count?"),
+        ("hash", "the sections are arena, "),
+        ("tasks.model_fields", "did you mean tasks."),
+        ("robots.classes.0.count", "did you mean robots.classes?"),
+        ("robots.count.real", "did you mean robots.count?"),
+        ("", "the sections are arena, "),
+        (3, "the sections are arena, "),
+    ],
+)
+def test_get_names_a_field_that_there_is(path, remedy):
+    with pytest.raises(UnknownFieldError) as caught:
+        Scenario().get(path)
+    assert str(caught.value).startswith(f"{path!r}: isn't the path of a field; {remedy}")
+    assert isinstance(caught.value, LookupError)
 
 
 # --- Defaults that depend, and changes ---

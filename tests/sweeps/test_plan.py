@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.scenario import scenario as scenario_module
 from feasibee.sweeps.plan import POINTS_LIMIT, Study, Until
 
 STRATEGY = """
@@ -458,3 +460,27 @@ def test_a_study_that_isnt_there(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b'file = "\xff"')
     with pytest.raises(FeasibeeError, match=r"latin\.toml: can't be read: it isn't UTF-8 text"):
         Study.read(tmp_path / "latin.toml")
+
+
+def test_a_point_is_validated_once_and_dumped_twice(study, monkeypatch):
+    """Once to change the base, once to compute the hash, which the journal asks for again."""
+    text = '[sweep]\n"tasks.count" = {range = [1, 50, 1]}\n"radio.loss" = [0.0, 0.1]\n'
+    study(text)  # what is computed once per process
+    counts = dict.fromkeys(("conflicts", "model_dump", "hash_of"), 0)
+
+    def count(owner, name):
+        original = getattr(owner, name)
+
+        def counted(*given, **options):
+            counts[name] += 1
+            return original(*given, **options)
+
+        monkeypatch.setattr(owner, name, counted)
+
+    count(scenario_module, "conflicts")
+    count(scenario_module, "hash_of")
+    count(BaseModel, "model_dump")
+    points = study(text).points
+    hashes = {point.scenario.hash for point in points}
+    assert len(hashes) == 100
+    assert counts == {"conflicts": 101, "model_dump": 200, "hash_of": 100}  # the base is validated, too

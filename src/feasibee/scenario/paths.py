@@ -7,6 +7,8 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import BaseModel
+
 from feasibee.errors import FeasibeeError, Problem
 
 DEEPEST = 8
@@ -71,6 +73,32 @@ def toml_value(text: str) -> Any:
     if braced.keys() != {"it"} or braced["it"].keys() != {"value"} or len(listed["it"]) != 1:
         raise ValueError("not one value")
     return braced["it"]["value"]
+
+
+def value_at(tables: Any, path: str) -> Any:
+    """Return the value at a dotted path through pydantic models, tables and tuples.
+
+    Raises
+    ------
+    LookupError
+        If the path leads nowhere. Attributes of a model that aren't fields are not found.
+    """
+    value = tables
+    for part in path.split("."):
+        try:
+            value = _within(value, part)
+        except (IndexError, KeyError, TypeError, ValueError):
+            raise LookupError(path) from None
+    return value
+
+
+def _within(value: Any, part: str) -> Any:
+    """Return a field of a model, an item of a list or a value of a table."""
+    if isinstance(value, BaseModel):
+        if part not in type(value).model_fields:
+            raise KeyError(part)
+        return getattr(value, part)
+    return value[place(part)] if isinstance(value, tuple) else value[part]
 
 
 def with_changes(

@@ -33,7 +33,7 @@ def problem_of(details: ErrorDetails) -> Problem:
     path = ".".join(str(part) for part in details["loc"])
     kind = details["type"]
     if kind == "extra_forbidden":
-        return Problem(path, details["input"], "unknown key", _suggestion(path))
+        return Problem(path, details["input"], "unknown key", suggestion(path))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
     if kind == "missing":
@@ -53,7 +53,7 @@ def _remedy(path: str) -> str:
     return f"the paper uses {json.dumps(field.default)}"
 
 
-def _suggestion(path: str) -> str:
+def suggestion(path: str) -> str:
     """Name the field that was most likely meant."""
     known = fields()
     names = known if "." in path else ["preset", *SECTIONS]

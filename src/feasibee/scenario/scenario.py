@@ -10,7 +10,7 @@ import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -27,7 +27,7 @@ from pydantic import (
     model_validator,
 )
 
-from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
+from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
 from feasibee.scenario.conflicts import conflicts, whole_robots
 from feasibee.scenario.coordinates import read_points
@@ -47,10 +47,10 @@ from feasibee.scenario.fields import (
     plain,
 )
 from feasibee.scenario.html import show_scenario
-from feasibee.scenario.paths import toml_tables, with_changes
+from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.presets import PRESETS, with_preset
-from feasibee.scenario.problems import problem_of
+from feasibee.scenario.problems import problem_of, suggestion
 from feasibee.strategies.contract import Manifest, Strategy
 
 
@@ -256,6 +256,31 @@ class Scenario(BaseModel):
             read_text(path, "a scenario in TOML, with many points in a CSV file"), source=str(path)
         )
 
+    def get(self, path: str) -> Any:
+        """Return the value of a field, or a whole section, by its dotted path.
+
+        Parameters
+        ----------
+        path : str
+            Such as ``"tasks.count"``; a number is a place in a list: ``"robots.classes.0.count"``.
+
+        Raises
+        ------
+        UnknownFieldError
+            If the scenario has no such field.
+
+        Examples
+        --------
+        >>> from feasibee import Scenario
+        >>> Scenario().get("tasks.count")
+        20
+        """
+        try:
+            return value_at(self, path)
+        except (AttributeError, LookupError):
+            rule = "isn't the path of a field"
+            raise UnknownFieldError(f"{quoted(path)}: {rule}; {suggestion(str(path))}") from None
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Return this scenario with other values.
 
@@ -299,11 +324,21 @@ class Scenario(BaseModel):
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the complete form: equal for equal scenarios, however they were written.
+        """SHA-256 of the complete form in hexadecimal: equal for equal scenarios, however they were written.
 
-        A strategy of the user's own counts by the text of its file, not by its path.
+        A user's own strategy enters with the text of its file, not with its path.
         """
-        return hash_of(self.to_dict(), self.manifest.source)
+        found: str | None = self.__dict__.get("_hash")
+        if found is None:
+            found = self.__dict__["_hash"] = hash_of(self.to_dict(), self.manifest.source)
+        return found
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy, as pydantic does; with ``update``, the copy computes its own hash."""
+        copied = super().model_copy(update=update, deep=deep)
+        if update:
+            copied.__dict__.pop("_hash", None)
+        return copied
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""
@@ -345,17 +380,20 @@ def _with_points(
     return tables, places, problems
 
 
+@cache
+def _defaults() -> dict[str, dict[str, Any]]:
+    """Return the default values of all sections, which a sweep needs for each of its points."""
+    return {name: section().model_dump() for name, section in SECTIONS.items()}
+
+
 def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return the raw values laid over the defaults, for the rules about several fields."""
     explicit: dict[str, dict[str, Any]] = {}
-    for name, section in SECTIONS.items():
+    for name in SECTIONS:
         table = given.get(name, {})
         if isinstance(table, Section):
             table = table.model_dump(exclude_unset=True)
-        explicit[name] = {
-            **section().model_dump(),
-            **(table if isinstance(table, Mapping) else {}),
-        }
+        explicit[name] = {**_defaults()[name], **(table if isinstance(table, Mapping) else {})}
     if explicit["radio"]["range"] is None:
         explicit["radio"]["range"] = explicit["sensing"]["range"]
     for name in ("robots", "tasks"):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.errors import FeasibeeError, UnknownFieldError, how_to_install
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import (
@@ -24,7 +24,6 @@ from feasibee.results.statistics import (
 )
 from feasibee.sweeps.content import Array
 from feasibee.sweeps.journal import Journal, Row, row_of
-from feasibee.sweeps.plan import value_at
 from feasibee.sweeps.schema import COLUMNS, Entry
 from feasibee.sweeps.survey import Survey
 
@@ -160,8 +159,8 @@ def held(row: Row, path: str) -> Any:
     if path == SOURCE:
         return row.source
     try:
-        value = row.values[path] if path in row.values else value_at(row.scenario, path)
-    except LookupError:
+        value = row.values[path] if path in row.values else row.scenario.get(path)
+    except UnknownFieldError:
         return None
     return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
 
