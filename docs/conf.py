@@ -29,13 +29,14 @@ extensions = [
     "commands",
     "fields",
     "names",
+    "outcomes",
     "sessions",
 ]
 exclude_patterns = ["_build", "_extensions", "made", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it turns the two hyphens of an option into a dash
 default_role = "py:obj"
 nitpicky = True
-nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "COLUMNS")]
+nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "PLACES")]
 nitpick_ignore_regex = [  # inventories of other projects are not fetched
     ("py:.*", r"(xarray|xr|numpy|np|matplotlib|pandas|pydantic|concurrent|typing|collections|pathlib)\..*"),
 ]

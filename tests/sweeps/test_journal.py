@@ -10,6 +10,7 @@ import subprocess
 import sys
 import zlib
 from contextlib import closing
+from hashlib import sha256
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from feasibee.sweeps import checksums
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.merging import merge
 from feasibee.sweeps.plan import Point, Until
-from feasibee.sweeps.schema import COLUMNS, FORMAT, LOCK, NAME, SEAL, Entry, Kind
+from feasibee.sweeps.schema import FORMAT, LOCK, NAME, PLACES, SCHEMA, SEAL, Entry, Kind
 from feasibee.sweeps.table import summaries
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
@@ -58,6 +59,11 @@ def rows_of(record):
             record.committed_infeasible,
         ]
     )
+
+
+def test_the_tables_are_those_of_their_format():
+    """If this fails, journals on disk can't be read: raise FORMAT, and write down the new digest here."""
+    assert (FORMAT, sha256(SCHEMA.encode()).hexdigest()[:16]) == (3, "6bf15e845bc88af9")
 
 
 def database(folder):
@@ -291,7 +297,7 @@ def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, cha
     (line,) = told.stderr.splitlines()
     assert line.startswith("feasibee: point 1, seed 7, run 25: ")
     here, there = re.search(named.format(filled, bad), line).groups()
-    assert int(here) == int(Journal(filled).columns(1)[25, 1 + COLUMNS.split(", ").index(changed.split()[0])])
+    assert int(here) == int(Journal(filled).columns(1)[25, PLACES[changed.split()[0]]])
     assert here != there
     assert state(filled) == before
     told = CliRunner().invoke(main, ["merge", str(filled), str(good)])

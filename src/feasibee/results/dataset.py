@@ -15,7 +15,8 @@ import xarray as xr
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_csv
-from feasibee.model.codes import DECISIONS, MODEL_VERSION
+from feasibee.model.codes import MODEL_VERSION
+from feasibee.model.outcomes import CURVES, OUTCOMES, Outcome
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
@@ -30,69 +31,31 @@ SAVED = "name a file that feasibee saved"
 
 def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     """Return a record as a dataset over run and step, with its recipe as JSON in ``attrs["recipe"]``."""
-    meanings = dict(sorted(DECISIONS.items()))
-    flags = {"flag_values": np.array(list(meanings), np.int8), "flag_meanings": " ".join(meanings.values())}
-    runs = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
+    numbers = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
+    coordinates: dict[str, Any] = {"run": ("run", numbers, {"long_name": "number of the run"})}
     data: dict[str, Any] = {
-        "decision": (
-            "run",
-            record.decision,
-            {"long_name": "collective decision of the honest robots that still work", **flags},
-        ),
-        "decision_step": (
-            "run",
-            record.decision_step,
-            {"long_name": "first step at which the swarm had decided; -1: undecided", "units": "step"},
-        ),
+        each.name: ("run", getattr(record, each.name), _attributes(each))
+        for each in OUTCOMES
+        if not each.needs or scenario.get(each.needs) is not None
     }
-    data["bits_sent"] = ("run", record.bits_sent, {"long_name": "length of all messages", "units": "bit"})
-    if scenario.decision.commit is not None:
-        data |= _commitments(record)
-    coordinates: dict[str, Any] = {"run": ("run", runs, {"long_name": "number of the run"})}
-    if record.feasible_count.shape[1]:
-        data["feasible_count"] = (
-            ("run", "step"),
-            record.feasible_count,
-            {
-                "long_name": "honest working robots with opinion 1 (feasible); -1: after the end of the run",
-                "units": "robots",
-            },
-        )
-        data["infeasible_count"] = (
-            ("run", "step"),
-            record.infeasible_count,
-            {
-                "long_name": "honest working robots with opinion 0 (infeasible); -1: after the run's end",
-                "units": "robots",
-            },
-        )
-        steps = np.arange(record.feasible_count.shape[1], dtype=np.int64)
+    length = record.feasible_count.shape[1]
+    if length:
+        data |= {
+            each.name: (("run", "step"), getattr(record, each.name), _attributes(each)) for each in CURVES
+        }
+        steps = np.arange(length, dtype=np.int64)
         coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
-    return xr.Dataset(
-        data, coordinates, {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
-    )
+    about = {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
+    return xr.Dataset(data, coordinates, about)
 
 
-def _commitments(record: Record) -> dict[str, Any]:
-    at_the_end = "honest working robots that have committed to {} at the end"
-    return {
-        "commit_step": (
-            "run",
-            record.commit_step,
-            {"long_name": "first step at which the swarm had committed; -1: it never had", "units": "step"},
-        ),
-        **{
-            f"committed_{name}": (
-                "run",
-                values,
-                {"long_name": at_the_end.format(name), "units": "robots"},
-            )
-            for name, values in (
-                ("feasible", record.committed_feasible),
-                ("infeasible", record.committed_infeasible),
-            )
-        },
-    }
+def _attributes(outcome: Outcome) -> dict[str, Any]:
+    """Return the attributes of an outcome's variable, by the CF conventions."""
+    if not outcome.codes:
+        return {"long_name": outcome.meaning, "units": outcome.unit}
+    codes = dict(sorted(outcome.codes.items()))
+    values = np.array(list(codes), outcome.dtype)
+    return {"long_name": outcome.words, "flag_values": values, "flag_meanings": " ".join(codes.values())}
 
 
 def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:

@@ -129,15 +129,7 @@ class Swarm:
         old = self._record
         if step < old.feasible_count.shape[1]:
             return
-        record = Record.empty(self._which.first, 1, max(step + 1, 2 * old.feasible_count.shape[1]))
-        record.decision[:], record.decision_step[:], record.account[:] = (
-            old.decision,
-            old.decision_step,
-            old.account,
-        )
-        record.feasible_count[:, : old.feasible_count.shape[1]] = old.feasible_count
-        record.infeasible_count[:, : old.infeasible_count.shape[1]] = old.infeasible_count
-        self._record = record
+        self._record = old.lengthened(max(step + 1, 2 * old.feasible_count.shape[1]))
 
     @property
     def step(self) -> int:

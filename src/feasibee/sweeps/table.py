@@ -24,7 +24,7 @@ from feasibee.results.statistics import (
 )
 from feasibee.sweeps.content import Array
 from feasibee.sweeps.journal import Journal, Row, row_of
-from feasibee.sweeps.schema import COLUMNS, Entry
+from feasibee.sweeps.schema import PLACES, Entry
 from feasibee.sweeps.survey import Survey
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def survey(journal: Journal) -> tuple[list[Summary], Survey]:
 
 
 def _summary(row: Row, columns: Array) -> Summary:
-    decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
+    decision, step, bits = (columns[:, PLACES[name]] for name in ("decision", "decision_step", "bits_sent"))
     scenario = row.scenario
     return Summary(
         row,
@@ -144,7 +144,7 @@ def frame(journal: Journal) -> pd.DataFrame:
     points, parts = journal.points, []
     fields = {path: _column([held(row, path) for row in points]) for path in varied(points)}
     for number, row in enumerate(points):
-        part = pd.DataFrame(journal.columns(row.id), columns=["run", *COLUMNS.split(", ")])
+        part = pd.DataFrame(journal.columns(row.id), columns=list(PLACES))
         part.insert(0, "point", row.id)
         for place, (path, values) in enumerate(fields.items(), start=1):
             part.insert(place, path, values[number])
