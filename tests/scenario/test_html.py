@@ -69,7 +69,7 @@ def test_a_scenario_shows_each_field_by_section_and_stresses_what_is_not_the_pap
     assert "4 fields not as in the paper" in shown.text  # the radio's range goes with that of sensing
     assert "infeasible" in shown.strong
     assert scenario.hash[:12] in shown.text
-    assert "Number of tasks, m, each for any one robot." in shown.text
+    assert "Number of tasks, m; each needs one robot, and any robot can do it." in shown.text
     assert sum(tag == "details" for tag, _ in shown.tags) == len(scenario.to_dict())
 
 

@@ -1,4 +1,4 @@
-"""Swarm: one run, step by step, to look at."""
+"""Swarm: one run, simulated step by step, with the state of every robot."""
 
 from __future__ import annotations
 
@@ -18,40 +18,41 @@ from feasibee.simulation.html import draw_arena, show_swarm
 from feasibee.simulation.loading import load_engine
 
 FIRST_STEPS = 1024
-"""Room for counts, at first."""
+"""Initial length of the curves of counts."""
 
 
 class Snapshot(NamedTuple):
-    """A swarm as a screen needs it, in few bytes."""
+    """The robots of a step in few bytes, as a page draws them."""
 
     x: NDArray[np.uint16]
-    """Of each robot, in 65,536ths of the arena's longer side."""
+    """Position of each robot, in 65,536ths of the arena's longer side."""
     y: NDArray[np.uint16]
+    """Position of each robot, in the same unit."""
     heading: NDArray[np.uint8]
-    """In 256ths of a turn, counterclockwise from the x axis."""
+    """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
     marks: NDArray[np.uint8]
-    """A bit for each of `MARKS`, the lowest first."""
+    """Properties of each robot: a bit for each of `MARKS`, the lowest first."""
 
 
 MARKS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "liar", "stubborn")
 
 
 class Swarm:
-    """The swarm of one run; the same computation as `simulate`, to the bit.
+    """One run, simulated step by step; the results are those of `simulate` to the bit.
 
     Parameters
     ----------
     scenario : Scenario, optional
-        By default the paper's swarm with 20 tasks.
+        The swarm and its world; by default the paper's swarm with 20 tasks.
     seed, run : int
-        Which run.
+        Seed and number of the run.
     room : int, optional
-        Bytes that the swarm may take; by default as many as it wants.
+        Largest memory of the swarm's state in bytes; by default unlimited.
 
     Raises
     ------
     FeasibeeError
-        If there is no such run, or it takes more room.
+        If an argument is invalid, or the swarm needs more memory than ``room``.
 
     Examples
     --------
@@ -87,21 +88,21 @@ class Swarm:
         needed = self._layout.size_of(self._params, self._kinds, slots)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
-                f"this swarm takes {needed / 2**20:.0f} MiB: must fit {self._room // 2**20} MiB here; "
-                "take fewer robots, or a shorter radio.range"
+                f"this swarm needs {needed / 2**20:.0f} MiB, above the limit of {self._room // 2**20} MiB; "
+                "use fewer robots, or a shorter radio.range"
             )
         self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
         self._start(self._packed, self._state, self._which.first)
-        self._play(0)  # notes down step 0
+        self._play(0)  # records step 0
 
     def advance(self, steps: int = 1) -> None:
-        """Let some steps pass."""
+        """Simulate a number of steps."""
         until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(until)
             if self._state.clock[self._layout.FULL]:
-                self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
+                self._begin(2 * self._slots)  # an inbox table is full: repeat the run with a larger one
 
     def _play(self, until: int) -> None:
         from feasibee.engine.runner import FAILURES
@@ -125,7 +126,7 @@ class Swarm:
             raise failure_of(self.scenario, self._which, error) from None
 
     def _make_room_for(self, step: int) -> None:
-        """Lengthen the curves, each time to twice as much, so that a step costs the same at any step."""
+        """Lengthen the curves for a step, at least to twice their length: a step costs constant time."""
         old = self._record
         if step < old.feasible_count.shape[1]:
             return
@@ -133,12 +134,12 @@ class Swarm:
 
     @property
     def step(self) -> int:
-        """Steps done."""
+        """Number of steps simulated so far."""
         return int(self._state.clock[self._layout.STEP])
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Where the robots are: float64, shape (robots, 2), in units, from 0 to the side."""
+        """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
         count = self.scenario.robots.count
         return self._in_units(
             self._state.robots[self._layout.X, :count], self._state.robots[self._layout.Y, :count]
@@ -146,18 +147,18 @@ class Swarm:
 
     @property
     def tasks(self) -> NDArray[np.float64]:
-        """Where the tasks are: float64, shape (tasks, 2), in units."""
+        """Positions of the tasks in units: float64, shape (tasks, 2)."""
         return self._in_units(self._state.tasks[self._layout.X], self._state.tasks[self._layout.Y])
 
     @property
     def opinions(self) -> NDArray[np.int8]:
-        """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing."""
+        """Opinions of the robots: int8, shape (robots,), 1 feasible, 0 infeasible, -1 none."""
         feasible = self._members(self._state.sets[self._layout.OPINIONS])
         return feasible - self._members(self._state.sets[self._layout.NEUTRAL])
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
-        """Which robots broadcast their opinion: bool, shape (robots,); the others explore."""
+        """Whether each robot is disseminating: bool, shape (robots,); the others explore."""
         return self._members(self._state.sets[self._layout.DISSEMINATING]).astype(np.bool_)
 
     @property
@@ -183,22 +184,22 @@ class Swarm:
 
     @property
     def first_decision(self) -> tuple[int, int]:
-        """What the swarm decided first, and at which step, as `simulate` says; -1 and -1 if none."""
+        """First decision of the swarm and its step, as in `simulate`; -1 and -1 if there is none yet."""
         return int(self._record.decision[0]), int(self._record.decision_step[0])
 
     @property
     def committed(self) -> NDArray[np.bool_]:
-        """Which robots have committed to their opinion: bool, shape (robots,)."""
+        """Whether each robot has committed to its opinion: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.COMMITTED]).astype(np.bool_)
 
     @property
     def bits_sent(self) -> int:
-        """Length of all messages so far."""
+        """Total length in bits of all messages sent so far."""
         return int(self._state.clock[self._layout.BITS])
 
     @property
     def decision(self) -> int:
-        """What the counted robots agree on at this step: 1 feasible, 0 infeasible, -1 nothing."""
+        """Decision of the counted robots at this step: 1 feasible, 0 infeasible, -1 undecided."""
         counted = int(self.counted.sum())
         needed = exact(self.scenario.decision.threshold) * counted
         if self.feasible_count > needed:
@@ -209,12 +210,12 @@ class Swarm:
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Which robots the decision is taken over: bool, shape (robots,); honest, and still working."""
+        """Whether each robot counts in the decision, honest and still working: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
 
     @property
     def headings(self) -> NDArray[np.float64]:
-        """Where robots go: float64, shape (robots,), in radians; 0 for those that stand still for good."""
+        """Directions of robots in radians: float64, shape (robots,); 0 if a robot never moves again."""
         count, robots = self.scenario.robots.count, self._state.robots
         angles: NDArray[np.float64] = np.arctan2(
             robots[self._layout.STEP_Y, :count], robots[self._layout.STEP_X, :count]
@@ -222,7 +223,7 @@ class Swarm:
         return angles
 
     def snapshot(self) -> Snapshot:
-        """Return this step for a screen."""
+        """Return the robots of this step in few bytes."""
         count, robots, layout = self.scenario.robots.count, self._state.robots, self._layout
         sets = (
             layout.OPINIONS,
@@ -246,18 +247,18 @@ class Swarm:
         )
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """Return where the tasks are, x and y, in the units of a snapshot."""
+        """Return x and y of the tasks, in the unit of `Snapshot`."""
         tasks = self._state.tasks
         return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
 
     def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
-        """Return fixed-point numbers as 65,536ths of the longer side."""
+        """Convert fixed-point numbers to 65,536ths of the longer side."""
         coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.walls else 16)
         places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
         return places
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the arena and the counts."""
+        """Return the arena and the counts as HTML for notebooks."""
         world = self.scenario
         drawn = draw_arena(
             world.arena.size,
