@@ -311,14 +311,14 @@ def test_results_are_saved_in_known_kinds_only(tmp_path, name):
 
 
 def test_one_run_alone_has_no_table(tmp_path):
-    with pytest.raises(FeasibeeError, match="no runs to write"):
+    with pytest.raises(FeasibeeError, match="results without the dimension run"):
         save_results(to_dataset(RECORD, SCENARIO, 0).isel(run=0), tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("wrong", [None, 5, "a.nc", {"recipe": "{}"}, xr.DataArray([1])])
 def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
     for use in (scenario_of, lambda each: save_results(each, tmp_path / "a.nc")):
-        with pytest.raises(FeasibeeError, match=r"must be a Dataset; take what feasibee\.simulate returns"):
+        with pytest.raises(FeasibeeError, match=r"must be a Dataset; use one that feasibee\.simulate returned"):
             use(wrong)
     assert list(tmp_path.iterdir()) == []
 
@@ -342,7 +342,7 @@ def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
 def test_a_recipe_that_isnt_one_is_told(tmp_path, recipe):
     """Deep nesting ended in a RecursionError."""
     xr.Dataset(attrs={"recipe": recipe}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
-    with pytest.raises(FeasibeeError, match=r"a\.nc: these aren't results of feasibee: no recipe"):
+    with pytest.raises(FeasibeeError, match=r"a\.nc: results without a recipe in their attributes"):
         open_results(tmp_path / "a.nc")
 
 
@@ -352,7 +352,7 @@ def test_a_small_file_that_claims_to_be_huge_is_told(tmp_path):
         file.dimensions = {"run": 10**6, "step": 10**6}
         file.create_variable("feasible_count", ("run", "step"), "i4", chunks=(1000, 1000))
     assert (tmp_path / "a.nc").stat().st_size < 10_000
-    with pytest.raises(FeasibeeError, match="it holds 3725 GiB, over 20; name a file"):
+    with pytest.raises(FeasibeeError, match="it has 3725 GiB, above the limit of 20 GiB; name a file"):
         open_results(tmp_path / "a.nc")
 
 
@@ -360,7 +360,7 @@ def test_a_small_file_that_claims_to_be_huge_is_told(tmp_path):
     "path", ["/dev/zero", "/dev/null", "/", "a\0b", "x" * 5000, "http://localhost:1/a.nc"]
 )
 def test_what_isnt_a_plain_file_is_never_opened(path):
-    with pytest.raises(FeasibeeError, match="can't be read as NetCDF: isn't a plain file") as caught:
+    with pytest.raises(FeasibeeError, match="can't be read as NetCDF: it isn't a plain file") as caught:
         open_results(path)
     assert len(str(caught.value)) <= 400
 
@@ -397,5 +397,5 @@ def test_no_flipped_bit_of_saved_results_changes_a_number(tmp_path):
         damaged = bytearray(data)
         damaged[place] ^= 1
         (tmp_path / "b.nc").write_bytes(damaged)
-        with pytest.raises(FeasibeeError, match=r"b.nc: isn't as save_results wrote it; name a file that"):
+        with pytest.raises(FeasibeeError, match=r"b.nc: differs from what save_results wrote; name a file that"):
             open_results(tmp_path / "b.nc")

@@ -124,7 +124,7 @@ def test_a_large_swarm_stays_light(robots, drawn):
     text = swarm._repr_html_()
     assert len(text) < 200_000
     assert ("<svg" in text) == drawn
-    assert ("see feasibee animate" in text) != drawn
+    assert ("use feasibee animate" in text) != drawn
 
 
 def test_results_say_what_they_are():

@@ -206,7 +206,7 @@ def test_the_room_that_is_told_is_there(boundary, sides, diameter):
     wide, high = (float(f"{side * diameter:.12g}") for side in sides)
     with pytest.raises(ScenarioError) as caught:
         crowd((wide, high), boundary, 1000, diameter=diameter, speed=diameter / 10)
-    room = int(re.search(r"there is room for (\d+)", str(caught.value))[1])
+    room = int(re.search(r"must be at most (\d+)", str(caught.value))[1])
     assert (sides[0] - 1) * (sides[1] - 1) <= room <= sides[0] * sides[1]
     assert_keeps_apart(crowd((wide, high), boundary, room, diameter, diameter / 10), seed=1, steps=5)
 

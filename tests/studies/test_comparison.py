@@ -148,7 +148,7 @@ def test_a_paired_difference_is_bonetts_and_prices():
     estimate, low, high = paired_difference(one, other)
     half = 1.959964 * np.sqrt((10 / 32 + 3 / 32 - (7 / 32) ** 2) / 32)
     np.testing.assert_allclose((estimate, low, high), (7 / 30, 7 / 32 - half, 7 / 32 + half), rtol=1e-6)
-    with pytest.raises(ValueError, match="as many of both"):
+    with pytest.raises(ValueError, match="both must have the same number"):
         paired_difference([True], [True, False])
 
 
