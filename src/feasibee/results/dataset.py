@@ -86,7 +86,7 @@ def recipe_of(dataset: xr.Dataset) -> dict[str, Any]:
     except (KeyError, TypeError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict) or not isinstance(found.get("scenario"), dict):
-        raise FeasibeeError("results without a recipe in their attributes; use results that feasibee simulated")
+        raise FeasibeeError("results without a recipe in their attributes; use those of feasibee.simulate")
     return found
 
 
