@@ -187,7 +187,7 @@ def _serving(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> dict[tu
 
 
 def _path(room: Mapping[Node, Mapping[Node, int]]) -> list[Node]:
-    """Return a shortest path with free capacity from source to sink; empty if there is none."""
+    """Return a shortest path with free capacity through the flow network; empty if none exists."""
     reached = {SOURCE}
     paths = deque([[SOURCE]])
     while paths:

@@ -184,7 +184,7 @@ class Swarm:
 
     @property
     def first_decision(self) -> tuple[int, int]:
-        """First decision of the swarm and its step, as in `simulate`; -1 and -1 if there is none yet."""
+        """First decision of the swarm and its step, as in `simulate`; -1 and -1 while undecided."""
         return int(self._record.decision[0]), int(self._record.decision_step[0])
 
     @property
@@ -247,7 +247,7 @@ class Swarm:
         )
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """Return x and y of the tasks, in the unit of `Snapshot`."""
+        """Return x and y of the tasks, in the unit of ``Snapshot``."""
         tasks = self._state.tasks
         return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
 
