@@ -27,7 +27,7 @@ from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
 from feasibee.live.layout import FRAME, PROTOCOL, TASKS
 from feasibee.simulation.loading import GENERAL
-from feasibee.simulation.swarm import MARKS
+from feasibee.simulation.swarm import FLAGS
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
@@ -159,11 +159,11 @@ def test_places_headings_and_marks_are_the_swarms(port, boundary):
     assert np.abs(tasks["places"].T * pixel - swarm.tasks).max() <= pixel
     turned = np.exp(1j * (frame["heading"] * np.pi / 128 - swarm.headings))
     assert np.abs(np.angle(turned)).max() <= np.pi / 250
-    marks = {name: (frame["marks"] >> bit & 1).astype(bool) for bit, name in enumerate(MARKS)}
-    assert (marks["feasible"] == (swarm.opinions == 1)).all()
-    assert (marks["disseminating"] == swarm.disseminating).all()
-    assert (marks["counted"] == swarm.counted).all()
-    assert [marks[name].sum() for name in ("working", "liar", "stubborn")] == [16, 4, 2]
+    flags = {name: (frame["flags"] >> bit & 1).astype(bool) for bit, name in enumerate(FLAGS)}
+    assert (flags["feasible"] == (swarm.opinions == 1)).all()
+    assert (flags["disseminating"] == swarm.disseminating).all()
+    assert (flags["counted"] == swarm.counted).all()
+    assert [flags[name].sum() for name in ("working", "byzantine", "stubborn")] == [16, 4, 2]
     assert (frame["counted"], frame["disseminating"], frame["working"]) == (12, swarm.disseminating.sum(), 16)
 
 
@@ -182,7 +182,7 @@ def test_a_page_that_comes_back_goes_to_its_step(port):
     with Page(port) as page:
         again = page.open(seed="12345678901234567890", run="2", step=there["step"])
     assert again["step"] == there["step"] > 0
-    assert all((again[name] == there[name]).all() for name in ("x", "y", "heading", "marks"))
+    assert all((again[name] == there[name]).all() for name in ("x", "y", "heading", "flags"))
 
 
 def test_a_page_that_wants_another_run_doesnt_wait_for_a_far_step(port):

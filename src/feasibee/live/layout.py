@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.simulation.swarm import MARKS
+from feasibee.simulation.swarm import FLAGS
 
 PROTOCOL: Final = 1
 """Version of the messages; raise it when a page of the previous version could not read them."""
@@ -88,7 +88,7 @@ FRAME: Final = Layout(
         ("x", "<u2", "robots"),
         ("y", "<u2", "robots"),
         ("heading", "u1", "robots"),
-        ("marks", "u1", "robots"),
+        ("flags", "u1", "robots"),
     ),
 )
 """One step of a swarm."""
@@ -103,7 +103,7 @@ TASKS: Final = Layout(
 
 def javascript() -> str:
     """Return the generated part of ``frames.js``, in prettier's format."""
-    flags = ",\n  ".join(f"{name.upper()} = {1 << bit}" for bit, name in enumerate(MARKS))
+    flags = ",\n  ".join(f"{name.upper()} = {1 << bit}" for bit, name in enumerate(FLAGS))
     constants = f"export const PROTOCOL = {PROTOCOL};\nexport const {flags};\nconst FRAME = {FRAME.kind};\n"
     head = "// Made by `python -m feasibee.live.layout`. A test compares it with that module.\n"
     return head + constants + "".join(map(_decoder, (FRAME, TASKS))) + "\n" + END

@@ -1,7 +1,7 @@
-"""What the page and the server say to each other.
+"""The messages between page and server.
 
-The page sends JSON, which is checked here. The server answers in JSON, and with binary frames, whose
-layout is in `feasibee.live.layout`.
+The page sends JSON, which is validated here. The server answers in JSON and in binary messages, whose layout
+is in `feasibee.live.layout`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, Valid
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.layout import FRAME, TASKS
-from feasibee.simulation.swarm import MARKS, Swarm
+from feasibee.simulation.swarm import FLAGS, Swarm
 
 MESSAGE_LIMIT: Final = 16 * 1024
 """Most bytes of a message of the page."""
@@ -78,8 +78,8 @@ def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
     shown = swarm.snapshot()
     decision, decision_step = swarm.first_decision
     feasible, infeasible = swarm.feasible_counts[first:], swarm.infeasible_counts[first:]
-    bits = np.bincount(shown.marks, minlength=256)
-    having = {name: int(bits[np.arange(256) >> bit & 1 == 1].sum()) for bit, name in enumerate(MARKS)}
+    bits = np.bincount(shown.flags, minlength=256)
+    having = {name: int(bits[np.arange(256) >> bit & 1 == 1].sum()) for bit, name in enumerate(FLAGS)}
     return FRAME.encode(
         generation=generation & 0xFFFF,
         robots=swarm.scenario.robots.count,

@@ -30,11 +30,11 @@ class Snapshot(NamedTuple):
     """Position of each robot, in the same unit."""
     heading: NDArray[np.uint8]
     """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
-    marks: NDArray[np.uint8]
-    """Properties of each robot: a bit for each of `MARKS`, the lowest first."""
+    flags: NDArray[np.uint8]
+    """Properties of each robot: a bit for each of `FLAGS`, the lowest first."""
 
 
-MARKS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "liar", "stubborn")
+FLAGS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "byzantine", "stubborn")
 
 
 class Swarm:
@@ -234,7 +234,7 @@ class Swarm:
             layout.WORKING,
             layout.LIARS,
             layout.STUBBORN,
-        )  # in the order of MARKS
+        )  # in the order of FLAGS
         members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
         x, y = (self._coarse(robots[axis, :count]) for axis in (layout.X, layout.Y))
         steps = robots[[layout.STEP_X, layout.STEP_Y], :count].astype(np.float32)

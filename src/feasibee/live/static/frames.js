@@ -6,7 +6,7 @@ export const FEASIBLE = 1,
   COMMITTED = 8,
   COUNTED = 16,
   WORKING = 32,
-  LIAR = 64,
+  BYZANTINE = 64,
   STUBBORN = 128;
 const FRAME = 1;
 
@@ -38,7 +38,7 @@ function frame(buffer, view) {
     x: new Uint16Array(buffer, 60 + 8 * length, robots),
     y: new Uint16Array(buffer, 60 + 8 * length + 2 * robots, robots),
     heading: new Uint8Array(buffer, 60 + 8 * length + 4 * robots, robots),
-    marks: new Uint8Array(buffer, 60 + 8 * length + 5 * robots, robots),
+    flags: new Uint8Array(buffer, 60 + 8 * length + 5 * robots, robots),
   };
 }
 
@@ -58,8 +58,8 @@ function tasks(buffer, view) {
 
 // End of the generated part.
 
-/** @typedef {ReturnType<typeof frame>} Frame A step of a swarm. */
-/** @typedef {ReturnType<typeof tasks>} Tasks Where the tasks are. */
+/** @typedef {ReturnType<typeof frame>} Frame One step of a swarm. */
+/** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks. */
 
 /**
  * @param {ArrayBuffer} buffer
@@ -67,6 +67,6 @@ function tasks(buffer, view) {
  */
 export function decode(buffer) {
   const view = new DataView(buffer);
-  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server speaks another protocol; reload the page");
+  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server has another version; reload the page");
   return view.getUint8(1) === FRAME ? frame(buffer, view) : tasks(buffer, view);
 }
