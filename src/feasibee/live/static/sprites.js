@@ -1,7 +1,7 @@
 // Small pictures of robots, one for each look.
 
 import { contextOf } from "./crowd.js";
-import { COMMITTED, DISSEMINATING, FEASIBLE, BYZANTINE, NEUTRAL, WORKING } from "./frames.js";
+import { BYZANTINE, COMMITTED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
 
 /** @import { Colours } from "./arena.js" */
 

@@ -1,7 +1,16 @@
 // The tooltip of the robot under the pointer.
 
 import { $ } from "./elements.js";
-import { COMMITTED, COUNTED, DISSEMINATING, FEASIBLE, BYZANTINE, NEUTRAL, STUBBORN, WORKING } from "./frames.js";
+import {
+  BYZANTINE,
+  COMMITTED,
+  COUNTED,
+  DISSEMINATING,
+  FEASIBLE,
+  NEUTRAL,
+  STUBBORN,
+  WORKING,
+} from "./frames.js";
 
 /** @import { Arena, Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
