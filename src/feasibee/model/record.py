@@ -38,8 +38,8 @@ class Record:
     decision_step : int32 array, shape (runs,)
         The first step at which the swarm had decided; -1 if undecided.
     feasible_count : int32 array, shape (runs, steps + 1)
-        Counted robots with opinion 1 at each step from 0 on, -1 after the end of a run that stopped at its
-        decision; shape (runs, 0) without curves.
+        Counted robots with opinion 1 at each step from 0 on; -1 after the end of a run. Without curves, the
+        shape is (runs, 0).
     infeasible_count : int32 array, shape (runs, steps + 1)
         Counted robots with opinion 0, likewise; with some strategies, robots may have no opinion.
     account : int64 array, shape (runs, columns)

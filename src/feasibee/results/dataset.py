@@ -113,8 +113,8 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
     dataset : xarray.Dataset
         From `feasibee.simulate`.
     path : path
-        Ends with ``.nc`` for NetCDF, which contains everything; or with ``.csv`` for a table with a row per
-        run, without the opinions at each step and without the recipe.
+        Ends with ``.nc`` for NetCDF, which contains everything, or with ``.csv``. A CSV file has a row per
+        run, and neither the opinions at each step nor the recipe.
 
     Raises
     ------
