@@ -6,7 +6,7 @@ import warnings
 from importlib.metadata import version as installed
 from pathlib import Path
 
-from feasibee.cache import cache_root, own_folder
+from feasibee.files.cache import cache_root, own_folder
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]  # our extensions, and claims/
@@ -29,13 +29,14 @@ extensions = [
     "commands",
     "fields",
     "names",
+    "outcomes",
     "sessions",
 ]
 exclude_patterns = ["_build", "_extensions", "made", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it turns the two hyphens of an option into a dash
 default_role = "py:obj"
 nitpicky = True
-nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "COLUMNS")]
+nitpick_ignore = [("py:obj", "ANY"), ("py:obj", "PLACES")]
 nitpick_ignore_regex = [  # inventories of other projects are not fetched
     ("py:.*", r"(xarray|xr|numpy|np|matplotlib|pandas|pydantic|concurrent|typing|collections|pathlib)\..*"),
 ]

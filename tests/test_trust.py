@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.cli import main
 from feasibee.live.catalogue import read_catalogue
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
@@ -169,7 +170,7 @@ def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path,
     with Journal(tmp_path / "results") as journal:
         for point, row in zip(study.points, journal.points, strict=True):
             assert row.scenario.manifest.source == TEXT
-            kept = simulate_record(point.scenario, 40, 0)
+            kept = simulate_record(point.scenario, Runs(40, 0))
             columns = journal.columns(row.id)
             np.testing.assert_array_equal(columns[:, 1], kept.decision)
             np.testing.assert_array_equal(columns[:, 3], kept.bits_sent)

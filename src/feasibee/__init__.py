@@ -1,4 +1,4 @@
-"""feasibee: can this swarm do these tasks? Simulate how the swarm itself finds out.
+"""Simulate robot swarms that decide together whether a set of tasks is feasible.
 
 >>> import feasibee
 >>> swarms = feasibee.simulate(feasibee.Scenario(tasks={"count": 2}), runs=100, seed=1)
@@ -64,7 +64,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used, so that importing feasibee costs nothing."""
+    """Import a public name on first use, so that ``import feasibee`` loads no library."""
     if name in _HOMES:
         value = getattr(import_module(f"feasibee.{_HOMES[name]}"), name)
         globals()[name] = value

@@ -1,4 +1,4 @@
-"""What can go wrong for a user: each error says path, value, rule and remedy, in one short line."""
+"""Errors that users see: each states path, value, rule and remedy in one line."""
 
 from __future__ import annotations
 
@@ -8,21 +8,23 @@ from reprlib import Repr
 from typing import Any, NamedTuple
 
 LINE_LIMIT = 400
-"""Characters of a line of an error: a longer one loses its middle, and keeps its beginning and its remedy."""
+"""Largest length of an error's line in characters; a longer line is shortened in its middle."""
 PART_LIMIT = 100
-"""Characters of a path or a value within it."""
+"""Largest length of a path or a value in an error, in characters."""
 PROBLEMS_SHOWN = 20
+"""Largest number of problems that an error's text lists."""
 PROBLEMS_LIMIT = 100
-"""Problems of one scenario that are looked for: a file may have millions, and nobody reads them."""
+"""Largest number of problems that are searched for in one scenario; a file of points may have millions."""
 
 
 class FeasibeeError(Exception):
-    """An error of the input or the surroundings, not of the program; the command line exits with 2.
+    """An error in the input or the environment, not in the program; the command line exits with code 2.
 
     Parameters
     ----------
     message : str
-        Which may quote what a user wrote: it becomes one printable line of at most ``LINE_LIMIT`` characters.
+        Text of the error. It becomes one printable line of at most ``LINE_LIMIT`` characters, since it may
+        quote a user's input.
     """
 
     def __init__(self, message: str = "") -> None:
@@ -30,31 +32,35 @@ class FeasibeeError(Exception):
 
 
 class Problem(NamedTuple):
-    """One thing wrong with a scenario."""
+    """One problem of a scenario: a path, its value, the rule that it breaks, and a remedy."""
 
     path: str
     """Dotted path of the field, such as ``radio.range``."""
     value: object
-    """What stands there."""
+    """The invalid value."""
     rule: str
-    """What must hold."""
+    """The rule that the value breaks, such as ``must be > 0``."""
     remedy: str
-    """What to do."""
+    """An instruction that removes the problem."""
 
     def __str__(self) -> str:
         shown = f"{one_line(self.path, PART_LIMIT)} = {quoted(self.value)}" if self.path else "scenario"
         return one_line(f"{shown}: {self.rule}; {self.remedy}")
 
 
+class UnknownFieldError(FeasibeeError, LookupError):
+    """A dotted path that names no field of a scenario."""
+
+
 class ScenarioError(FeasibeeError):
-    """A scenario that can't be run.
+    """An invalid scenario, with all its problems.
 
     Parameters
     ----------
     problems : iterable of Problem
-        All that is wrong with it, not only the first; of more than ``PROBLEMS_LIMIT``, so many.
+        The problems, of which the first ``PROBLEMS_LIMIT`` are kept.
     source : str, optional
-        The file that it came from.
+        The file that the scenario was read from.
     """
 
     def __init__(self, problems: Iterable[Problem], source: str = "") -> None:
@@ -63,7 +69,7 @@ class ScenarioError(FeasibeeError):
         Exception.__init__(self, "\n".join(self._lines()))
 
     def __reduce__(self) -> tuple[type[ScenarioError], tuple[tuple[Problem, ...], str]]:
-        return type(self), (self.problems, self.source)  # a worker's error must reach the sweep whole
+        return type(self), (self.problems, self.source)  # a worker process pickles its error
 
     def _lines(self) -> Iterable[str]:
         prefix = f"{one_line(self.source, 2 * PART_LIMIT)}: " if self.source else ""
@@ -81,7 +87,7 @@ def how_to_install(extra: str) -> str:
 
 
 def one_line(text: str, limit: int = LINE_LIMIT) -> str:
-    """Return text as one line that any terminal can show, without its middle if it is long."""
+    """Return text as one printable line, shortened in its middle if it is long."""
     printable = "".join(
         each if each.isprintable() else each.encode("unicode_escape").decode()
         for each in _cut(text, 2 * limit)
@@ -90,10 +96,10 @@ def one_line(text: str, limit: int = LINE_LIMIT) -> str:
 
 
 def quoted(value: object) -> str:
-    """Return a value as Python writes it, cut short if it is long or deep."""
+    """Return the repr of a value, shortened if it is long or deep."""
     try:
         return one_line(_SHORT.repr(value), PART_LIMIT)
-    except ValueError:  # Python prints no number of thousands of digits
+    except ValueError:  # Python refuses to print integers of thousands of digits
         return "a number too long to print"
 
 
@@ -103,7 +109,7 @@ def _cut(text: str, limit: int) -> str:
 
 
 class _Short(Repr):
-    """Writes values as Python does, but no more of them than a line has room for."""
+    """Writes the repr of values, limited to what fits on a line."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,7 +118,7 @@ class _Short(Repr):
         self.maxlevel = 3
 
     def repr_dict(self, x: dict[Any, Any], level: int) -> str:
-        """Write a table in its order; reprlib would sort it."""
+        """Write a dict in its own order, which reprlib would sort."""
         if level <= 0:
             return "{...}"
         some = itertools.islice(x.items(), self.maxdict)

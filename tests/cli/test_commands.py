@@ -18,6 +18,7 @@ from click.testing import CliRunner
 
 from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
 from feasibee.cli import main
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.paper import reproduce
 from feasibee.studies.robustness import reproduce_beyond
@@ -146,7 +147,7 @@ def test_json_counts_bits_and_commitments_by_robot():
     changes = {"decision.strategy": "census", "decision.commit.rounds": 2, "run.steps": 200}
     words = [word for path, value in changes.items() for word in ("--set", f"{path}={value}")]
     summary = summary_of(*words, "--runs", 20, "--seed", 5)
-    record = simulate_record(Scenario().replace(changes), 20, 5)
+    record = simulate_record(Scenario().replace(changes), Runs(20, 5))
     assert summary["bits_per_robot_and_step"] == record.bits_sent.sum() / (20 * 20 * 200)
     assert set(summary) == KEYS | {"committed"}
     assert summary["committed"]["feasible"] == record.committed_feasible.sum() / (20 * 20)
@@ -425,7 +426,7 @@ def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.nc.gz", ".nc", "a.png", "a.nc4"])
 def test_an_unknown_kind_of_results_is_refused_before_the_work(here, name):
     (line,) = refused("run", "--save", name)
-    assert line == f"feasibee: --save {name}: unknown kind of file; end it with .nc or .csv"
+    assert line == f"feasibee: --save {name}: unknown file format; end the name with .nc or .csv"
     assert names(here) == []
 
 

@@ -11,11 +11,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from feasibee import FeasibeeError, cache
-from feasibee.cache import check_cache, own_folder, read_sealed, write_sealed
+from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
 from feasibee.engine.compile import cache_folder, entry, on_compile
+from feasibee.files import cache
+from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
 
 owned = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows tells access otherwise")
 
@@ -218,7 +219,7 @@ def test_a_folder_that_others_can_write_is_refused(folder, tmp_path, which, mode
     cache_folder.cache_clear()
     place.chmod(mode)
     line = (
-        f"FEASIBEE_CACHE = {place}: can be written by others, and compiled code in it would run; "
+        f"FEASIBEE_CACHE = {place}: can be written by others, and feasibee would run compiled code from it; "
         f"run chmod go-w on it, or name a folder of your own, such as FEASIBEE_CACHE=~/feasibee-cache"
     )
     with pytest.raises(FeasibeeError) as told:
@@ -251,7 +252,9 @@ def test_what_belongs_to_somebody_else_is_refused(folder, tmp_path, monkeypatch,
     else:
         owner = os.geteuid()
         monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
-    with pytest.raises(FeasibeeError, match=rf"belongs to user {owner}, and .* would run; name a"):
+    with pytest.raises(
+        FeasibeeError, match=rf"belongs to user {owner}, and .* would run compiled code from it; name a"
+    ):
         compiled()
     assert not (tmp_path / "ran").exists()
 

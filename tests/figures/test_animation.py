@@ -301,11 +301,11 @@ def no_simulation(monkeypatch):
 @pytest.mark.usefixtures("no_simulation")
 def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
     out = tmp_path / "run.gif"
-    assert "end it with .gif, .mp4, .png or .webp" in refused("--out", tmp_path / "run.avi")
+    assert "end the name with .gif, .mp4, .png or .webp" in refused("--out", tmp_path / "run.avi")
     assert "must be one of 1, 2, 4, 5, 10, 20, 25, 50" in refused("--out", out, "--fps", 30)
     assert "can't be written" in refused("--out", tmp_path / "nowhere" / "run.gif")
     assert "0 and run.steps = 1000" in refused("--out", out, "--steps", "0:1001")
-    assert "in order" in refused("--out", out, "--steps", "7:3")
+    assert "must not begin after its end" in refused("--out", out, "--steps", "7:3")
     assert "such as --steps 100" in refused("--out", out, "--steps", "7:x")
     assert "every 4th" in refused("--out", out, "--steps", "0:70000", "--set", "run.steps=100000")
     assert "--size" in refused("--out", out, "--size", 100)

@@ -28,11 +28,11 @@ from feasibee.figures.decisions import draw_opinion_bands
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
-from feasibee.results.dataset import label
+from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import opinion_quartiles
 
 SCENARIO = Scenario(robots={"count": 10}, run={"steps": 5})
-RESULTS = label(
+RESULTS = to_dataset(
     Record(
         first_run=0,
         decision=np.array([1, 0, 1, -1], np.int8),
@@ -283,7 +283,7 @@ def test_opinions_are_the_median_and_the_quartile_band():
 
 
 def test_several_results_are_several_lines_told_apart():
-    other = label(
+    other = to_dataset(
         one_run(0, 1, np.array([[9, 8, 7, 6, 5, 4]], np.int32)),
         SCENARIO,
         seed=0,
@@ -309,7 +309,7 @@ def test_bands_of_different_lengths_are_all_in_view():
 def test_a_run_that_stopped_at_its_decision_keeps_its_opinion_in_the_figure():
     scenario = SCENARIO.replace({"run.stop_at_decision": True})
     curve = np.array([[5, 8, 10, -1, -1, -1]], np.int32)
-    ax = plot_opinions(label(one_run(1, 2, curve), scenario, 0))
+    ax = plot_opinions(to_dataset(one_run(1, 2, curve), scenario, 0))
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [50, 80, 100, 100, 100, 100])
 
 

@@ -10,7 +10,7 @@ import tracemalloc
 import pytest
 
 from feasibee import FeasibeeError
-from feasibee.files import TABLE_LIMIT, TEXT_LIMIT, UnreadableError, make_folder, read_text, whole_file
+from feasibee.files import TABLE_LIMIT, TEXT_LIMIT, UnreadableError, atomic_write, make_folder, read_text
 
 
 def names(folder):
@@ -18,7 +18,7 @@ def names(folder):
 
 
 def write_half(target, error):
-    with whole_file(target) as temporary:
+    with atomic_write(target) as temporary:
         temporary.write_text("half")
         raise error
 
@@ -33,7 +33,7 @@ def umask():
 
 def test_a_file_appears_whole_with_its_name(tmp_path):
     target = tmp_path / "data.csv"
-    with whole_file(target) as temporary:
+    with atomic_write(target) as temporary:
         temporary.write_text("half")
         assert not target.exists()
         assert temporary.parent == tmp_path
@@ -46,7 +46,7 @@ def test_a_file_appears_whole_with_its_name(tmp_path):
 def test_a_file_is_replaced_only_at_the_end(tmp_path):
     target = tmp_path / "data.csv"
     target.write_text("old")
-    with whole_file(str(target)) as temporary:
+    with atomic_write(str(target)) as temporary:
         temporary.write_text("new")
         assert target.read_text() == "old"
     assert target.read_text() == "new"
@@ -77,7 +77,7 @@ def test_a_full_disk_is_an_error_of_feasibee_and_leaves_what_was_there(tmp_path)
 @pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o027, 0o640), (0o077, 0o600), (0, 0o666)])
 def test_permissions_follow_the_umask(tmp_path, umask, mask, mode):
     umask(mask)
-    with whole_file(tmp_path / "data.csv") as temporary:
+    with atomic_write(tmp_path / "data.csv") as temporary:
         temporary.write_text("whole")
     assert stat.S_IMODE((tmp_path / "data.csv").stat().st_mode) == mode
     assert umask(0o022) == mask
@@ -86,7 +86,7 @@ def test_permissions_follow_the_umask(tmp_path, umask, mask, mode):
 def test_a_missing_folder_is_told(tmp_path):
     with (
         pytest.raises(FeasibeeError, match=r"missing/data\.csv: can't be written: No such file.*folder"),
-        whole_file(tmp_path / "missing" / "data.csv"),
+        atomic_write(tmp_path / "missing" / "data.csv"),
     ):
         pytest.fail("there is nothing to write to")
     assert names(tmp_path) == []
@@ -94,7 +94,7 @@ def test_a_missing_folder_is_told(tmp_path):
 
 def test_a_file_in_place_of_the_folder_is_told(tmp_path):
     (tmp_path / "file").write_text("old")
-    with pytest.raises(FeasibeeError, match="can't be written"), whole_file(tmp_path / "file" / "data.csv"):
+    with pytest.raises(FeasibeeError, match="can't be written"), atomic_write(tmp_path / "file" / "data.csv"):
         pytest.fail("there is nothing to write to")
     assert names(tmp_path) == ["file"]
 
@@ -102,7 +102,7 @@ def test_a_file_in_place_of_the_folder_is_told(tmp_path):
 def test_a_folder_in_place_of_the_file_is_told_and_stays(tmp_path):
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "inside").write_text("old")
-    with pytest.raises(FeasibeeError, match="data: "), whole_file(tmp_path / "data") as temporary:
+    with pytest.raises(FeasibeeError, match="data: "), atomic_write(tmp_path / "data") as temporary:
         temporary.write_text("whole")
     assert names(tmp_path) == ["data"]
     assert names(tmp_path / "data") == ["inside"]
@@ -118,7 +118,9 @@ def test_a_folder_is_made_with_those_above_it_and_may_be_there(tmp_path):
 def test_a_file_in_the_way_of_a_folder_is_told(tmp_path):
     (tmp_path / "file").write_text("old")
     for path in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(FeasibeeError, match=r"file.*: can't be made: .*; name another folder"):
+        with pytest.raises(
+            FeasibeeError, match=r"file.*: can't be created: .*; name a folder in one that you may write to"
+        ):
             make_folder(path)
     assert (tmp_path / "file").read_text() == "old"
 
@@ -155,7 +157,7 @@ def test_a_file_has_as_many_bytes_as_allowed_and_no_more(tmp_path):
     path.write_bytes(b" " * TEXT_LIMIT)
     assert len(read_text(path, "a file")) == TEXT_LIMIT
     path.write_bytes(b" " * (TEXT_LIMIT + 1))
-    assert why(path) == "it has more than 1 MiB"
+    assert why(path) == "it is larger than 1 MiB"
     assert len(read_text(path, "a file", TABLE_LIMIT)) == TEXT_LIMIT + 1
 
 
@@ -163,13 +165,14 @@ def test_a_sparse_file_of_a_terabyte_takes_no_memory(tmp_path):
     with (tmp_path / "sparse").open("wb") as file:
         file.truncate(2**40)
     tracemalloc.start()
-    assert why(tmp_path / "sparse") == "it has more than 1 MiB"
+    assert why(tmp_path / "sparse") == "it is larger than 1 MiB"
     assert tracemalloc.get_traced_memory()[1] < 8 * TEXT_LIMIT
     tracemalloc.stop()
 
 
 @pytest.mark.parametrize(
-    ("data", "rule"), [(b"\xff", "not UTF-8 text"), (b"a\0b", "it holds a NUL, as no text does")]
+    ("data", "rule"),
+    [(b"\xff", "it isn't UTF-8 text"), (b"a\0b", "it contains a NUL character, so it isn't text")],
 )
 def test_what_isnt_text_is_refused(tmp_path, data, rule):
     (tmp_path / "data").write_bytes(data)

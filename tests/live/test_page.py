@@ -302,11 +302,11 @@ LOOKS = {
     "committed to infeasible": (8 + 32, {"centre": "I", "disc": "I"}),
     "Byzantine": (1 + 32 + 64, {"centre": "F", "disc": "F", "corner": "K"}),
 }
-PIXELS = """async marks => {
+PIXELS = """async flags => {
     const { drawSprite } = await import("./sprites.js");
     const colours = { feasible: "#f00", infeasible: "#0f0", undecided: "#00f", ground: "#ff0", ink: "#000" };
     const names = { "255,0,0": "F", "0,255,0": "I", "0,0,255": "U", "255,255,0": "G", "0,0,0": "K" };
-    const sprite = drawSprite(marks, 40, colours), width = sprite.width;
+    const sprite = drawSprite(flags, 40, colours), width = sprite.width;
     const data = sprite.getContext("2d").getImageData(0, 0, width, width).data;
     const found = {};
     for (const [place, x, y] of [["centre", 0, 0], ["disc", 30, 0], ["ring", 60, 0], ["corner", 46, 46]]) {
@@ -320,8 +320,8 @@ PIXELS = """async marks => {
 
 @pytest.mark.parametrize("look", LOOKS)
 def test_robots_look_as_the_legend_says(visit, port, look):
-    marks, expected = LOOKS[look]
-    assert visit(port).evaluate(PIXELS, marks) == expected
+    flags, expected = LOOKS[look]
+    assert visit(port).evaluate(PIXELS, flags) == expected
 
 
 def test_ten_thousand_robots_are_drawn(visit, port):

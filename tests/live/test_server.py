@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-import struct
 import time
 from contextlib import ExitStack, suppress
 from hashlib import sha256
@@ -26,34 +25,14 @@ from feasibee.live import connections
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
-from feasibee.live.messages import FRAME, HEADER, PROTOCOL, TASKS, TASKS_HEADER
+from feasibee.live.layout import FRAME, PROTOCOL, TASKS
 from feasibee.simulation.loading import GENERAL
-from feasibee.simulation.swarm import MARKS
+from feasibee.simulation.swarm import FLAGS
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
 
-HEADER_FIELDS = [
-    "protocol",
-    "kind",
-    "generation",
-    "robots",
-    "step",
-    "first",
-    "length",
-    "decision_step",
-    "decision",
-    "first_decision",
-    "_",
-    "feasible",
-    "infeasible",
-    "counted",
-    "disseminating",
-    "working",
-    "committed",
-    "bits",
-]
 WORLDS = {
     "the paper's": {"tasks.count": 10},
     "beyond it": {
@@ -117,24 +96,17 @@ class Page:
 def decode(message):
     protocol, kind = message[:2]
     assert protocol == PROTOCOL
-    if kind == TASKS:
-        *_, count = TASKS_HEADER.unpack_from(message)
+    if kind == TASKS.kind:
+        *_, count = TASKS.struct.unpack_from(message)
         return {
             "type": "tasks",
-            "places": np.frombuffer(message, "<u2", 2 * count, TASKS_HEADER.size).reshape(2, -1),
+            "places": np.frombuffer(message, "<u2", 2 * count, TASKS.struct.size).reshape(2, -1),
         }
-    assert kind == FRAME
-    frame = dict(zip(HEADER_FIELDS, HEADER.unpack_from(message), strict=True))
-    at = HEADER.size
-    for name, form, count in (
-        ("feasible_counts", "<i4", frame["length"]),
-        ("infeasible_counts", "<i4", frame["length"]),
-        ("x", "<u2", frame["robots"]),
-        ("y", "<u2", frame["robots"]),
-        ("heading", "u1", frame["robots"]),
-        ("marks", "u1", frame["robots"]),
-    ):
-        frame[name] = np.frombuffer(message, form, count, at)
+    assert kind == FRAME.kind
+    frame = dict(zip((name for name, _ in FRAME.header), FRAME.struct.unpack_from(message), strict=True))
+    at = FRAME.struct.size
+    for name, form, length in FRAME.arrays:
+        frame[name] = np.frombuffer(message, form, frame[length], at)
         at += frame[name].nbytes
     assert at == len(message)
     return {"type": "frame", **frame}
@@ -187,11 +159,11 @@ def test_places_headings_and_marks_are_the_swarms(port, boundary):
     assert np.abs(tasks["places"].T * pixel - swarm.tasks).max() <= pixel
     turned = np.exp(1j * (frame["heading"] * np.pi / 128 - swarm.headings))
     assert np.abs(np.angle(turned)).max() <= np.pi / 250
-    marks = {name: (frame["marks"] >> bit & 1).astype(bool) for bit, name in enumerate(MARKS)}
-    assert (marks["feasible"] == (swarm.opinions == 1)).all()
-    assert (marks["disseminating"] == swarm.disseminating).all()
-    assert (marks["counted"] == swarm.counted).all()
-    assert [marks[name].sum() for name in ("working", "liar", "stubborn")] == [16, 4, 2]
+    flags = {name: (frame["flags"] >> bit & 1).astype(bool) for bit, name in enumerate(FLAGS)}
+    assert (flags["feasible"] == (swarm.opinions == 1)).all()
+    assert (flags["disseminating"] == swarm.disseminating).all()
+    assert (flags["counted"] == swarm.counted).all()
+    assert [flags[name].sum() for name in ("working", "byzantine", "stubborn")] == [16, 4, 2]
     assert (frame["counted"], frame["disseminating"], frame["working"]) == (12, swarm.disseminating.sum(), 16)
 
 
@@ -210,7 +182,7 @@ def test_a_page_that_comes_back_goes_to_its_step(port):
     with Page(port) as page:
         again = page.open(seed="12345678901234567890", run="2", step=there["step"])
     assert again["step"] == there["step"] > 0
-    assert all((again[name] == there[name]).all() for name in ("x", "y", "heading", "marks"))
+    assert all((again[name] == there[name]).all() for name in ("x", "y", "heading", "flags"))
 
 
 def test_a_page_that_wants_another_run_doesnt_wait_for_a_far_step(port):
@@ -692,15 +664,6 @@ def test_the_page_takes_nothing_from_elsewhere_and_writes_no_markup():
             path
         )
         assert " style=" not in text, path
-
-
-def test_the_page_reads_frames_as_the_server_writes_them():
-    text = " ".join((serving.STATIC / "frames.js").read_text("utf-8").split())
-    assert f"PROTOCOL = {PROTOCOL};" in text
-    assert f"HEADER = {HEADER.size}, TASKS_HEADER = {TASKS_HEADER.size};" in text
-    names = [name.upper() for name in MARKS]
-    assert all(f"{name} = {2**bit}" in text for bit, name in enumerate(names))
-    assert HEADER.size == struct.calcsize(HEADER.format)
 
 
 def test_a_port_that_is_taken(port):

@@ -17,7 +17,7 @@ import xarray as xr
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
 from feasibee.model.record import Record
-from feasibee.results.dataset import label, recipe_of
+from feasibee.results.dataset import recipe_of, to_dataset
 from feasibee.strategies import dmvd
 
 SCENARIO = Scenario(robots={"count": 5}, tasks={"count": 9}, run={"steps": 3})
@@ -43,7 +43,7 @@ def refuse_to_write(*arguments, **options):
 
 
 def test_a_record_gets_names_dimensions_and_coordinates():
-    dataset = label(RECORD, SCENARIO, seed=7)
+    dataset = to_dataset(RECORD, SCENARIO, seed=7)
     assert set(dataset.data_vars) == {
         "decision",
         "decision_step",
@@ -73,7 +73,7 @@ def test_a_record_gets_names_dimensions_and_coordinates():
 
 
 def test_commitment_is_labelled_if_robots_commit():
-    dataset = label(RECORD, SCENARIO.replace({"decision.commit.rounds": 2}), seed=7)
+    dataset = to_dataset(RECORD, SCENARIO.replace({"decision.commit.rounds": 2}), seed=7)
     assert dataset.commit_step.values.tolist() == [-1, 3]
     assert dataset.committed_feasible.values.tolist() == [0, 4]
     assert dataset.committed_infeasible.values.tolist() == [0, 1]
@@ -81,7 +81,7 @@ def test_commitment_is_labelled_if_robots_commit():
 
 
 def test_labels_say_meaning_and_unit():
-    dataset = label(RECORD, SCENARIO, seed=7)
+    dataset = to_dataset(RECORD, SCENARIO, seed=7)
     assert all(variable.attrs["long_name"] for variable in dataset.variables.values())
     units = {name: variable.attrs.get("units") for name, variable in dataset.variables.items()}
     assert units == {
@@ -103,7 +103,7 @@ def test_labels_say_meaning_and_unit():
 
 
 def test_without_curves_there_is_no_step():
-    dataset = label(Record.empty(0, 3, 0), SCENARIO, seed=7)
+    dataset = to_dataset(Record.empty(0, 3, 0), SCENARIO, seed=7)
     assert set(dataset.variables) == {"decision", "decision_step", "bits_sent", "run"}
 
 
@@ -111,13 +111,13 @@ def test_the_recipe_holds_the_text_of_a_users_strategy(tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(Path(dmvd.__file__).read_text())
     mine = SCENARIO.replace({"decision.strategy": str(path)})
-    assert json.loads(label(RECORD, mine, 0).attrs["recipe"])["strategy_source"] == path.read_text()
-    assert "strategy_source" not in json.loads(label(RECORD, SCENARIO, 0).attrs["recipe"])
+    assert json.loads(to_dataset(RECORD, mine, 0).attrs["recipe"])["strategy_source"] == path.read_text()
+    assert "strategy_source" not in json.loads(to_dataset(RECORD, SCENARIO, 0).attrs["recipe"])
 
 
 def test_the_recipe_says_all_that_made_the_record():
-    recipe = json.loads(label(RECORD, SCENARIO, seed=2**64 - 1).attrs["recipe"])
-    assert recipe == recipe_of(label(RECORD, SCENARIO, seed=2**64 - 1))
+    recipe = json.loads(to_dataset(RECORD, SCENARIO, seed=2**64 - 1).attrs["recipe"])
+    assert recipe == recipe_of(to_dataset(RECORD, SCENARIO, seed=2**64 - 1))
     assert set(recipe) == {
         "scenario",
         "scenario_hash",
@@ -142,11 +142,11 @@ def test_the_recipe_says_all_that_made_the_record():
 )
 def test_the_recipe_tells_the_truth(robots, tasks, truth):
     scenario = Scenario(robots={"count": robots}, tasks={"count": tasks})
-    assert recipe_of(label(RECORD, scenario, 0))["truth"] == truth
+    assert recipe_of(to_dataset(RECORD, scenario, 0))["truth"] == truth
 
 
 def test_the_scenario_comes_back_from_the_results():
-    assert scenario_of(label(RECORD, SCENARIO, 0)) == SCENARIO
+    assert scenario_of(to_dataset(RECORD, SCENARIO, 0)) == SCENARIO
 
 
 # --- Computed again ---
@@ -198,7 +198,7 @@ def test_saved_results_are_identical_when_opened(tmp_path, curves):
 
 
 def test_opened_results_do_not_hold_the_file(tmp_path):
-    dataset = label(RECORD, SCENARIO, 0)
+    dataset = to_dataset(RECORD, SCENARIO, 0)
     save_results(dataset, tmp_path / "a.nc")
     opened = open_results(tmp_path / "a.nc")
     (tmp_path / "a.nc").unlink()
@@ -211,12 +211,12 @@ def test_opened_results_do_not_hold_the_file(tmp_path):
 def test_curves_are_packed(tmp_path):
     record = Record.empty(0, 100, 1001)
     record.feasible_count[:] = 0
-    save_results(label(record, SCENARIO, 0), tmp_path / "a.nc")
+    save_results(to_dataset(record, SCENARIO, 0), tmp_path / "a.nc")
     assert (tmp_path / "a.nc").stat().st_size < record.feasible_count.nbytes / 4
 
 
 def test_a_failed_save_leaves_the_old_file_whole_and_nothing_else(tmp_path, monkeypatch):
-    old = label(RECORD, SCENARIO, 0)
+    old = to_dataset(RECORD, SCENARIO, 0)
     save_results(old, tmp_path / "a.nc")
     real = xr.Dataset.to_netcdf
 
@@ -226,16 +226,16 @@ def test_a_failed_save_leaves_the_old_file_whole_and_nothing_else(tmp_path, monk
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail_at_the_end)
     with pytest.raises(FeasibeeError, match=r"a\.nc: .*No space left"):
-        save_results(label(RECORD, SCENARIO, 1), tmp_path / "a.nc")
+        save_results(to_dataset(RECORD, SCENARIO, 1), tmp_path / "a.nc")
     with pytest.raises(FeasibeeError, match=r"b\.nc: .*No space left"):
-        save_results(label(RECORD, SCENARIO, 1), tmp_path / "b.nc")
+        save_results(to_dataset(RECORD, SCENARIO, 1), tmp_path / "b.nc")
     assert names(tmp_path) == ["a.nc"]
     assert open_results(tmp_path / "a.nc").identical(old)
 
 
 def test_a_missing_folder_is_told(tmp_path):
     with pytest.raises(FeasibeeError, match="can't be written"):
-        save_results(label(RECORD, SCENARIO, 0), tmp_path / "missing" / "a.nc")
+        save_results(to_dataset(RECORD, SCENARIO, 0), tmp_path / "missing" / "a.nc")
     assert names(tmp_path) == []
 
 
@@ -256,7 +256,7 @@ def test_what_is_not_netcdf_is_told(tmp_path, content):
 
 
 def test_a_file_cut_short_is_told(tmp_path):
-    save_results(label(RECORD, SCENARIO, 0), tmp_path / "a.nc")
+    save_results(to_dataset(RECORD, SCENARIO, 0), tmp_path / "a.nc")
     whole = (tmp_path / "a.nc").read_bytes()
     (tmp_path / "a.nc").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(FeasibeeError, match=r"a\.nc: can't be read as NetCDF"):
@@ -268,7 +268,7 @@ def test_a_file_cut_short_is_told(tmp_path):
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_damaged_file_is_told(tmp_path):
     """One byte is wrong, here and there: all is well, or it is an error of ours."""
-    dataset = label(RECORD, SCENARIO, 0)
+    dataset = to_dataset(RECORD, SCENARIO, 0)
     save_results(dataset, tmp_path / "a.nc")
     whole = (tmp_path / "a.nc").read_bytes()
     told = 0
@@ -305,20 +305,20 @@ def test_a_dataset_of_someone_else_is_told(function):
 
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.parquet"])
 def test_results_are_saved_in_known_kinds_only(tmp_path, name):
-    with pytest.raises(FeasibeeError, match=r"unknown kind of file; end it with \.nc or \.csv"):
-        save_results(label(RECORD, SCENARIO, 0), tmp_path / name)
+    with pytest.raises(FeasibeeError, match=r"unknown file format; end the name with \.nc or \.csv"):
+        save_results(to_dataset(RECORD, SCENARIO, 0), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_one_run_alone_has_no_table(tmp_path):
-    with pytest.raises(FeasibeeError, match="no runs to write"):
-        save_results(label(RECORD, SCENARIO, 0).isel(run=0), tmp_path / "a.csv")
+    with pytest.raises(FeasibeeError, match="results without the dimension run"):
+        save_results(to_dataset(RECORD, SCENARIO, 0).isel(run=0), tmp_path / "a.csv")
 
 
 @pytest.mark.parametrize("wrong", [None, 5, "a.nc", {"recipe": "{}"}, xr.DataArray([1])])
 def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
     for use in (scenario_of, lambda each: save_results(each, tmp_path / "a.nc")):
-        with pytest.raises(FeasibeeError, match=r"must be a Dataset; take what feasibee\.simulate returns"):
+        with pytest.raises(FeasibeeError, match=r"must be a Dataset; use one that"):
             use(wrong)
     assert list(tmp_path.iterdir()) == []
 
@@ -342,17 +342,17 @@ def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
 def test_a_recipe_that_isnt_one_is_told(tmp_path, recipe):
     """Deep nesting ended in a RecursionError."""
     xr.Dataset(attrs={"recipe": recipe}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
-    with pytest.raises(FeasibeeError, match=r"a\.nc: these aren't results of feasibee: no recipe"):
+    with pytest.raises(FeasibeeError, match=r"a\.nc: results without a recipe in their attributes"):
         open_results(tmp_path / "a.nc")
 
 
 def test_a_small_file_that_claims_to_be_huge_is_told(tmp_path):
     with h5netcdf.File(tmp_path / "a.nc", "w") as file:
-        file.attrs["recipe"] = label(RECORD, SCENARIO, 0).attrs["recipe"]
+        file.attrs["recipe"] = to_dataset(RECORD, SCENARIO, 0).attrs["recipe"]
         file.dimensions = {"run": 10**6, "step": 10**6}
         file.create_variable("feasible_count", ("run", "step"), "i4", chunks=(1000, 1000))
     assert (tmp_path / "a.nc").stat().st_size < 10_000
-    with pytest.raises(FeasibeeError, match="it holds 3725 GiB, over 20; name a file"):
+    with pytest.raises(FeasibeeError, match="it has 3725 GiB, above the limit of 20 GiB; name a file"):
         open_results(tmp_path / "a.nc")
 
 
@@ -360,7 +360,7 @@ def test_a_small_file_that_claims_to_be_huge_is_told(tmp_path):
     "path", ["/dev/zero", "/dev/null", "/", "a\0b", "x" * 5000, "http://localhost:1/a.nc"]
 )
 def test_what_isnt_a_plain_file_is_never_opened(path):
-    with pytest.raises(FeasibeeError, match="can't be read as NetCDF: isn't a plain file") as caught:
+    with pytest.raises(FeasibeeError, match="can't be read as NetCDF: it isn't a plain file") as caught:
         open_results(path)
     assert len(str(caught.value)) <= 400
 
@@ -397,5 +397,5 @@ def test_no_flipped_bit_of_saved_results_changes_a_number(tmp_path):
         damaged = bytearray(data)
         damaged[place] ^= 1
         (tmp_path / "b.nc").write_bytes(damaged)
-        with pytest.raises(FeasibeeError, match=r"b.nc: isn't as save_results wrote it; name a file that"):
+        with pytest.raises(FeasibeeError, match=r"b.nc: differs from what save_results wrote; name"):
             open_results(tmp_path / "b.nc")

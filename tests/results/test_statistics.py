@@ -431,8 +431,8 @@ def test_a_confidence_that_none_is_is_refused(wrong):
         ([0.5], "must be whole numbers"),
         ([math.nan], "63 bits"),
         ([2**64 - 1], "63 bits"),
-        (1, "has 0 dimensions: must have 1, a number a run"),
-        ([[1, 0]], "has 2 dimensions: must have 1, a number a run"),
+        (1, "has 0 dimensions: must have 1, one number per run"),
+        ([[1, 0]], "has 2 dimensions: must have 1, one number per run"),
     ],
 )
 def test_what_isnt_decisions_is_refused(wrong, rule):
@@ -449,7 +449,7 @@ def test_arrays_that_dont_fit_are_refused():
         (lambda: bits_per_robot_and_step([1, 2], [1], 1, 1, False), "2 and 1 runs"),
         (lambda: paired_difference([2], [1]), "must be True or False"),
         (lambda: pareto([1.0], []), "1 costs and 0 gains"),
-        (lambda: pareto([math.nan], [1.0]), "must be as many numbers of both"),
+        (lambda: pareto([math.nan], [1.0]), "both must have the same number of numbers"),
     ):
         with pytest.raises(ValueError, match=rule):
             use()

@@ -10,6 +10,7 @@ import pytest
 
 from feasibee import Scenario, truth
 from feasibee.scenario.feasibility import explain
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -44,12 +45,13 @@ def test_with_ten_porters_less_it_is_infeasible_as_the_comment_says():
 def test_engine_and_reference_agree(path):
     scenario = Scenario.read(path).replace({"run.steps": 60})
     engine, plain = (
-        simulate_record(scenario, 2, 3, curves=True, backend=backend) for backend in ("engine", "reference")
+        simulate_record(scenario, Runs(2, 3), curves=True, backend=backend)
+        for backend in ("engine", "reference")
     )
     for name in ("decision", "decision_step", "feasible_count"):
         np.testing.assert_array_equal(getattr(engine, name), getattr(plain, name), err_msg=name)
 
 
 def test_it_runs_to_a_decision(path):
-    record = simulate_record(Scenario.read(path), 20, 1)
+    record = simulate_record(Scenario.read(path), Runs(20, 1))
     assert (record.decision != -1).sum() >= 15

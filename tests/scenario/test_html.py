@@ -69,7 +69,7 @@ def test_a_scenario_shows_each_field_by_section_and_stresses_what_is_not_the_pap
     assert "4 fields not as in the paper" in shown.text  # the radio's range goes with that of sensing
     assert "infeasible" in shown.strong
     assert scenario.hash[:12] in shown.text
-    assert "Number of tasks, m, each for any one robot." in shown.text
+    assert "Number of tasks, m; each needs one robot, and any robot can do it." in shown.text
     assert sum(tag == "details" for tag, _ in shown.tags) == len(scenario.to_dict())
 
 
@@ -124,7 +124,7 @@ def test_a_large_swarm_stays_light(robots, drawn):
     text = swarm._repr_html_()
     assert len(text) < 200_000
     assert ("<svg" in text) == drawn
-    assert ("see feasibee animate" in text) != drawn
+    assert ("use feasibee animate" in text) != drawn
 
 
 def test_results_say_what_they_are():

@@ -12,6 +12,7 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
 from feasibee.scenario import plugins
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, dmmd
 from feasibee.strategies.contract import ARGUMENTS
@@ -75,16 +76,16 @@ def told_when_run(path):
     """Return what is said of a file that can be a strategy by its text, but isn't one."""
     scenario = Scenario(decision={"strategy": str(path)})
     with pytest.raises(FeasibeeError) as caught:
-        simulate_record(scenario, 1, 0)
+        simulate_record(scenario, Runs(1, 0))
     assert len(str(caught.value).splitlines()) == 1
     return str(caught.value)
 
 
 def assert_same(first, second, runs=3, seed=2):
-    one = simulate_record(first, runs, seed, curves=True)
+    one = simulate_record(first, Runs(runs, seed), curves=True)
     for other in (
-        simulate_record(second, runs, seed, curves=True),
-        simulate_record(second, 1, seed, curves=True, backend="reference"),
+        simulate_record(second, Runs(runs, seed), curves=True),
+        simulate_record(second, Runs(1, seed), curves=True, backend="reference"),
     ):
         for name in ARRAYS:
             np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
@@ -131,7 +132,7 @@ def test_a_copy_of_bayes_with_its_memory_and_parameters_is_bayes_to_the_bit(writ
     for changes in ({}, parameters, {"faults.byzantine": 0.2, **parameters}):
         built_in = Scenario().replace({**SMALL, "decision.strategy": "bayes", **changes})
         assert_same(built_in, scenario_of(path, **changes))
-        assert (simulate_record(built_in, 3, 2, curves=True).feasible_count < 20).all()
+        assert (simulate_record(built_in, Runs(3, 2), curves=True).feasible_count < 20).all()
 
 
 @pytest.mark.parametrize("name", ["dc", "average", "accumulate", "cross-inhibition", "k-unanimity"])
@@ -145,7 +146,7 @@ def test_parameters_are_the_files_own(write):
     path = write(MINE)
     strict = scenario_of(path, **{"decision.parameters": {"weight": 1000}})
     assert strict.decision.parameters == {"weight": 1000.0}
-    curves = simulate_record(strict, 3, 2, curves=True).feasible_count
+    curves = simulate_record(strict, Runs(3, 2), curves=True).feasible_count
     assert (curves == curves[:, :1]).all()  # no lead is large enough: nobody ever changes
     assert strict.hash != scenario_of(path).hash
     with pytest.raises(ScenarioError) as caught:
@@ -172,7 +173,7 @@ def test_the_functions_have_what_the_contract_says(write):
     text += "\n\nMEMORY = 2\nVALUE_BITS = 3\nFORGETS = False\nSTARTS_NEUTRAL = False\n"
     path = write(text)
     assert_same(scenario_of(path), scenario_of(path), seed=3)
-    record = simulate_record(scenario_of(path, **{"run.steps": 150}), 1, 3, curves=True)
+    record = simulate_record(scenario_of(path, **{"run.steps": 150}), Runs(1, 3), curves=True)
     assert (record.feasible_count + record.infeasible_count < 20).any()
 
 
@@ -314,9 +315,9 @@ def test_what_only_a_run_shows_is_told(write, line, words):
 
 
 def test_text_that_is_no_python_at_all_is_told(write, tmp_path):
-    assert "it holds a NUL" in told(write("\x00\x01"))
+    assert "it contains a NUL" in told(write("\x00\x01"))
     (tmp_path / "bytes.py").write_bytes(b"\xff\xfe = 3")
-    assert "not UTF-8 text" in told(tmp_path / "bytes.py")
+    assert "it isn't UTF-8 text" in told(tmp_path / "bytes.py")
     assert "too many nested parentheses" in told(write("x = " + "(" * 5000))
 
 
@@ -342,9 +343,11 @@ def test_what_does_not_compile_is_told_with_its_line(write, old, new, line, word
     assert MINE.count(old) == 1
     path = write(MINE.replace(old, new))
     scenario = scenario_of(path)
-    assert simulate_record(scenario, 1, 0, backend="reference").runs == 1  # Python has no trouble with it
+    assert (
+        simulate_record(scenario, Runs(1, 0), backend="reference").runs == 1
+    )  # Python has no trouble with it
     with pytest.raises(FeasibeeError) as caught:
-        simulate_record(scenario, 1, 0)
+        simulate_record(scenario, Runs(1, 0))
     text = str(caught.value)
     assert len(text.splitlines()) == 1
     assert "mine.py" in text
@@ -431,11 +434,13 @@ def test_a_file_that_changes_is_another_strategy(write):
     path = write(MINE)
     before = scenario_of(path)
     old_hash = before.hash
-    stays = simulate_record(before, 3, 1, curves=True)
+    stays = simulate_record(before, Runs(3, 1), curves=True)
     path.write_text(MINE.replace("if lead > 0", "if lead < 0"))
     after = scenario_of(path)
     assert after.hash != old_hash
-    assert not np.array_equal(simulate_record(after, 3, 1, curves=True).feasible_count, stays.feasible_count)
+    assert not np.array_equal(
+        simulate_record(after, Runs(3, 1), curves=True).feasible_count, stays.feasible_count
+    )
 
 
 @pytest.mark.parametrize(
@@ -454,9 +459,9 @@ def test_what_fails_only_in_a_run_is_told_with_line_arguments_and_run(write, lin
     scenario = scenario_of(write(MINE.replace("    lead = inbox", guarded + "    lead = inbox")))
     said = rf"^mine\.py, line {number}: decide\(Mind\(opinion=\d.*{why}.*\(in run \d of seed 1\)$"
     with pytest.raises(FeasibeeError, match=said) as engine:
-        simulate_record(scenario, 5, 1, threads=1)
+        simulate_record(scenario, Runs(5, 1), threads=1)
     with pytest.raises(FeasibeeError) as reference:
-        simulate_record(scenario, 5, 1, backend="reference")
+        simulate_record(scenario, Runs(5, 1), backend="reference")
     assert str(engine.value).startswith(str(reference.value))
     with pytest.raises(FeasibeeError, match=rf"line {number}: decide.*{why}.*\(in run 0 of seed 1\)$"):
         Swarm(scenario, seed=1).advance(200)
@@ -481,7 +486,7 @@ def test_nonsense_that_is_returned_only_in_a_run_is_told(write, old, new, why):
     scenario = scenario_of(write(MINE.replace(old, new)))
     for backend in ("engine", "reference"):
         with pytest.raises(FeasibeeError, match=why):
-            simulate_record(scenario, 20, 1, backend=backend)
+            simulate_record(scenario, Runs(20, 1), backend=backend)
 
 
 def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(write):
@@ -489,13 +494,13 @@ def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(wri
     text = MINE.replace("    lead = ", "    if 0.0 < inbox.chance < 0.2:\n        return 7\n    lead = ")
     scenario = scenario_of(write(text), **{"robots.count": 3000, "arena.side": 200.0})
     with pytest.raises(FeasibeeError, match=r'fails in run 3 of seed 1: .* 1, 1, first_run=3, backend="ref'):
-        simulate_record(scenario, 1, 1, first_run=3)
+        simulate_record(scenario, Runs(1, 1, 3))
 
 
 def test_two_files_of_one_name_are_two_strategies(write):
     one = write(MINE, "a/mine.py")
     other = write(MINE.replace("if lead > 0", "if lead < 0"), "b/mine.py")
-    first, second = (simulate_record(scenario_of(path), 3, 1, curves=True) for path in (one, other))
+    first, second = (simulate_record(scenario_of(path), Runs(3, 1), curves=True) for path in (one, other))
     assert not np.array_equal(first.feasible_count, second.feasible_count)
 
 

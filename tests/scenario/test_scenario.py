@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.errors import UnknownFieldError
 from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
@@ -234,6 +235,82 @@ def test_equal_scenarios_have_equal_hashes_even_with_a_negative_zero():
     assert Scenario(robots={"speed": -0.0}).hash == Scenario(robots={"speed": 0.0}).hash
 
 
+def test_the_hash_is_computed_once(monkeypatch):
+    computed = []
+    monkeypatch.setattr(
+        "feasibee.scenario.scenario.hash_of", lambda *given: computed.append(given) or str(len(computed))
+    )
+    scenario = Scenario(tasks={"count": 7})
+    assert [scenario.hash, scenario.hash, hash(scenario)] == ["1", "1", hash("1")]
+    assert len(computed) == 1
+
+
+def test_a_computed_hash_is_no_part_of_the_scenario():
+    fresh, hashed = Scenario(tasks={"count": 7}), Scenario(tasks={"count": 7})
+    before = hashed.model_dump(), dict(hashed), repr(hashed), pickle.dumps(hashed)
+    assert hashed.hash
+    assert hashed == fresh
+    assert fresh == hashed
+    assert before == (hashed.model_dump(), dict(hashed), repr(hashed), pickle.dumps(hashed))
+
+
+def test_copies_of_a_hashed_scenario_have_the_right_hash():
+    scenario, other = Scenario(), Scenario(tasks={"count": 7})
+    same = [
+        copy.copy(scenario),
+        copy.deepcopy(scenario),
+        scenario.model_copy(),
+        scenario.with_trust(),
+        pickle.loads(pickle.dumps(scenario)),
+        scenario.replace({}),
+    ]
+    assert scenario.hash != other.hash
+    same += [copy.copy(scenario), copy.deepcopy(scenario), scenario.model_copy(), scenario.with_trust()]
+    assert {each.hash for each in same} == {scenario.hash}
+    assert scenario.model_copy(update={"tasks": other.tasks}).hash == other.hash
+    assert scenario.replace({"tasks.count": 7}).hash == other.hash
+
+
+# --- Fields by their paths ---
+
+
+def test_get_returns_the_value_of_every_field():
+    scenario = Scenario()
+    assert {path: scenario.get(path) for path in PATHS} == {path: at(PAPER, path) for path in PATHS}
+    assert [scenario.get(path) for path in UNSET] == [None] * len(UNSET)
+    for path, value in OTHER_VALUES.items():
+        assert at(Scenario(**table_of(path, value)).to_dict(), path) == value, path
+        assert Scenario(**table_of(path, value)).get(path) == value, path
+
+
+def test_get_finds_sections_classes_and_tables():
+    classes = [{"name": "arm", "count": 3, "skills": ["lift"]}]
+    needs = [{"name": "carry", "count": 1, "needs": {"lift": 2}}]
+    scenario = Scenario(robots={"classes": classes}, tasks={"classes": needs})
+    assert scenario.get("tasks") is scenario.tasks
+    assert scenario.get("robots.classes.0.skills.0") == "lift"
+    assert scenario.get("tasks.classes.0.needs.lift") == 2
+
+
+@pytest.mark.parametrize(
+    ("path", "remedy"),
+    [
+        ("tasks.cuont", "did you mean tasks.count?"),
+        ("hash", "the sections are arena, "),
+        ("tasks.model_fields", "did you mean tasks."),
+        ("robots.classes.0.count", "did you mean robots.classes?"),
+        ("robots.count.real", "did you mean robots.count?"),
+        ("", "the sections are arena, "),
+        (3, "the sections are arena, "),
+    ],
+)
+def test_get_names_a_field_that_there_is(path, remedy):
+    with pytest.raises(UnknownFieldError) as caught:
+        Scenario().get(path)
+    assert str(caught.value).startswith(f"{path!r}: isn't the path of a field; {remedy}")
+    assert isinstance(caught.value, LookupError)
+
+
 # --- Defaults that depend, and changes ---
 
 
@@ -451,7 +528,9 @@ def test_the_edge_of_what_is_possible_is_possible(path, value):
 
 
 def test_a_field_without_a_default_that_is_missing_is_told():
-    with pytest.raises(ScenarioError, match=r"^tasks\.classes\.0\.needs = .*: is missing; write it beside"):
+    with pytest.raises(
+        ScenarioError, match=r"^tasks\.classes\.0\.needs = .*: is missing; add needs to this table"
+    ):
         Scenario(tasks={"classes": [{"name": "lift", "count": 3}]})
 
 
@@ -602,12 +681,18 @@ BEYOND_WRONG = [
     ({"robots": {"classes": [{**LIFTERS, "count": -4}]}}, ["robots.classes.0.count = -4: must be ≥ 0"]),
     (
         {"robots": {"classes": [LIFTERS], "count": 4}},
-        ["robots.count = 4: can't stand beside [[robots.classes]]"],
+        ["robots.count = 4: can't be combined with [[robots.classes]]"],
     ),
-    ({"tasks": {"classes": [HEAPS], "count": 4}}, ["tasks.count = 4: can't stand beside [[tasks.classes]]"]),
-    ({"robots": {"classes": [LIFTERS, LIFTERS]}}, ["robots.classes = 'a': names a class twice"]),
-    ({"tasks": {"classes": [HEAPS, HEAPS]}}, ["tasks.classes = 'x': names a class twice"]),
-    ({"robots": {"classes": [{**LIFTERS, "count": 0}]}}, ["robots.classes = 0: must have a robot"]),
+    (
+        {"tasks": {"classes": [HEAPS], "count": 4}},
+        ["tasks.count = 4: can't be combined with [[tasks.classes]]"],
+    ),
+    ({"robots": {"classes": [LIFTERS, LIFTERS]}}, ["robots.classes = 'a': is the name of two classes"]),
+    ({"tasks": {"classes": [HEAPS, HEAPS]}}, ["tasks.classes = 'x': is the name of two classes"]),
+    (
+        {"robots": {"classes": [{**LIFTERS, "count": 0}]}},
+        ["robots.classes = 0: must have at least 1 robot together"],
+    ),
     ({"robots": {"classes": [{**LIFTERS, "name": str(k)} for k in range(17)]}}, ["robots.classes = "]),
     ({"tasks": {"classes": [{**HEAPS, "name": str(k)} for k in range(17)]}}, ["tasks.classes = "]),
     (
@@ -620,7 +705,10 @@ BEYOND_WRONG = [
     ({"faults": {"stopped": 0.5, "byzantine": 0.4, "stubborn": 0.2}}, ["faults = 1.1: "]),
     (
         {"robots": {"count": 3}, "faults": {"stopped": 0.5, "stubborn": 0.5}},
-        ["faults = '4 robots': shares are rounded to whole robots, here 2 stopped, 0 byzantine, 2 stubborn"],
+        [
+            "faults = '4 robots': must be at most 3; rounded to whole robots, the shares give 2 stopped, "
+            "0 byzantine, 2 stubborn"
+        ],
     ),
     (
         {
@@ -633,25 +721,28 @@ BEYOND_WRONG = [
         {"arena": {"boundary": "walls", "side": [9.0, 5.0]}, "robots": {"diameter": 5.0}},
         ["robots.diameter = 5.0: must be less than the arena's shorter side"],
     ),
-    ({"robots": {"avoid_collisions": True, "count": 500}}, ["robots.count = 500: don't fit"]),
+    (
+        {"robots": {"avoid_collisions": True, "count": 500}},
+        ["robots.count = 500: must be at most 361, the number of discs"],
+    ),
     (
         {"robots": {"avoid_collisions": True, "classes": [{**LIFTERS, "count": 500}]}},
-        ["robots.count = 500: don't fit"],
+        ["robots.count = 500: must be at most 361, the number of discs"],
     ),
-    ({"robots": {"placement": "points"}}, ["robots.points = '': must name points"]),
+    ({"robots": {"placement": "points"}}, ["robots.points = '': is missing, but robots.placement is"]),
     (
         {"robots": {"placement": "points", "points": [[1, 2]], "count": 3}},
-        ["robots.points = '1 points': there are 3"],
+        ["robots.points = '1 points': must be as many as robots, 3"],
     ),
     (
         {"tasks": {"placement": "points", "points": [[1, 2]], "classes": [HEAPS]}},
-        ["tasks.points = '1 points': there are 3"],
+        ["tasks.points = '1 points': must be as many as tasks, 3"],
     ),
     ({"tasks": {"points": [[1, 2, 3]]}}, ["tasks.points = [[1, 2, 3]]: must be the name"]),
     ({"tasks": {"points": [[True, 2]]}}, ["tasks.points = [[True, 2]]: must be the name"]),
     (
         {"sensing": {"observation": "unique"}, "robots": {"count": 1_000_000}},
-        ["sensing.observation = 'unique': 1000000 robots that remember"],
+        ["sensing.observation = 'unique': needs 116.4 GiB for 1000000 robots"],
     ),
     (
         {
@@ -787,14 +878,14 @@ CLASSES = {"classes": [LIFTERS, {"name": "b", "count": 7}]}
 REFUSED = [
     (
         {"decision": {"inbox": "every-message", "inbox_size": 3}},
-        'decision.inbox_size = 3: counts robots, which isn\'t known with inbox = "every-message"; '
-        'leave one of them out, or choose inbox = "latest-per-robot"',
+        'decision.inbox_size = 3: limits the number of robots, but inbox = "every-message" keeps no robots '
+        'apart; leave it out, or set inbox = "latest-per-robot"',
     ),
     *(
         (
             {"decision": {"strategy": name, "inbox": "every-message"}},
-            f"decision.inbox = 'every-message': {name} sends a number, of which only each robot's latest is "
-            'kept; choose inbox = "latest-per-robot"',
+            f"decision.inbox = 'every-message': {name} broadcasts a value, and the inbox keeps only the "
+            'latest of each robot; set inbox = "latest-per-robot"',
         )
         for name in ("dc", "average")
     ),
@@ -865,8 +956,8 @@ REFUSED = [
     ),
     (
         {"preset": "valentini-2016", "decision": {"inbox": "every-message"}},
-        'decision.inbox_size = 2: counts robots, which isn\'t known with inbox = "every-message"; '
-        'leave one of them out, or choose inbox = "latest-per-robot"',
+        'decision.inbox_size = 2: limits the number of robots, but inbox = "every-message" keeps no robots '
+        'apart; leave it out, or set inbox = "latest-per-robot"',
     ),
     (
         {"preset": "valentini"},
@@ -1020,10 +1111,22 @@ def test_replace_makes_the_tables_on_its_way():
 @pytest.mark.parametrize(
     ("path", "line"),
     [
-        ("robots.classes.7.count", "robots.classes.7.count = 3: leads through something that isn't there; "),
-        ("robots.classes.x.count", "robots.classes.x.count = 3: leads through something that isn't there; "),
-        ("robots.classes.7", "robots.classes.7 = 3: leads through something that isn't there; "),
-        ("arena.boundary.x", "arena.boundary.x = 3: leads through something that isn't there; "),
+        (
+            "robots.classes.7.count",
+            "robots.classes.7.count = 3: can't be set: robots.classes.7 is missing or has no such field",
+        ),
+        (
+            "robots.classes.x.count",
+            "robots.classes.x.count = 3: can't be set: robots.classes.x is missing or has no such field",
+        ),
+        (
+            "robots.classes.7",
+            "robots.classes.7 = 3: can't be set: robots.classes is missing or has no such field",
+        ),
+        (
+            "arena.boundary.x",
+            "arena.boundary.x = 3: can't be set: arena.boundary is missing or has no such field",
+        ),
         ("robots..count", "robots..count = 3: isn't the path of a field; write section.field"),
         ("robots.classes.", "robots.classes. = 3: isn't the path of a field; write section.field"),
         ("robots.classes.0.cuont", "robots.classes.0.cuont = 3: unknown key; "),
@@ -1188,7 +1291,7 @@ def test_the_schema_refuses_what_a_single_field_must_not_be():
 
 
 def test_a_change_within_what_another_change_made_no_table_is_told():
-    with pytest.raises(ScenarioError, match=r"leads through something that isn't there"):
+    with pytest.raises(ScenarioError, match=r"is missing or has no such field"):
         Scenario().replace({"robots.classes": 2, "robots.classes.0.count": 3})
 
 

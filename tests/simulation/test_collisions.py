@@ -206,20 +206,20 @@ def test_the_room_that_is_told_is_there(boundary, sides, diameter):
     wide, high = (float(f"{side * diameter:.12g}") for side in sides)
     with pytest.raises(ScenarioError) as caught:
         crowd((wide, high), boundary, 1000, diameter=diameter, speed=diameter / 10)
-    room = int(re.search(r"there is room for (\d+)", str(caught.value))[1])
+    room = int(re.search(r"must be at most (\d+)", str(caught.value))[1])
     assert (sides[0] - 1) * (sides[1] - 1) <= room <= sides[0] * sides[1]
     assert_keeps_apart(crowd((wide, high), boundary, room, diameter, diameter / 10), seed=1, steps=5)
 
 
 def test_more_robots_than_fit_are_refused():
-    with pytest.raises(ScenarioError, match=r"robots\.count = 36: don't fit.*room for 35.*; take fewer"):
+    with pytest.raises(ScenarioError, match=r"robots\.count = 36: must be at most 35, .*; use fewer"):
         crowd((7.3, 5.9), "walls", 36, speed=0.2)
     Scenario(arena={"side": 5.0}, robots={"count": 1000})  # they pass through each other
 
 
 def test_given_points_that_overlap_are_refused_across_the_edge_of_a_torus_too():
     near = {"placement": "points", "points": [[0.3, 5.0], [9.5, 5.0]], "speed": 0.5}
-    with pytest.raises(ScenarioError, match="robots 1 and 2 must neither overlap nor touch"):
+    with pytest.raises(ScenarioError, match="robots 1 and 2 must be more than 1 units apart"):
         Scenario(arena={"side": 10.0}, robots={**near, "avoid_collisions": True})
     Scenario(arena={"side": 10.0}, robots=near)
     walled = {**near, "points": [[0.6, 5.0], [9.5, 5.0]], "avoid_collisions": True}

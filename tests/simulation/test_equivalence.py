@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feasibee import Scenario, Swarm, reference
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
@@ -17,8 +18,8 @@ ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "ac
 
 
 def assert_equal(scenario, seed, runs=1, first_run=0):
-    engine = simulate_record(scenario, runs, seed, first_run=first_run, curves=True)
-    plain = simulate_record(scenario, runs, seed, first_run=first_run, curves=True, backend="reference")
+    engine = simulate_record(scenario, Runs(runs, seed, first_run), curves=True)
+    plain = simulate_record(scenario, Runs(runs, seed, first_run), curves=True, backend="reference")
     for name in ARRAYS:
         np.testing.assert_array_equal(getattr(engine, name), getattr(plain, name), err_msg=name)
 
@@ -380,10 +381,10 @@ def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
     """Else the comparisons above would compare nothing."""
     for name in ("cross-inhibition", "bayes"):
         scenario = Scenario().replace({**QUICK, "decision.strategy": name})
-        record = simulate_record(scenario, 1, 7, curves=True)
+        record = simulate_record(scenario, Runs(1, 7), curves=True)
         assert (record.feasible_count + record.infeasible_count < 20).any()
     for name in STRATEGIES:
         scenario = Scenario().replace({**QUICK, "decision.strategy": name, **COMMITTING})
-        record = simulate_record(scenario, 20, 7)
+        record = simulate_record(scenario, Runs(20, 7))
         assert record.committed_feasible.any() or record.committed_infeasible.any(), name
         assert (record.bits_sent > 0).all()

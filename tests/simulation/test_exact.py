@@ -12,6 +12,7 @@ from feasibee.engine import layout, runner, translation
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, dmmd
 
@@ -943,14 +944,14 @@ def test_a_decision_takes_strictly_more_than_the_threshold(count, threshold, lea
 
 
 def test_the_start_counts_as_step_0():
-    alone = simulate_record(Scenario(robots={"count": 1}, run={"steps": 5}), 200, 1, curves=True)
+    alone = simulate_record(Scenario(robots={"count": 1}, run={"steps": 5}), Runs(200, 1), curves=True)
     assert (alone.decision_step == 0).all()
     np.testing.assert_array_equal(alone.decision, alone.feasible_count[:, 0])
     assert 60 < alone.decision.sum() < 140
 
 
 def test_a_decision_is_the_first_step_with_enough_robots_of_one_opinion():
-    record = simulate_record(Scenario(run={"steps": 200}), 300, 1, curves=True)
+    record = simulate_record(Scenario(run={"steps": 200}), Runs(300, 1), curves=True)
     reached = (record.feasible_count >= 19) | (record.feasible_count <= 1)
     first = np.where(reached.any(axis=1), reached.argmax(axis=1), -1)
     np.testing.assert_array_equal(record.decision_step, first)

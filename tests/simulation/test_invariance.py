@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 SCENARIOS = {
@@ -21,31 +22,31 @@ def bytes_of(record):
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_threads_and_chunks_change_nothing(name):
-    expected = bytes_of(simulate_record(SCENARIOS[name], 23, 9, curves=True, threads=1, chunk=23))
+    expected = bytes_of(simulate_record(SCENARIOS[name], Runs(23, 9), curves=True, threads=1, chunk=23))
     for threads, chunk in ((1, 1), (2, 1), (2, 7), (3, None), (1, None)):
-        record = simulate_record(SCENARIOS[name], 23, 9, curves=True, threads=threads, chunk=chunk)
+        record = simulate_record(SCENARIOS[name], Runs(23, 9), curves=True, threads=threads, chunk=chunk)
         assert bytes_of(record) == expected, (threads, chunk)
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_any_subset_of_runs_is_the_same(name):
-    whole = simulate_record(SCENARIOS[name], 12, 4, curves=True)
-    part = simulate_record(SCENARIOS[name], 5, 4, first_run=6, curves=True)
+    whole = simulate_record(SCENARIOS[name], Runs(12, 4), curves=True)
+    part = simulate_record(SCENARIOS[name], Runs(5, 4, 6), curves=True)
     assert bytes_of(part) == bytes_of(whole.part(6, 11))
 
 
 def test_curves_change_no_decision():
-    without = simulate_record(SCENARIOS["few"], 10, 4)
+    without = simulate_record(SCENARIOS["few"], Runs(10, 4))
     assert without.feasible_count.shape == (10, 0)
     np.testing.assert_array_equal(
-        without.decision_step, simulate_record(SCENARIOS["few"], 10, 4, curves=True).decision_step
+        without.decision_step, simulate_record(SCENARIOS["few"], Runs(10, 4), curves=True).decision_step
     )
 
 
 def test_stopping_at_the_decision_changes_no_decision():
     going_on = SCENARIOS["stopping"].replace({"run.stop_at_decision": False})
-    stopped = simulate_record(SCENARIOS["stopping"], 50, 8, curves=True)
-    whole = simulate_record(going_on, 50, 8, curves=True)
+    stopped = simulate_record(SCENARIOS["stopping"], Runs(50, 8), curves=True)
+    whole = simulate_record(going_on, Runs(50, 8), curves=True)
     np.testing.assert_array_equal(stopped.decision, whole.decision)
     np.testing.assert_array_equal(stopped.decision_step, whole.decision_step)
     for row, last in enumerate(stopped.decision_step):
@@ -57,7 +58,7 @@ def test_stopping_at_the_decision_changes_no_decision():
 
 def test_seeds_and_runs_differ():
     curves = [
-        simulate_record(SCENARIOS["few"], 2, seed, curves=True).feasible_count[row].tobytes()
+        simulate_record(SCENARIOS["few"], Runs(2, seed), curves=True).feasible_count[row].tobytes()
         for seed in (0, 1, 2**32, 2**64 - 1)
         for row in (0, 1)
     ]
@@ -66,7 +67,7 @@ def test_seeds_and_runs_differ():
 
 def test_a_swarm_looked_at_step_by_step_is_the_simulated_run():
     for scenario in SCENARIOS.values():
-        curve = simulate_record(scenario, 1, 3, first_run=17, curves=True).feasible_count[0]
+        curve = simulate_record(scenario, Runs(1, 3, 17), curves=True).feasible_count[0]
         swarm = Swarm(scenario, seed=3, run=17)
         for count in curve[curve >= 0]:
             assert swarm.feasible_count == count

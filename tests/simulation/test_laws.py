@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm, decision_times
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 RUNS = 2000
@@ -31,7 +32,7 @@ SECTION_5 = [
 
 
 def feasible_share(changes, runs=RUNS, seed=11):
-    record = simulate_record(Scenario().replace(changes), runs, seed)
+    record = simulate_record(Scenario().replace(changes), Runs(runs, seed))
     return (record.decision == 1).mean(), record
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 RUNS = 8000
@@ -46,7 +47,7 @@ def scenario_of(count, strategy, loss=0.0, **decision):
 def rounds_of(count, strategy, loss=0.0, own_vote=True):
     """Return how many hold opinion 1 at the start and after each round: shape (runs, ROUNDS + 1)."""
     record = simulate_record(
-        scenario_of(count, strategy, loss, own_vote=own_vote), RUNS, seed=count, curves=True
+        scenario_of(count, strategy, loss, own_vote=own_vote), Runs(RUNS, count), curves=True
     )
     curves = record.feasible_count
     np.testing.assert_array_equal(curves[:, 1::2], curves[:, :-1:2])  # nobody decides after exploring
@@ -175,7 +176,7 @@ def test_majorities_that_hear_all_are_decided_by_the_start(count):
 def test_the_step_of_absorption_has_its_distribution(count):
     """Catches a share of runs absorbed by some step that is off by 0.03."""
     matrix = transitions(voters(count, 0.0))
-    record = simulate_record(scenario_of(count, "voter"), RUNS, seed=77)
+    record = simulate_record(scenario_of(count, "voter"), Runs(RUNS, 77))
     start = np.array([comb(count, k) for k in range(count + 1)]) / 2**count
     for rounds in range(12):
         absorbed = (start @ np.linalg.matrix_power(matrix, rounds))[[0, -1]].sum()

@@ -17,6 +17,7 @@ import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
@@ -71,7 +72,7 @@ def scenarios() -> Iterator[tuple[str, Scenario]]:
 
 def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2) -> str:
     """Return a hash of all that some runs leave behind."""
-    record = simulate_record(scenario, runs, seed, curves=True, backend=backend)
+    record = simulate_record(scenario, Runs(runs, seed), curves=True, backend=backend)
     text = hashlib.sha256()
     for array in (
         record.decision,

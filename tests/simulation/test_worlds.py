@@ -12,6 +12,7 @@ import pytest
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
 from feasibee.robot.controller import Message
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 Z = 5.3
@@ -40,7 +41,7 @@ def tasks_seen(swarm):
 
 
 def same_record(a, b, runs=20, seed=3):
-    first, second = (simulate_record(each, runs, seed, curves=True) for each in (a, b))
+    first, second = (simulate_record(each, Runs(runs, seed), curves=True) for each in (a, b))
     for name in ("decision", "decision_step", "feasible_count"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
 
@@ -50,7 +51,7 @@ def same_record(a, b, runs=20, seed=3):
 
 def test_the_papers_runs_are_what_they_were_before():
     """Computed with the version of issue 2: catches a new field that changes what it doesn't concern."""
-    record = simulate_record(Scenario(tasks={"count": 10}), 20, 5)
+    record = simulate_record(Scenario(tasks={"count": 10}), Runs(20, 5))
     assert record.decision.tolist() == [1, 0, 1, 1, 0, 1, 1, 0, 1, 1, 1, 0, 1, 0, 1, 1, 0, 1, 1, 0]
     assert record.decision_step.tolist() == [
         *(140, 223, 80, 129, 96, 107, 78, 86, 213, 248),
@@ -121,8 +122,8 @@ def test_tasks_on_the_far_walls_are_tasks(tasks, side):
             "run.steps": 100,
         }
     )
-    engine = simulate_record(scenario, 3, 1, curves=True)
-    plain = simulate_record(scenario, 3, 1, curves=True, backend="reference")
+    engine = simulate_record(scenario, Runs(3, 1), curves=True)
+    plain = simulate_record(scenario, Runs(3, 1), curves=True, backend="reference")
     np.testing.assert_array_equal(engine.feasible_count, plain.feasible_count)
 
 
@@ -157,21 +158,21 @@ def test_stopped_robots_fall_silent_and_deaf_but_are_seen():
     for robot in stopped.robots:
         assert seen[robot.number] == (expected[robot.number] if robot in working else 0)
     faults = {"faults.stopped": 1.0, "arena.side": 4.0}
-    curve = simulate_record(scenario_of({**faults, "run.steps": 50}), 5, 1, curves=True).feasible_count
+    curve = simulate_record(scenario_of({**faults, "run.steps": 50}), Runs(5, 1), curves=True).feasible_count
     assert (curve == 0).all()  # nobody counts
 
 
 def test_nobody_changes_when_all_others_are_silent():
     """15 of 16 stopped from the start: the last one hears nothing, so it keeps its opinion."""
     scenario = scenario_of({"faults.stopped": 15 / 16, "arena.side": 4.0, "run.steps": 300})
-    curve = simulate_record(scenario, 20, 1, curves=True).feasible_count
+    curve = simulate_record(scenario, Runs(20, 1), curves=True).feasible_count
     assert (curve == curve[:, :1]).all()
     assert set(curve[:, 0]) == {0, 1}
 
 
 def test_a_swarm_of_liars_never_decides():
     """The decision is taken over honest robots: catches liars that count, or 0 > 0."""
-    record = simulate_record(scenario_of({"faults.byzantine": 1.0, "arena.side": 4.0}), 50, 1)
+    record = simulate_record(scenario_of({"faults.byzantine": 1.0, "arena.side": 4.0}), Runs(50, 1))
     assert (record.decision == -1).all()
     assert (record.decision_step == -1).all()
 
@@ -203,7 +204,7 @@ def test_what_liars_say(says, count):
         assert abs(said.mean() - 0.5) < Z * 0.5 / math.sqrt(said.size)
     else:
         assert (said == (says == "feasible")).all()
-        record = simulate_record(scenario_of({**lies, **crowded}), 200, 1)
+        record = simulate_record(scenario_of({**lies, **crowded}), Runs(200, 1))
         later = record.decision[
             record.decision_step > 0
         ]  # at the start a few honest ones may agree by chance
@@ -213,7 +214,7 @@ def test_what_liars_say(says, count):
 def test_stubborn_robots_keep_their_opinion():
     """Catches the stubborn that follow; the others do change."""
     scenario = scenario_of({"faults.stubborn": 1.0, "arena.side": 4.0, "run.steps": 300})
-    curve = simulate_record(scenario, 20, 1, curves=True).feasible_count
+    curve = simulate_record(scenario, Runs(20, 1), curves=True).feasible_count
     assert (curve == curve[:, :1]).all()
     swarm = Swarm(scenario_of({"faults.stubborn": 0.5, "arena.side": 4.0}), seed=1)
     first = swarm.opinions
@@ -240,7 +241,7 @@ def test_faults_are_drawn_per_run():
 def test_when_every_message_is_lost_nobody_changes(count):
     """Catches a loss below which something slips through."""
     changes = {"radio.loss": 1.0, "arena.side": 4.0, "robots.count": count, "run.steps": 300}
-    curve = simulate_record(scenario_of(changes), 20, 1, curves=True).feasible_count
+    curve = simulate_record(scenario_of(changes), Runs(20, 1), curves=True).feasible_count
     assert (curve == curve[:, :1]).all()
 
 
@@ -443,5 +444,5 @@ def test_a_skill_that_nobody_has_makes_robots_sure_of_infeasible():
         robots={"classes": [{"name": "a", "count": 20, "skills": ["lift"]}]},
         tasks={"classes": [{"name": "t", "count": 20, "needs": {"scan": 1}}]},
     )
-    record = simulate_record(scenario, 400, 1)
+    record = simulate_record(scenario, Runs(400, 1))
     assert (record.decision == 0).mean() > 0.85  # half of the runs, if all robots were set against all tasks

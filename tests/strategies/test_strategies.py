@@ -10,6 +10,7 @@ from scipy import stats
 
 from feasibee import Scenario
 from feasibee.robot.controller import Controller, Message
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, sketch
 from feasibee.strategies.contract import Inbox, Mind, sent
@@ -314,7 +315,7 @@ def right_by(step, strategy, tasks, **changes):
     scenario = Scenario().replace(
         {"decision.strategy": strategy, "tasks.count": tasks, "run.steps": step, **changes}
     )
-    record = simulate_record(scenario, RUNS, seed=1, curves=True)
+    record = simulate_record(scenario, Runs(RUNS, 1), curves=True)
     right = record.feasible_count if tasks <= 20 else record.infeasible_count
     return (right[:, step] > 18).mean()
 
@@ -344,8 +345,7 @@ def test_a_sketch_takes_at_most_1024_bits_a_message():
 def test_dmvd_decides_rightly_at_ratio_two():
     record = simulate_record(
         Scenario().replace({"decision.strategy": "dmvd", "tasks.count": 10, "run.stop_at_decision": True}),
-        RUNS,
-        seed=1,
+        Runs(RUNS, 1),
     )
     assert (record.decision == 1).mean() >= 0.97
 
@@ -355,7 +355,7 @@ def test_dmvd_decides_rightly_at_ratio_two():
 def test_the_baselines_know_nothing_of_the_tasks(strategy, tasks):
     """Catches a share of feasible off one half by 0.085; at 2 and 200 tasks dmmd's is 0.95 and 0.02."""
     scenario = Scenario().replace({"decision.strategy": strategy, "tasks.count": tasks})
-    decided = simulate_record(scenario, RUNS, seed=2).decision
+    decided = simulate_record(scenario, Runs(RUNS, 2)).decision
     decided = decided[decided >= 0]
     assert decided.size > 0.9 * RUNS
     assert abs((decided == 1).mean() - 0.5) < Z * 0.5 / math.sqrt(decided.size)

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.statistics import paired_difference, pareto
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.comparison import (
     by_contender,
@@ -71,7 +72,7 @@ def test_outcomes_are_those_of_the_runs(outcomes):
     """Right at step t: strictly more than 90 % of the robots hold the truth; recomputed from the curves."""
     for number, tasks in enumerate((10, 30)):
         scenario = SHORT.replace({"tasks.count": tasks, "decision.strategy": "bayes"})
-        record = simulate_record(scenario, 20, 3, first_run=number * 1_000_000, curves=True)
+        record = simulate_record(scenario, Runs(20, 3, number * 1_000_000), curves=True)
         held = record.feasible_count if tasks == 10 else record.infeasible_count
         (found,) = [each for each in outcomes if each.contender == "bayes" and each.tasks == tasks]
         np.testing.assert_array_equal(found.right_at, (held >= 19).sum(axis=0))
@@ -84,7 +85,7 @@ def test_stopped_and_lying_robots_do_not_count():
     scenario = SHORT.replace({"faults.stopped": 0.3, "faults.stop_step": 50, "faults.byzantine": 0.12})
     assert [scenario.counted(step) for step in (0, 49, 50)] == [18, 18, 12]  # 0.12 of 20 rounds to 2
     (found,) = compare({"it": scenario.replace({"tasks.count": 2})}, runs=30)
-    record = simulate_record(scenario.replace({"tasks.count": 2}), 30, 0, curves=True)
+    record = simulate_record(scenario.replace({"tasks.count": 2}), Runs(30, 0), curves=True)
     assert found.right.sum() == (record.feasible_count[:, -1] >= 11).sum()
 
 
@@ -147,7 +148,7 @@ def test_a_paired_difference_is_bonetts_and_prices():
     estimate, low, high = paired_difference(one, other)
     half = 1.959964 * np.sqrt((10 / 32 + 3 / 32 - (7 / 32) ** 2) / 32)
     np.testing.assert_allclose((estimate, low, high), (7 / 30, 7 / 32 - half, 7 / 32 + half), rtol=1e-6)
-    with pytest.raises(ValueError, match="as many of both"):
+    with pytest.raises(ValueError, match="both must have the same number"):
         paired_difference([True], [True, False])
 
 

@@ -187,7 +187,7 @@ def test_a_file_in_the_way_of_the_folder_is_told_before_the_work(tmp_path, monke
     monkeypatch.setattr("feasibee.studies.paper.run_study", work)
     (tmp_path / "file").write_text("mine")
     for out in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(FeasibeeError, match=r"file.*: can't be made"):
+        with pytest.raises(FeasibeeError, match=r"file.*: can't be created"):
             reproduce(out, RUNS, SEED)
     assert (tmp_path / "file").read_text() == "mine"
 

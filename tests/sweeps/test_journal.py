@@ -10,6 +10,7 @@ import subprocess
 import sys
 import zlib
 from contextlib import closing
+from hashlib import sha256
 
 import numpy as np
 import pytest
@@ -18,12 +19,13 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import checksums
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.merging import merge
 from feasibee.sweeps.plan import Point, Until
-from feasibee.sweeps.schema import COLUMNS, FORMAT, LOCK, NAME, SEAL, Entry, Kind
+from feasibee.sweeps.schema import FORMAT, LOCK, NAME, PLACES, SCHEMA, SEAL, Entry, Kind
 from feasibee.sweeps.table import summaries
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
@@ -59,6 +61,11 @@ def rows_of(record):
     )
 
 
+def test_the_tables_are_those_of_their_format():
+    """If this fails, journals on disk can't be read: raise FORMAT, and write down the new digest here."""
+    assert (FORMAT, sha256(SCHEMA.encode()).hexdigest()[:16]) == (3, "6bf15e845bc88af9")
+
+
 def database(folder):
     return closing(sqlite3.connect(folder / NAME, isolation_level=None))
 
@@ -68,7 +75,7 @@ def filled(tmp_path):
     """A folder with a journal of 30 runs."""
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([point()], 7)
-        journal.write([(number, simulate_record(SMALL, 30, 7))])
+        journal.write([(number, simulate_record(SMALL, Runs(30, 7)))])
     return tmp_path
 
 
@@ -80,7 +87,7 @@ def test_what_goes_in_comes_out(tmp_path):
     points = [point(), point({"tasks.count": 9}), point(committing)]
     with Journal(tmp_path, write=True) as journal:
         numbers = journal.add(points, 2**64 - 1)
-        records = [simulate_record(each.scenario, 8, 2**64 - 1, first_run=3, curves=True) for each in points]
+        records = [simulate_record(each.scenario, Runs(8, 2**64 - 1, 3), curves=True) for each in points]
         journal.write(zip(numbers, records, strict=True))
     assert (records[2].commit_step >= 0).any()
     with Journal(tmp_path) as journal:
@@ -101,7 +108,7 @@ def test_what_goes_in_comes_out(tmp_path):
 def test_no_run_is_there_twice(filled):
     with Journal(filled, write=True) as journal:
         before = journal.columns(1)
-        journal.write([(1, simulate_record(SMALL, 40, 7, first_run=10))])
+        journal.write([(1, simulate_record(SMALL, Runs(40, 7, 10)))])
         after = journal.columns(1)
     assert after[:, 0].tolist() == list(range(50))
     np.testing.assert_array_equal(after[:30], before)
@@ -109,14 +116,14 @@ def test_no_run_is_there_twice(filled):
 
 def test_a_chunk_that_fails_leaves_nothing(filled):
     def parts():
-        yield 1, simulate_record(SMALL, 5, 7, first_run=30)
+        yield 1, simulate_record(SMALL, Runs(5, 7, 30))
         raise KeyboardInterrupt
 
     with Journal(filled, write=True) as journal:
         with pytest.raises(KeyboardInterrupt):
             journal.write(parts())
         assert len(journal.columns(1)) == 30
-        journal.write([(1, simulate_record(SMALL, 5, 7, first_run=30))])
+        journal.write([(1, simulate_record(SMALL, Runs(5, 7, 30)))])
         assert len(journal.columns(1)) == 35
 
 
@@ -125,7 +132,7 @@ def test_what_is_missing(tmp_path):
         (number,) = journal.add([point()], 0)
         assert journal.missing(number, 10, False) == [(0, 10)]
         for first, runs, curves in ((2, 3, True), (5, 1, False), (8, 1, False)):
-            journal.write([(number, simulate_record(SMALL, runs, 0, first_run=first, curves=curves))])
+            journal.write([(number, simulate_record(SMALL, Runs(runs, 0, first), curves=curves))])
         assert journal.missing(number, 12, False) == [(0, 2), (6, 8), (9, 12)]
         assert journal.missing(number, 9, False) == [(0, 2), (6, 8)]
         assert journal.missing(number, 5, False) == [(0, 2)]
@@ -136,7 +143,7 @@ def test_right_decisions_are_counted_by_the_truth(tmp_path):
     feasible, infeasible = point({"tasks.count": 2}), point({"tasks.count": 9})
     with Journal(tmp_path, write=True) as journal:
         numbers = journal.add([feasible, infeasible], 0)
-        records = [simulate_record(each.scenario, 60, 0) for each in (feasible, infeasible)]
+        records = [simulate_record(each.scenario, Runs(60, 0)) for each in (feasible, infeasible)]
         journal.write(zip(numbers, records, strict=True))
         expected = [int((records[0].decision == 1).sum()), int((records[1].decision == 0).sum())]
         assert min(expected) > 0
@@ -178,7 +185,7 @@ def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
     before = Point({}, SMALL.replace({"decision.strategy": str(own)}))
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([before], 0)
-        journal.write([(number, simulate_record(SMALL, 3, 0))])  # any runs will do
+        journal.write([(number, simulate_record(SMALL, Runs(3, 0)))])  # any runs will do
     code = """
 import sys
 from pathlib import Path
@@ -235,12 +242,12 @@ def test_taking_over_another_journal(filled, tmp_path):
         other.mkdir()
         with Journal(other, write=True) as journal:
             second, first = journal.add([point({"tasks.count": 9}), point()], 7)
-            journal.write([(first, simulate_record(SMALL, 20, 7, first_run=20 + 20 * number, curves=True))])
-            journal.write([(second, simulate_record(SMALL.replace({"tasks.count": 9}), 5, 7))])
+            journal.write([(first, simulate_record(SMALL, Runs(20, 7, 20 + 20 * number), curves=True))])
+            journal.write([(second, simulate_record(SMALL.replace({"tasks.count": 9}), Runs(5, 7)))])
     with Journal(filled, write=True) as journal:
         assert [merge(journal, [other]) for other in others for _ in range(2)] == [15, 0, 20, 0]
         assert [row.values for row in journal.points] == [{}, {"tasks.count": 9}]
-        np.testing.assert_array_equal(journal.columns(1), rows_of(simulate_record(SMALL, 60, 7)))
+        np.testing.assert_array_equal(journal.columns(1), rows_of(simulate_record(SMALL, Runs(60, 7))))
         assert [run for run, *_ in journal.curves(1)] == list(range(20, 60))
 
 
@@ -252,7 +259,7 @@ def other_journal(folder, statement=None, curves=False):
     folder.mkdir()
     with Journal(folder, write=True) as journal:
         (number,) = journal.add([point()], 7)
-        journal.write([(number, simulate_record(SMALL, 20, 7, first_run=20, curves=curves))])
+        journal.write([(number, simulate_record(SMALL, Runs(20, 7, 20), curves=curves))])
     if statement:
         with database(folder) as other:
             other.execute(statement)
@@ -290,7 +297,7 @@ def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, cha
     (line,) = told.stderr.splitlines()
     assert line.startswith("feasibee: point 1, seed 7, run 25: ")
     here, there = re.search(named.format(filled, bad), line).groups()
-    assert int(here) == int(Journal(filled).columns(1)[25, 1 + COLUMNS.split(", ").index(changed.split()[0])])
+    assert int(here) == int(Journal(filled).columns(1)[25, PLACES[changed.split()[0]]])
     assert here != there
     assert state(filled) == before
     told = CliRunner().invoke(main, ["merge", str(filled), str(good)])
@@ -333,7 +340,7 @@ def test_a_curve_that_differs_is_named(tmp_path):
 
 def test_what_is_computed_again_must_be_the_same(filled):
     """As when curves are asked for later."""
-    record = simulate_record(SMALL, 30, 7, curves=True)
+    record = simulate_record(SMALL, Runs(30, 7), curves=True)
     before = state(filled)
     with Journal(filled, write=True) as journal:
         record.account[3, 0] += 1
@@ -354,7 +361,7 @@ def test_a_second_writer_is_refused_and_readers_arent(filled):
             Journal(filled, write=True)
         with Journal(filled) as reader:
             assert len(reader.columns(1)) == 30
-            journal.write([(1, simulate_record(SMALL, 5, 7, first_run=30))])
+            journal.write([(1, simulate_record(SMALL, Runs(5, 7, 30)))])
             assert len(reader.columns(1)) == 35
     Journal(filled, write=True).close()
 

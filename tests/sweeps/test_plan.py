@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.scenario import scenario as scenario_module
 from feasibee.sweeps.plan import POINTS_LIMIT, Study, Until
 
 STRATEGY = """
@@ -424,7 +426,7 @@ def test_a_problem_of_the_common_scenario_is_told_once_with_its_file(study, tmp_
         ("tasks.count;radio.loss\n3;0,5\n", "must be separated by commas"),
         ("tasks.count\tradio.loss\n3\t0\n", "must be separated by commas"),
         (f"tasks.count\n{'1' * 200_000}\n", "not CSV: field larger"),
-        ("tasks.count\n\xff\n".encode("latin-1"), "not UTF-8 text"),
+        ("tasks.count\n\xff\n".encode("latin-1"), "it isn't UTF-8 text"),
         (None, "can't be read: No such file"),
     ],
 )
@@ -456,5 +458,29 @@ def test_a_study_that_isnt_there(tmp_path):
     with pytest.raises(FeasibeeError, match=r"nope\.toml: can't be read: No such file"):
         Study.read(tmp_path / "nope.toml")
     (tmp_path / "latin.toml").write_bytes(b'file = "\xff"')
-    with pytest.raises(FeasibeeError, match=r"latin\.toml: can't be read: not UTF-8 text"):
+    with pytest.raises(FeasibeeError, match=r"latin\.toml: can't be read: it isn't UTF-8 text"):
         Study.read(tmp_path / "latin.toml")
+
+
+def test_a_point_is_validated_once_and_dumped_twice(study, monkeypatch):
+    """Once to change the base, once to compute the hash, which the journal asks for again."""
+    text = '[sweep]\n"tasks.count" = {range = [1, 50, 1]}\n"radio.loss" = [0.0, 0.1]\n'
+    study(text)  # what is computed once per process
+    counts = dict.fromkeys(("conflicts", "model_dump", "hash_of"), 0)
+
+    def count(owner, name):
+        original = getattr(owner, name)
+
+        def counted(*given, **options):
+            counts[name] += 1
+            return original(*given, **options)
+
+        monkeypatch.setattr(owner, name, counted)
+
+    count(scenario_module, "conflicts")
+    count(scenario_module, "hash_of")
+    count(BaseModel, "model_dump")
+    points = study(text).points
+    hashes = {point.scenario.hash for point in points}
+    assert len(hashes) == 100
+    assert counts == {"conflicts": 101, "model_dump": 200, "hash_of": 100}  # the base is validated, too

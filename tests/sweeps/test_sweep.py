@@ -25,6 +25,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, wilson
 from feasibee.cli import main
 from feasibee.results.statistics import confidence_sequence
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors, pace
 from feasibee.sweeps import sweep as sweeping
@@ -122,7 +123,7 @@ def test_the_journal_holds_what_a_simulation_gives(whole):
     with Journal(whole) as journal:
         assert [row.values for row in journal.points] == [point.values for point in plan.points]
         for row, point in zip(journal.points, plan.points, strict=True):
-            record = simulate_record(point.scenario, 24, 5, curves=True)
+            record = simulate_record(point.scenario, Runs(24, 5), curves=True)
             columns = journal.columns(row.id)
             np.testing.assert_array_equal(columns[:, 0], np.arange(24))
             np.testing.assert_array_equal(columns[:, 1], record.decision)
@@ -997,7 +998,7 @@ def test_an_export_lies_beside_the_journal(results, kind, name):
 
 @pytest.mark.parametrize("words", [["a.nc", "--to", "csv"], ["a.csv", "--to", "parquet"], ["a.txt"], ["a"]])
 def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, words):
-    assert f"{words[0]}: unknown kind of file; end it with ." in refused(
+    assert f"{words[0]}: unknown file format; end the name with ." in refused(
         "export", results, "--out", tmp_path / words[0], *words[1:]
     )
     assert list(tmp_path.iterdir()) == []
@@ -1062,7 +1063,7 @@ def test_figures(results, tmp_path, arguments, suffix):
         (("--x", "tasks.count", "--hue", "nope"), "nope: isn't a field"),
         (("--x", "tasks.count", "--y", "tasks.classes.0"), "tasks.classes.0: isn't a field"),
         (("--x", "tasks.count", "--hue", "robots.count", "--y", "run.steps"), "leave one of them out"),
-        (("--x", "tasks.count", "--out", "figure.gif"), "end it with .png, .pdf or .svg"),
+        (("--x", "tasks.count", "--out", "figure.gif"), "end the name with .png, .pdf or .svg"),
         ((), "--x"),
     ],
 )

@@ -105,7 +105,7 @@ def _parse_change(change: str) -> tuple[str, Any]:
 
 def keep_matplotlib_in_cache() -> None:
     """Let matplotlib write its list of fonts to the cache folder, not to the user's home."""
-    from feasibee.cache import cache_root, own_folder
+    from feasibee.files.cache import cache_root, own_folder
 
     with suppress(FeasibeeError):  # then matplotlib uses a temporary folder
         own_folder(cache_root())

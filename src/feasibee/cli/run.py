@@ -69,21 +69,15 @@ def run(
       feasibee run mine.toml --plot mine.png --save mine.nc
       feasibee run mine.toml --runs 1000 --save mine.csv
     """
+    from feasibee.scenario.runs import Runs
     from feasibee.simulation.ensemble import simulate_record
 
     more = () if steps is None else (f"run.steps={steps}",)
+    wanted = Runs(runs, seed, first_run)
     scenario = read_scenario(file, (*changes, *more))
     curves = _check_outputs(save, plot)
     with progress("Simulating") as advance:
-        record = simulate_record(
-            scenario,
-            runs,
-            seed,
-            first_run=first_run,
-            curves=curves,
-            threads=threads,
-            progress=advance,
-        )
+        record = simulate_record(scenario, wanted, curves=curves, threads=threads, progress=advance)
     if save or plot:
         keep_matplotlib_in_cache()
         _write_results(record, scenario, seed, save, plot)
@@ -108,9 +102,9 @@ def _check_outputs(save: Path | None, plot: Path | None) -> bool:
 def _write_results(
     record: Record, scenario: Scenario, seed: int, save: Path | None, plot: Path | None
 ) -> None:
-    from feasibee.results.dataset import label, save_results
+    from feasibee.results.dataset import save_results, to_dataset
 
-    dataset = label(record, scenario, seed)
+    dataset = to_dataset(record, scenario, seed)
     if save is not None:
         save_results(dataset, save)
     if plot is not None:

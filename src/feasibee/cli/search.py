@@ -75,7 +75,7 @@ def tune(
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
-    from feasibee.scenario.runs import check_numbers
+    from feasibee.scenario.runs import Runs
     from feasibee.studies.space import dimensions
     from feasibee.studies.tuning import draw_search
     from feasibee.studies.tuning import tune as search
@@ -83,7 +83,7 @@ def tune(
     more = () if within is None else (f"run.steps={within}",)
     scenario = read_scenario(file, (*changes, *more))
     space = dimensions(scenario, over)
-    check_numbers(10 * runs, seed)
+    Runs(10 * runs, seed)  # raises before the folder is made
     picture = make_folder(out) / "tune.png"
     check_figure("--out", picture)
     with progress("Tuning") as advance:

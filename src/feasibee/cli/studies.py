@@ -79,13 +79,12 @@ def compare(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
-    from feasibee.scenario.runs import check_numbers, first_run_of
+    from feasibee.scenario.runs import Runs
     from feasibee.studies.comparison import TASKS, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
 
     scenario = read_scenario(file, changes)
-    first_run_of(0, runs)
-    check_numbers(runs, seed)
+    Runs.of_point(0, runs, seed)  # raises before the folder is made
     numbers = tasks or (() if scenario.tasks.classes or scenario.tasks.points else TASKS)
     contenders = contenders_of(scenario, strategies, presets)
     for number in tasks:

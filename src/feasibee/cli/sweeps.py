@@ -112,13 +112,13 @@ def _sweep(
     from dataclasses import replace
 
     from feasibee.files import make_folder
-    from feasibee.scenario.runs import check_numbers
+    from feasibee.scenario.runs import Runs
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.sweep import sweep as run_sweep
 
     plan = Study.read(study)
     if runs is not None:
-        plan = replace(plan, runs=check_numbers(runs, plan.seed)[0])
+        plan = replace(plan, runs=Runs(runs, plan.seed).count)
     make_folder(out)
     if log is not None:
         check_log(log)

@@ -88,7 +88,7 @@ def _catalogue(
 ) -> Catalogue:
     """Return the catalogue of a scenario or of a sweep's folder."""
     from feasibee.live.catalogue import Catalogue, read_catalogue
-    from feasibee.scenario.runs import check_numbers
+    from feasibee.scenario.runs import Runs
 
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):
@@ -96,8 +96,8 @@ def _catalogue(
         catalogue = read_catalogue(source, pick, trust)
         _print_kept_texts(catalogue, trust)
         return catalogue
-    _, seed, run = check_numbers(1, seed or 0, run or 0, "run")
-    return Catalogue(read_scenario(source, changes), seed, run, source.name if source else "")
+    one = Runs.single(seed or 0, run or 0)
+    return Catalogue(read_scenario(source, changes), one.seed, one.first, source.name if source else "")
 
 
 def _print_kept_texts(catalogue: Catalogue, trust: bool) -> None:

@@ -17,7 +17,7 @@ import numpy
 from numba.core import compiler, serialize
 from numba.core.typeinfer import register_dispatcher
 
-from feasibee.cache import cache_root, own_folder, read_sealed, write_sealed
+from feasibee.files.cache import cache_root, own_folder, read_sealed, write_sealed
 
 CompileResult: Any = compiler.CompileResult
 dumps: Any = serialize.dumps
@@ -137,7 +137,13 @@ def cache_folder() -> Path:
     """
     package = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    shared = ("model/codes.py", "model/purposes.py", "model/record.py", "strategies/contract.py")
+    shared = (
+        "model/codes.py",
+        "model/outcomes.py",
+        "model/purposes.py",
+        "model/record.py",
+        "strategies/contract.py",
+    )
     for source in (*sorted(package.glob("engine/*.py")), *(package / name for name in shared)):
         digest.update(source.name.encode())
         digest.update(source.read_bytes())

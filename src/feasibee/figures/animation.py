@@ -17,11 +17,11 @@ from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.frames import DARK, LIGHT, Painter, frame
-from feasibee.files import check_output, whole_file
+from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
-from feasibee.scenario.runs import check_numbers, whole
+from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import check_progress, check_scenario, pair, simulate_record
+from feasibee.simulation.ensemble import check_progress, check_scenario, check_span, simulate_record
 from feasibee.simulation.swarm import Swarm
 
 __all__ = ["animate", "frame"]
@@ -85,9 +85,9 @@ def animate(
     """
     path, scenario = Path(path), check_scenario(scenario)
     check_progress(progress)
-    _, seed, run = check_numbers(1, seed, run, "run")
+    one = Runs.single(seed, run)
     _check(path, every, fps, size)
-    start, end = _span(scenario, seed, run, steps)
+    start, end = _span(scenario, one, steps)
     shown = range(end, end + 1) if path.suffix.lower() == ".png" else range(start, end + 1, every)
     if len(shown) > FRAMES_LIMIT:
         raise FeasibeeError(
@@ -95,8 +95,8 @@ def animate(
             f"show fewer steps, or every {-(-len(shown) * every // FRAMES_LIMIT)}th"
         )
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
-    frames = _frames(scenario, seed, run, (start, shown[-1]), shown, size, dark, progress)
-    with whole_file(path) as temporary:
+    frames = _frames(scenario, one, (start, shown[-1]), shown, size, dark, progress)
+    with atomic_write(path) as temporary:
         write[path.suffix.lower()](temporary, frames, len(shown), fps)
 
 
@@ -108,7 +108,7 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
         ("size", size, 240, 4096),
         ("every", every, 1, 10**9),
     ):
-        whole(name, value, low, high)
+        check_integer(name, value, low, high)
     if suffix == ".mp4":
         _ffmpeg(path)
     if suffix == ".gif" and fps not in GIF_RATES:
@@ -117,16 +117,16 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
         raise FeasibeeError(f"fps = {fps}: {rule}; choose one, or write .mp4 or .webp")
 
 
-def _span(scenario: Scenario, seed: int, run: int, steps: tuple[int, int] | None) -> tuple[int, int]:
+def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple[int, int]:
     """Return the first and the last step to show."""
     last = scenario.run.steps
     if steps is not None:
-        start, end = pair("steps", steps)
+        start, end = check_span("steps", steps)
         if end > last:
             rule = f"must lie between 0 and run.steps = {last}"
             raise FeasibeeError(f"steps = {start}:{end}: {rule}; choose others")
         return start, end
-    record = simulate_record(scenario, 1, seed, first_run=run)
+    record = simulate_record(scenario, run)
     decided = int(record.decision_step[0])
     return 0, last if record.decision[0] == UNDECIDED else min(
         last, decided + max(AFTER_DECISION, decided // 4)
@@ -135,8 +135,7 @@ def _span(scenario: Scenario, seed: int, run: int, steps: tuple[int, int] | None
 
 def _frames(
     scenario: Scenario,
-    seed: int,
-    run: int,
+    run: Runs,
     span: tuple[int, int],
     shown: range,
     size: int,
@@ -144,7 +143,7 @@ def _frames(
     progress: Callable[[float], None] | None,
 ) -> Iterator[Image.Image]:
     """Play the run and draw its frames, one at a time."""
-    swarm = Swarm(scenario, seed, run)
+    swarm = Swarm(scenario, run.seed, run.first)
     painter = Painter(scenario, swarm.tasks, size, dark, span)
     for step in shown:
         swarm.advance(step - swarm.step)

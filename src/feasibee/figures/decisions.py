@@ -18,7 +18,7 @@ from feasibee.figures.style import MARKERS, STYLE, axes_for
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
-from feasibee.scenario.runs import whole
+from feasibee.scenario.runs import check_integer
 
 
 def plot_opinions(
@@ -46,7 +46,7 @@ def plot_opinions(
     scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
     if not named or any("feasible_count" not in dataset for dataset in named.values()):
         raise FeasibeeError("the results have no curves; simulate with curves=True")
-    until = None if until is None else whole("until", until, 1, 2**31)
+    until = None if until is None else check_integer("until", until, 1, 2**31)
     bands = {
         str(name): opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
         for name, dataset in named.items()

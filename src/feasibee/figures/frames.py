@@ -14,9 +14,9 @@ from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.geometry import images
-from feasibee.scenario.runs import whole
+from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import pair
+from feasibee.simulation.ensemble import check_span
 from feasibee.simulation.swarm import Swarm
 
 DRAWN = 2
@@ -72,8 +72,8 @@ def frame(
     """
     if not isinstance(swarm, Swarm):
         raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
-    size = whole("size", size, 24, 8192)
-    span = None if span is None else pair("span", span)
+    size = check_integer("size", size, 24, 8192)
+    span = None if span is None else check_span("span", span)
     return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm)
 
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import FIGURES, check_output, whole_file
+from feasibee.files import FIGURES, atomic_write, check_output
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
 STYLE: dict[Any, Any] = {
@@ -43,7 +43,7 @@ def save_figure(drawn: Figure, path: str | Path) -> None:
     """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
     check_output(path, FIGURES)
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
-    with whole_file(path) as temporary, style.context("default"), rc_context(STYLE):
+    with atomic_write(path) as temporary, style.context("default"), rc_context(STYLE):
         drawn.savefig(temporary, metadata=metadata)
 
 

@@ -1,12 +1,11 @@
-"""What the page and the server say to each other.
+"""The messages between page and server.
 
-The page sends JSON, which is checked here. The server answers in JSON, and with binary frames: little-endian,
-a header of `HEADER` and then arrays, which the page reads without copying.
+The page sends JSON, which is validated here. The server answers in JSON and in binary messages, whose layout
+is in `feasibee.live.layout`.
 """
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable
 from typing import Annotated, Any, Final, Literal
 
@@ -14,19 +13,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
-from feasibee.simulation.swarm import Swarm
+from feasibee.live.layout import FRAME, TASKS
+from feasibee.simulation.swarm import FLAGS, Swarm
 
-PROTOCOL: Final = 1
-"""Raised whenever a page of another version couldn't read what the server sends."""
 MESSAGE_LIMIT: Final = 16 * 1024
 """Most bytes of a message of the page."""
-FRAME, TASKS = 1, 2
-HEADER: Final = struct.Struct("<BBHIIIiibbHIIIIIIQ")
-"""Protocol, kind, generation, robots, step; first step of the counts, and how many steps they have; step of
-the first decision, decision now, first decision, padding; then how many are feasible, infeasible, counted,
-disseminating, working and committed; and the bits sent."""
-TASKS_HEADER: Final = struct.Struct("<BBHI")
-"""Protocol, kind, generation, tasks."""
 
 
 class _Message(BaseModel):
@@ -87,36 +78,28 @@ def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
     shown = swarm.snapshot()
     decision, decision_step = swarm.first_decision
     feasible, infeasible = swarm.feasible_counts[first:], swarm.infeasible_counts[first:]
-    marks = np.bincount(shown.marks, minlength=256)
-    having = [int(marks[np.arange(256) >> bit & 1 == 1].sum()) for bit in range(8)]
-    header = HEADER.pack(
-        PROTOCOL,
-        FRAME,
-        generation & 0xFFFF,
-        swarm.scenario.robots.count,
-        swarm.step,
-        first,
-        feasible.size,
-        decision_step,
-        swarm.decision,
-        decision,
-        0,
-        swarm.feasible_count,
-        swarm.infeasible_count,
-        having[4],
-        having[2],
-        having[5],
-        having[3],
-        swarm.bits_sent,
-    )
-    arrays = (feasible.astype("<i4"), infeasible.astype("<i4"), shown.x.astype("<u2"), shown.y.astype("<u2"))
-    return b"".join(
-        [header, *(each.tobytes() for each in arrays), shown.heading.tobytes(), shown.marks.tobytes()]
+    bits = np.bincount(shown.flags, minlength=256)
+    having = {name: int(bits[np.arange(256) >> bit & 1 == 1].sum()) for bit, name in enumerate(FLAGS)}
+    return FRAME.encode(
+        generation=generation & 0xFFFF,
+        robots=swarm.scenario.robots.count,
+        step=swarm.step,
+        first=first,
+        length=feasible.size,
+        decision_step=decision_step,
+        decision=swarm.decision,
+        first_decision=decision,
+        feasible=swarm.feasible_count,
+        infeasible=swarm.infeasible_count,
+        **{name: having[name] for name in ("counted", "disseminating", "working", "committed")},
+        bits=swarm.bits_sent,
+        feasible_counts=feasible,
+        infeasible_counts=infeasible,
+        **shown._asdict(),
     )
 
 
 def encode_tasks(swarm: Swarm, generation: int) -> bytes:
     """Encode the positions of the tasks."""
     x, y = swarm.task_places()
-    header = TASKS_HEADER.pack(PROTOCOL, TASKS, generation & 0xFFFF, x.size)
-    return header + x.astype("<u2").tobytes() + y.astype("<u2").tobytes()
+    return TASKS.encode(generation=generation & 0xFFFF, count=x.size, x=x, y=y)

@@ -27,7 +27,8 @@ from feasibee.errors import FeasibeeError
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.connections import Connection, Once, log_config
 from feasibee.live.guard import Guard, check_host, is_loopback
-from feasibee.live.messages import MESSAGE_LIMIT, PROTOCOL, Advance, Open, problems_of, read
+from feasibee.live.layout import PROTOCOL
+from feasibee.live.messages import MESSAGE_LIMIT, Advance, Open, problems_of, read
 from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, RunRequest, Session, request_of
 from feasibee.simulation.loading import compilation
 

@@ -1,1 +1,1 @@
-"""The words, numbers and records that every other room agrees on: codes, purposes of draws, outcomes."""
+"""Definitions shared by all other packages: codes, purposes of draws, outcomes and records."""

@@ -1,4 +1,4 @@
-"""The words and numbers that every part of feasibee agrees on."""
+"""Codes of opinions, decisions and phases, limits, and colours, shared by the whole package."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Final
 
 MODEL_VERSION: Final = 1
-"""Raised whenever the same scenario and seed would give other results."""
+"""Version of the model; raise it whenever the same scenario and seed give other results."""
 
 # Opinions, and the decision of a swarm (model.md 4.1, 4.7).
 INFEASIBLE: Final = 0
@@ -20,19 +20,21 @@ EXPLORING: Final = 0
 DISSEMINATING: Final = 1
 
 ATTEMPTS: Final = 256
-"""How often a place is drawn before a thing is put where there is room for sure."""
+"""Number of random positions that are tried before a place with room is computed instead."""
 
 LONGEST: Final = 2**30
-"""Steps that are drawn for a phase at most: a strategy of one's own may ask for any number."""
+"""Longest duration of a phase in steps; a user's strategy may return any mean."""
 
 SEED_LIMIT: Final = 2**64
+"""Seeds are smaller than this."""
 RUN_LIMIT: Final = 2**32
+"""Numbers of runs are smaller than this."""
 
 
 def exact(value: float) -> Fraction:
-    """Return the decimal number that a person wrote, exactly: ``0.7`` is 7/10.
+    """Return the decimal number that a user wrote, exactly: ``0.7`` is 7/10.
 
-    The float nearest to 0.7 is a little less, so that 7 of 10 robots would pass for "more than 70 %".
+    The float nearest to 0.7 is slightly smaller, so with floats 7 of 10 robots would be "more than 70 %".
 
     Parameters
     ----------
@@ -47,6 +49,6 @@ def exact(value: float) -> Fraction:
     return Fraction(repr(value))
 
 
-# Okabe and Ito's colours, for colour-blind people too.
+# Okabe and Ito's palette, which colour-blind people can tell apart.
 COLOURS: Final = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 TASK: Final = "#E69F00"

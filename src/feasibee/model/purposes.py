@@ -1,10 +1,10 @@
-"""What each random number is for: the last word of its Philox counter."""
+"""Purposes of random numbers: the last word of each draw's Philox counter."""
 
 from __future__ import annotations
 
 from typing import Final
 
-# What a random number is for: the last word of its Philox counter. Append only; never renumber.
+# Append only, never renumber: other numbers give other results.
 PLACE_ROBOT: Final = 0  # words 0, 1: x, y
 PLACE_TASK: Final = 1  # words 0, 1: x, y
 FIRST_OPINION: Final = 2  # word 0: its top bit
@@ -14,19 +14,19 @@ CENTRE_ROBOT: Final = 5  # words 0, 1: x, y of a cluster's centre
 CENTRE_TASK: Final = 6
 CLUSTER_ROBOT: Final = 7  # word 0: which cluster
 CLUSTER_TASK: Final = 8
-SCATTER_ROBOT: Final = 9  # all words: an offset from a centre, twelve for x and twelve for y
+SCATTER_ROBOT: Final = 9  # all words: the offset from a centre, twelve summands for x and twelve for y
 SCATTER_TASK: Final = 10
-SITE: Final = 11  # word 0: a shuffle of the robots over a lattice
-FAULT: Final = 12  # word 0: a shuffle that says which robots are faulty
+SITE: Final = 11  # word 0: shuffles the robots over a lattice
+FAULT: Final = 12  # word 0: shuffles the robots to choose the faulty ones
 MISS_ROBOT: Final = 13  # word 0; of (observer, thing)
 MISS_TASK: Final = 14
-FALSE_ROBOT: Final = 15  # word 0: how many are seen falsely
+FALSE_ROBOT: Final = 15  # word 0: number of false sightings
 FALSE_TASK: Final = 16
 FALSE_ROBOT_CLASS: Final = 17  # word 0; of (observer, number of the sighting)
 FALSE_TASK_CLASS: Final = 18
 LOSS: Final = 19  # word 0; of (receiver, sender)
-LIE: Final = 20  # word 0: its top bit is what a random liar says
-IDENTITY: Final = 21  # word 0: a robot's random id; word 1: the hash of a robot, a task or a liar's invention
+LIE: Final = 20  # word 0: its top bit is the opinion that a random Byzantine robot broadcasts
+IDENTITY: Final = 21  # word 0: a robot's random id; word 1: the hash of a robot, a task or an invented thing
 PURPOSES: Final = (
     "PLACE_ROBOT",
     "PLACE_TASK",
@@ -52,4 +52,4 @@ PURPOSES: Final = (
     "IDENTITY",
 )
 PAIR: Final = 256
-"""A draw about a pair has purpose + PAIR * (number of the second): the fourth word tells both."""
+"""A draw about a pair has the last word purpose + PAIR * (number of the second)."""

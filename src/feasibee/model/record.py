@@ -1,21 +1,33 @@
-"""What a simulation leaves behind, before it gets labels: plain arrays, one row a run."""
+"""The outcomes of consecutive runs as plain arrays, one row per run: what engine and reference fill in."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.codes import UNDECIDED
+from feasibee.model.outcomes import (
+    ACCOUNT,
+    BITS_SENT,
+    COMMIT_STEP,
+    COMMITTED_FEASIBLE,
+    COMMITTED_INFEASIBLE,
+    CURVES,
+    OUTCOMES,
+)
 
-BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE = range(4)
-"""Columns of `Record.account`."""
+__all__ = ["BITS_SENT", "COMMITTED_FEASIBLE", "COMMITTED_INFEASIBLE", "COMMIT_STEP", "Record"]
+
+COLUMNS = {each.name: number for number, each in enumerate(ACCOUNT)}
 
 
 @dataclass(frozen=True)
 class Record:
-    """The outcome of consecutive runs of one scenario.
+    """The outcomes of consecutive runs of one scenario and seed.
+
+    Each column of ``account`` is also an attribute: ``record.bits_sent`` is a view of int64, shape (runs,).
 
     Parameters
     ----------
@@ -26,12 +38,12 @@ class Record:
     decision_step : int32 array, shape (runs,)
         The first step at which the swarm had decided; -1 if undecided.
     feasible_count : int32 array, shape (runs, steps + 1)
-        Robots with opinion 1 at each step from 0 on, -1 after the end of a run that stopped at its decision;
-        shape (runs, 0) if nobody asked for it.
-    infeasible_count : int32 array
-        Robots with opinion 0, likewise; some strategies know robots without an opinion.
-    account : int64 array, shape (runs, 4)
-        Behind the properties below.
+        Counted robots with opinion 1 at each step from 0 on; -1 after the end of a run. Without curves, the
+        shape is (runs, 0).
+    infeasible_count : int32 array, shape (runs, steps + 1)
+        Counted robots with opinion 0, likewise; with some strategies, robots may have no opinion.
+    account : int64 array, shape (runs, columns)
+        The other outcomes per run: a column for each of `feasibee.model.outcomes.ACCOUNT`.
     """
 
     first_run: int
@@ -43,49 +55,36 @@ class Record:
 
     @classmethod
     def empty(cls, first_run: int, runs: int, curve_length: int) -> Record:
-        """Make room for the outcome of some runs."""
-        return cls(
-            first_run,
-            np.full(runs, UNDECIDED, np.int8),
-            np.full(runs, -1, np.int32),
-            np.full((runs, curve_length), -1, np.int32),
-            np.full((runs, curve_length), -1, np.int32),
-            np.tile(np.array([0, -1, 0, 0], np.int64), (runs, 1)),
-        )
+        """Return a record of runs that are still to be simulated: every outcome has its fill value."""
+        arrays: dict[str, NDArray[Any]] = {
+            each.name: np.full(runs, each.fill, each.dtype) for each in OUTCOMES if each not in ACCOUNT
+        }
+        arrays |= {each.name: np.full((runs, curve_length), each.fill, each.dtype) for each in CURVES}
+        account = np.tile(np.array([each.fill for each in ACCOUNT], np.int64), (runs, 1))
+        return cls(first_run, account=account, **arrays)
+
+    def __getattr__(self, name: str) -> NDArray[np.int64]:
+        if name not in COLUMNS:
+            raise AttributeError(f"a record has no outcome {name!r}")
+        return self.account[:, COLUMNS[name]]
 
     @property
     def runs(self) -> int:
         """Number of runs."""
         return self.decision.size
 
-    @property
-    def bits_sent(self) -> NDArray[np.int64]:
-        """Length of all messages of a run: int64, shape (runs,)."""
-        return self.account[:, BITS_SENT]
-
-    @property
-    def commit_step(self) -> NDArray[np.int64]:
-        """First step at which more than the threshold's share of the robots had committed; -1: never."""
-        return self.account[:, COMMIT_STEP]
-
-    @property
-    def committed_feasible(self) -> NDArray[np.int64]:
-        """Robots committed to *feasible* at the end of each run."""
-        return self.account[:, COMMITTED_FEASIBLE]
-
-    @property
-    def committed_infeasible(self) -> NDArray[np.int64]:
-        """Robots committed to *infeasible* at the end of each run."""
-        return self.account[:, COMMITTED_INFEASIBLE]
-
     def part(self, start: int, stop: int) -> Record:
-        """Return a view of some rows."""
-        rows = slice(start, stop)
+        """Return a view of the rows from ``start`` to before ``stop``."""
         return Record(
-            self.first_run + start,
-            self.decision[rows],
-            self.decision_step[rows],
-            self.feasible_count[rows],
-            self.infeasible_count[rows],
-            self.account[rows],
+            self.first_run + start, **{name: array[start:stop] for name, array in self._arrays().items()}
         )
+
+    def lengthened(self, curve_length: int) -> Record:
+        """Return a copy with longer curves; the new steps have the fill value."""
+        longer = Record.empty(self.first_run, self.runs, curve_length)
+        for name, array in self._arrays().items():
+            getattr(longer, name)[tuple(map(slice, array.shape))] = array
+        return longer
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name != "first_run"}

@@ -22,14 +22,15 @@ from feasibee.reference.identities import Name, Names
 from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
 
-def simulate(scenario: Scenario, runs: int, seed: int, first_run: int = 0, curves: bool = False) -> Record:
-    """Play some runs, one after the other."""
-    record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
-    for row in range(runs):
-        for step, swarm in enumerate(play(scenario, seed, first_run + row)):
+def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
+    """Simulate runs one after the other."""
+    record = Record.empty(runs.first, runs.count, scenario.run.steps + 1 if curves else 0)
+    for row in range(runs.count):
+        for step, swarm in enumerate(play(scenario, runs.seed, runs.first + row)):
             if curves:
                 record.feasible_count[row, step] = swarm.feasible_count
                 record.infeasible_count[row, step] = swarm.infeasible_count

@@ -1,1 +1,1 @@
-"""Outcomes with names and units, and the statistics of decisions."""
+"""Results as labelled datasets with their recipe, and statistics of decisions."""

@@ -1,4 +1,4 @@
-"""Results with names: a Record becomes an xarray.Dataset that carries its recipe."""
+"""Convert records to labelled datasets with their recipe; save them to files and open them again."""
 
 from __future__ import annotations
 
@@ -14,89 +14,52 @@ import numpy as np
 import xarray as xr
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import RESULTS, check_output, is_file, whole_file, write_csv
-from feasibee.model.codes import DECISIONS, MODEL_VERSION
+from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_csv
+from feasibee.model.codes import MODEL_VERSION
+from feasibee.model.outcomes import CURVES, OUTCOMES, Outcome
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
 SIZE_LIMIT = 20 * 2**30
-"""Bytes of results that are opened: two curves of the largest size, and the rest."""
+"""Largest size of results that are opened, in bytes: two curves of the largest size, and the rest."""
 DIGEST = "digest"
-"""The attribute that a saved file has for its digest."""
+"""Name of the attribute with the digest of a saved file."""
 SAVED = "name a file that feasibee saved"
 
 
-def label(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
+def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     """Return a record as a dataset over run and step, with its recipe as JSON in ``attrs["recipe"]``."""
-    meanings = dict(sorted(DECISIONS.items()))
-    flags = {"flag_values": np.array(list(meanings), np.int8), "flag_meanings": " ".join(meanings.values())}
-    runs = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
+    numbers = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
+    coordinates: dict[str, Any] = {"run": ("run", numbers, {"long_name": "number of the run"})}
     data: dict[str, Any] = {
-        "decision": (
-            "run",
-            record.decision,
-            {"long_name": "collective decision of the honest robots that still work", **flags},
-        ),
-        "decision_step": (
-            "run",
-            record.decision_step,
-            {"long_name": "first step at which the swarm had decided; -1: undecided", "units": "step"},
-        ),
+        each.name: ("run", getattr(record, each.name), _attributes(each))
+        for each in OUTCOMES
+        if not each.needs or scenario.get(each.needs) is not None
     }
-    data["bits_sent"] = ("run", record.bits_sent, {"long_name": "length of all messages", "units": "bit"})
-    if scenario.decision.commit is not None:
-        data |= _commitments(record)
-    coordinates: dict[str, Any] = {"run": ("run", runs, {"long_name": "number of the run"})}
-    if record.feasible_count.shape[1]:
-        data["feasible_count"] = (
-            ("run", "step"),
-            record.feasible_count,
-            {
-                "long_name": "honest working robots with opinion 1 (feasible); -1: after the end of the run",
-                "units": "robots",
-            },
-        )
-        data["infeasible_count"] = (
-            ("run", "step"),
-            record.infeasible_count,
-            {
-                "long_name": "honest working robots with opinion 0 (infeasible); -1: after the run's end",
-                "units": "robots",
-            },
-        )
-        steps = np.arange(record.feasible_count.shape[1], dtype=np.int64)
+    length = record.feasible_count.shape[1]
+    if length:
+        data |= {
+            each.name: (("run", "step"), getattr(record, each.name), _attributes(each)) for each in CURVES
+        }
+        steps = np.arange(length, dtype=np.int64)
         coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
-    return xr.Dataset(
-        data, coordinates, {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
-    )
+    about = {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
+    return xr.Dataset(data, coordinates, about)
 
 
-def _commitments(record: Record) -> dict[str, Any]:
-    at_the_end = "honest working robots that have committed to {} at the end"
-    return {
-        "commit_step": (
-            "run",
-            record.commit_step,
-            {"long_name": "first step at which the swarm had committed; -1: it never had", "units": "step"},
-        ),
-        **{
-            f"committed_{name}": (
-                "run",
-                values,
-                {"long_name": at_the_end.format(name), "units": "robots"},
-            )
-            for name, values in (
-                ("feasible", record.committed_feasible),
-                ("infeasible", record.committed_infeasible),
-            )
-        },
-    }
+def _attributes(outcome: Outcome) -> dict[str, Any]:
+    """Return the attributes of an outcome's variable, by the CF conventions."""
+    if not outcome.codes:
+        return {"long_name": outcome.meaning, "units": outcome.unit}
+    codes = dict(sorted(outcome.codes.items()))
+    values = np.array(list(codes), outcome.dtype)
+    return {"long_name": outcome.words, "flag_values": values, "flag_meanings": " ".join(codes.values())}
 
 
 def recipe(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
-    """Return all that is needed to compute a record again, and what computed it."""
+    """Return all that is needed to compute a record again, with the versions that computed it."""
     return {
         "scenario": scenario.to_dict(),
         "scenario_hash": scenario.hash,
@@ -116,47 +79,47 @@ def recipe_of(dataset: xr.Dataset) -> dict[str, Any]:
     """Return the recipe that a dataset carries."""
     if not isinstance(dataset, xr.Dataset):
         raise FeasibeeError(
-            f"results = {quoted(dataset)}: must be a Dataset; take what feasibee.simulate returns"
+            f"results = {quoted(dataset)}: must be a Dataset; use one that feasibee.simulate returned"
         )
     try:
         found = json.loads(dataset.attrs["recipe"])
     except (KeyError, TypeError, ValueError, RecursionError):
         found = None
     if not isinstance(found, dict) or not isinstance(found.get("scenario"), dict):
-        raise FeasibeeError("these aren't results of feasibee: no recipe in the attributes")
+        raise FeasibeeError("results without a recipe in their attributes; use those of feasibee.simulate")
     return found
 
 
 def scenario_of(dataset: xr.Dataset, *, trust: bool = False) -> Scenario:
-    """Return the scenario that a dataset was computed from; nothing of the file is run.
+    """Return the scenario that a dataset was computed from, without running any of its code.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `feasibee.simulate` or `open_results`.
     trust : bool
-        Whether the text of a user's strategy that the dataset keeps may be run, if the scenario is simulated.
-        Without, it runs only if it equals the present file at its path.
+        Whether simulating the scenario may run the text of a user's strategy that the dataset contains. If
+        False, the text runs only if the file at its path has the same text.
     """
     recipe = recipe_of(dataset)
     return Scenario.from_tables(recipe["scenario"], source=recipe.get("strategy_source"), trusted=trust)
 
 
 def save_results(dataset: xr.Dataset, path: str | Path) -> None:
-    """Save results as NetCDF or as CSV: the file is whole or not there.
+    """Save results as NetCDF or CSV; a failed write leaves the previous file, if any.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `feasibee.simulate`.
     path : path
-        Ending with ``.nc`` for NetCDF, which holds everything; or with ``.csv`` for a table with a row a run,
-        without the opinions at each step and without the recipe.
+        Ends with ``.nc`` for NetCDF, which contains everything, or with ``.csv``. A CSV file has a row per
+        run, and neither the opinions at each step nor the recipe.
 
     Raises
     ------
     FeasibeeError
-        If the suffix is another, the dataset isn't of feasibee, or the file can't be written.
+        If the suffix is another, the dataset has no recipe, or the file can't be written.
     """
     kind = check_output(path, RESULTS)
     recipe_of(dataset)
@@ -165,15 +128,15 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
         return
     packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
     sealed = dataset.assign_attrs({DIGEST: _digest(dataset)})
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         sealed.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
 
 
 def _write_runs(dataset: xr.Dataset, path: Path) -> None:
-    """Write a row a run: its number, and what there is of each run."""
+    """Write a row per run: its number and its outcomes."""
     if "run" not in dataset.dims:
         raise FeasibeeError(
-            "the results have no runs to write; save them as they came from feasibee.simulate"
+            "results without the dimension run can't be written as CSV; save the dataset of feasibee.simulate"
         )
     names = ["run", *(str(name) for name, values in dataset.data_vars.items() if values.dims == ("run",))]
     write_csv(path, names, zip(*(dataset[name].values.tolist() for name in names), strict=True))
@@ -185,10 +148,10 @@ def open_results(path: str | Path) -> xr.Dataset:
     Raises
     ------
     FeasibeeError
-        If the file isn't there, isn't NetCDF of feasibee, or isn't as it was saved.
+        If the file is missing, isn't NetCDF saved by feasibee, or was changed or damaged since.
     """
     if not is_file(path):
-        raise FeasibeeError(f"{path}: can't be read as NetCDF: isn't a plain file; {SAVED}")
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: it isn't a plain file; {SAVED}")
     import h5py
 
     try:
@@ -198,25 +161,27 @@ def open_results(path: str | Path) -> xr.Dataset:
             _check_size(opened)
             dataset = opened.load()
         if dataset.attrs.pop(DIGEST, None) != _digest(dataset):
-            raise FeasibeeError(f"isn't as save_results wrote it; {SAVED}")
+            raise FeasibeeError(f"differs from what save_results wrote; {SAVED}")
         return dataset
     except ImportError:
         raise
     except FeasibeeError as error:
         raise FeasibeeError(f"{path}: {error}") from None
-    except Exception as error:  # a damaged file raises whatever the HDF5 library thinks of
+    except Exception as error:  # the HDF5 library raises many kinds of errors for a damaged file
         why = str(error).partition("\n")[0]
         raise FeasibeeError(f"{path}: can't be read as NetCDF: {why}; {SAVED}") from None
 
 
 def _check_size(dataset: xr.Dataset) -> None:
-    """Raise an error for results larger than `simulate` makes: a small file may claim any number of zeros."""
+    """Raise an error for results larger than any of `simulate`: a small file can declare a huge array."""
     if dataset.nbytes > SIZE_LIMIT:
-        raise FeasibeeError(f"it holds {dataset.nbytes / 2**30:.0f} GiB, over {SIZE_LIMIT // 2**30}; {SAVED}")
+        raise FeasibeeError(
+            f"it has {dataset.nbytes / 2**30:.0f} GiB, above the limit of {SIZE_LIMIT // 2**30} GiB; {SAVED}"
+        )
 
 
 def _digest(dataset: xr.Dataset) -> str:
-    """Return the SHA-256 of all values and of the recipe, whatever the order of bytes and of variables."""
+    """Return the SHA-256 of all values and the recipe, independent of byte order and order of variables."""
     text = hashlib.sha256(str(dataset.attrs["recipe"]).encode())
     for name, variable in sorted(dataset.variables.items(), key=lambda each: str(each[0])):
         values = np.ascontiguousarray(variable.values)

@@ -1,4 +1,4 @@
-"""Statistics of decisions: how often, how sure, how soon."""
+"""Statistics of decisions: rates with confidence intervals, paired differences, and times."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE
 
 CONFIDENCE = 0.95
 MOST = 2**53
-"""Runs, robots and steps are no more than this: whole numbers are exact as floats up to here."""
+"""Largest number of runs, robots or steps: whole numbers are exact as floats up to here."""
 
 
 class Interval(NamedTuple):
-    """An estimate and where the truth lies with the confidence asked for."""
+    """An estimate with its confidence interval."""
 
     estimate: float
     low: float
@@ -28,7 +28,7 @@ class Interval(NamedTuple):
 
 
 class DecisionTimes(NamedTuple):
-    """By which step a quarter, half and three quarters of all runs had decided; None: not in time."""
+    """First steps by which a quarter, half and three quarters of all runs had decided; None if never."""
 
     q25: int | None
     median: int | None
@@ -36,26 +36,19 @@ class DecisionTimes(NamedTuple):
 
 
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
-    """Return a rate with its Wilson score interval.
+    """Return a rate with its Wilson score interval, which is never of zero width, even for 0 of 100.
 
     Parameters
     ----------
     successes, trials : int
-        How often it happened, of how many times; at least one trial.
+        Number of successes and of trials, at least one.
     confidence : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    Interval
-        Within [0, 1]; never of zero width, even for 0 of 100.
+        Confidence level, between 0 and 1.
 
     Raises
     ------
-    ValueError
-        If there are no trials, or not 0 <= successes <= trials, or not 0 < confidence < 1.
-    TypeError
-        If they aren't numbers.
+    ValueError, TypeError
+        If there are no trials, or a value is out of its range or no number.
 
     References
     ----------
@@ -81,7 +74,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
 
 
 def decision_counts(decision: ArrayLike) -> dict[str, int]:
-    """Return how many runs decided feasible, decided infeasible, and stayed undecided.
+    """Return the number of runs that decided feasible, decided infeasible, and stayed undecided.
 
     Parameters
     ----------
@@ -91,32 +84,32 @@ def decision_counts(decision: ArrayLike) -> dict[str, int]:
     Raises
     ------
     ValueError
-        If there is anything else in it, or it has not one dimension.
+        If it contains other values, or doesn't have one dimension.
     TypeError
-        If it has no numbers.
+        If it doesn't contain numbers.
     """
     values = _decisions(decision)
     return {name: int((values == code).sum()) for code, name in DECISIONS.items()}
 
 
 def decision_rates(decision: ArrayLike, confidence: float = CONFIDENCE) -> dict[str, Interval]:
-    """Return the shares of the runs that decided each way, with Wilson intervals."""
+    """Return the shares of runs that decided feasible, infeasible or not at all, with Wilson intervals."""
     counts = decision_counts(decision)
     return {name: wilson(count, sum(counts.values()), confidence) for name, count in counts.items()}
 
 
 def decision_times(decision_step: ArrayLike) -> DecisionTimes:
-    """Return the quartiles of the decision step over all runs, undecided ones being later than any step.
+    """Return the quartiles of the decision step over all runs; undecided runs count as later than any step.
 
     Parameters
     ----------
     decision_step : array of int, shape (runs,)
-        -1 for an undecided run: it is censored, not left out.
+        First step of a decision; -1 for an undecided run, which is censored, not left out.
 
     Returns
     -------
     DecisionTimes
-        The first step by which at least that share of all runs had decided.
+        The first step by which at least a quarter, half and three quarters of all runs had decided.
     """
     steps = _whole_numbers("decision_step", decision_step).astype(np.int64)
     if steps.size == 0:
@@ -132,14 +125,14 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
     Parameters
     ----------
     feasible_count : array of int, shape (runs, steps + 1)
-        A run that has ended (-1) keeps its last value.
+        Counts per run and step; after the end of a run (-1), its last value is used.
     robots : int
-        Size of the swarm.
+        Number of robots.
 
     Returns
     -------
     float64 array, shape (3, steps + 1)
-        Lower quartile, median, upper quartile, in per cent.
+        Lower quartile, median and upper quartile, in percent.
     """
     counts = _whole_numbers("feasible_count", feasible_count, dimensions=2)
     robots = _whole("robots", robots)
@@ -155,16 +148,16 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
 
 
 def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE) -> Interval:
-    """Return the share of the runs that decided as the truth, with its Wilson interval.
+    """Return the share of runs with the right decision, with its Wilson interval.
 
     Parameters
     ----------
     decision : array of int, shape (runs,)
         1 feasible, 0 infeasible, -1 undecided, which is never right.
     feasible : bool
-        The truth.
+        Whether the tasks are feasible: the ground truth.
     confidence : float
-        Between 0 and 1.
+        Confidence level, between 0 and 1.
     """
     values = _decisions(decision)
     right = values == (FEASIBLE if _is_true("feasible", feasible) else INFEASIBLE)
@@ -174,48 +167,42 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
 def bits_per_robot_and_step(
     bits_sent: ArrayLike, decision_step: ArrayLike, robots: int, steps: int, stop_at_decision: bool
 ) -> float:
-    """Return the mean bits sent a robot and step, over the steps that the runs lasted.
+    """Return the mean number of bits sent per robot and step, over the steps that the runs lasted.
 
     Parameters
     ----------
     bits_sent, decision_step : array of int, shape (runs,)
-        Of each run; -1 for a decision step that there isn't.
+        Bits sent in each run, and the step of its decision; -1 if undecided.
     robots, steps : int
-        Number of robots, and of steps of a run that goes on to its end.
+        Number of robots, and of steps of a run that doesn't stop early.
     stop_at_decision : bool
-        Whether runs ended at their decision.
+        Whether runs stopped at their decision.
     """
     bits, decided = _whole_numbers("bits_sent", bits_sent), _whole_numbers("decision_step", decision_step)
     robots, steps = _whole("robots", robots), _whole("steps", steps)
     if bits.size != decided.size:
-        raise ValueError(f"{bits.size} and {decided.size} runs: must be as many of both")
+        raise ValueError(f"{bits.size} and {decided.size} runs: both must have the same number")
     stops = _is_true("stop_at_decision", stop_at_decision)
     lasted = np.where(decided >= 0, decided, steps) if stops else np.full(decided.size, steps)
     return _sum(bits) / max(1, robots * _sum(lasted))
 
 
 def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
-    """Return how much more often one thing holds than another in the same runs, with its interval.
+    """Return the share of ``one`` minus that of ``other`` in the same runs, with its adjusted Wald interval.
 
-    Runs in which both hold or neither does tell nothing about the difference, and don't widen the interval
-    as they would if the runs weren't the same.
+    Pairing makes the interval narrower: runs in which both hold or neither holds don't widen it.
 
     Parameters
     ----------
     one, other : array of bool, shape (runs,)
-        Whether each held, run by run.
+        Whether each holds, per run.
     confidence : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    Interval
-        Of the difference of the shares, within [-1, 1].
+        Confidence level, between 0 and 1.
 
     Raises
     ------
     ValueError
-        If there are no runs, or not as many of both.
+        If there are no runs, or the arrays differ in length.
 
     References
     ----------
@@ -230,7 +217,7 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
     """
     first, second = _truths("one", one), _truths("other", other)
     if first.size == 0 or first.shape != second.shape:
-        raise ValueError(f"{first.size} and {second.size} runs: must be as many of both, and at least one")
+        raise ValueError(f"{first.size} and {second.size} runs: both must have the same number, at least 1")
     runs = first.size
     gained, lost = int((first & ~second).sum()), int((second & ~first).sum())
     up, down = (gained + 1) / (runs + 2), (lost + 1) / (runs + 2)
@@ -240,7 +227,7 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
 
 
 def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
-    """Return which choices are best at their cost, from the cheapest on: all others gain less, or cost more.
+    """Return the indices of the Pareto front, from the cheapest choice on: no other gains as much for less.
 
     Examples
     --------
@@ -249,7 +236,9 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     [1, 3, 0]
     """
     if len(costs) != len(gains) or any(map(math.isnan, (*costs, *gains))):
-        raise ValueError(f"{len(costs)} costs and {len(gains)} gains: must be as many numbers of both")
+        raise ValueError(
+            f"{len(costs)} costs and {len(gains)} gains: both must have the same number of numbers"
+        )
     best: list[int] = []
     for place in sorted(range(len(costs)), key=lambda place: (costs[place], -gains[place])):
         if not best or gains[place] > gains[best[-1]]:
@@ -258,23 +247,22 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
 
 
 def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
-    """Return a rate with an interval that stays valid however often one looks at it while trials go on.
+    """Return a rate with an interval that is valid at all numbers of trials at once, for a stopping rule.
 
-    An interval for a fixed number of trials, such as Wilson's, is wrong far more often than it says when it
-    decides when to stop. This one covers the true rate at all times at once with the confidence asked for;
-    it is the set of rates that a test by a mixture of likelihood ratios, Beta(1/2, 1/2), hasn't refuted.
+    Wilson's interval is for a fixed number of trials. This one is the set of rates that a test by a mixture
+    of likelihood ratios, Beta(1/2, 1/2), has not rejected.
 
     Parameters
     ----------
     successes, trials : int
-        How often it happened so far, of how many times.
+        Number of successes and of trials so far.
     confidence : float
-        Between 0 and 1.
+        Confidence level, between 0 and 1, for all numbers of trials together.
 
     Raises
     ------
     ValueError
-        If not 0 <= successes <= trials, or not 0 < confidence < 1.
+        If a value is out of its range.
 
     References
     ----------
@@ -293,25 +281,32 @@ def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDE
     if trials == 0:
         return Interval(math.nan, 0.0, 1.0)
     failures = trials - successes
-    mixture = math.lgamma(successes + 0.5) + math.lgamma(failures + 0.5) - math.lgamma(trials + 1.0)
+    rejected = _rejection(successes, failures, confidence)
+    rate = successes / trials
+    low = 0.0 if successes == 0 else _edge(rejected, 0.0, rate)
+    high = 1.0 if failures == 0 else _edge(rejected, 1.0, rate)
+    return Interval(rate, low, high)
+
+
+def _rejection(successes: int, failures: int, confidence: float) -> Callable[[float], bool]:
+    """Return the test of a rate by a mixture of likelihood ratios: whether it rejects that rate."""
+    mixture = math.lgamma(successes + 0.5) + math.lgamma(failures + 0.5)
+    mixture -= math.lgamma(successes + failures + 1.0)
     bar = mixture - math.log(math.pi) + math.log(1.0 - confidence)
 
-    def refuted(rate: float) -> bool:
+    def rejected(rate: float) -> bool:
         likelihood = successes * math.log(rate) if successes else 0.0
         likelihood += failures * math.log1p(-rate) if failures else 0.0
         return likelihood <= bar
 
-    rate = successes / trials
-    low = 0.0 if successes == 0 else _edge(refuted, 0.0, rate)
-    high = 1.0 if failures == 0 else _edge(refuted, 1.0, rate)
-    return Interval(rate, low, high)
+    return rejected
 
 
-def _edge(refuted: Callable[[float], bool], outer: float, inner: float) -> float:
-    """Return where a refuted rate on one side meets the others, on the refuted side."""
+def _edge(rejected: Callable[[float], bool], outer: float, inner: float) -> float:
+    """Return the limit between rejected rates (outer) and the others, by bisection, on the rejected side."""
     for _ in range(60):
         middle = (outer + inner) / 2
-        if refuted(middle):
+        if rejected(middle):
             outer = middle
         else:
             inner = middle
@@ -319,7 +314,7 @@ def _edge(refuted: Callable[[float], bool], outer: float, inner: float) -> float
 
 
 def _whole(name: str, value: float, most: int = MOST) -> int:
-    """Return a whole number from 0 on, of any library, as an int."""
+    """Validate a whole number of any library from 0 to ``most``; return it as a built-in int."""
     if isinstance(value, float):
         number = int(value) if value.is_integer() else -1
     else:
@@ -333,13 +328,13 @@ def _whole(name: str, value: float, most: int = MOST) -> int:
 
 
 def _counts(successes: int, trials: int) -> tuple[int, int]:
-    """Return how often something happened, of how many times, as ints."""
+    """Validate numbers of successes and trials; return them as built-in ints."""
     trials = _whole("trials", trials)
     return _whole("successes", successes, trials), trials
 
 
 def _z(confidence: float) -> float:
-    """Return how many standard deviations lie on each side of the mean with a confidence."""
+    """Return the quantile of the normal distribution for a two-sided interval of a confidence level."""
     if not isinstance(confidence, float | int | np.number):
         raise TypeError(f"confidence = {quoted(confidence)}: must be a number; 0.95 is usual")
     if not 0 < confidence < 1 or 0.5 + confidence / 2 == 1:
@@ -354,23 +349,23 @@ def _is_true(name: str, value: bool) -> bool:
 
 
 def _whole_numbers(name: str, values: ArrayLike, dimensions: int = 1) -> NDArray[np.signedinteger[Any]]:
-    """Return whole numbers as an array of so many dimensions."""
+    """Validate an array of whole numbers with a number of dimensions; return it as signed integers."""
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{name} = {quoted(values)}: must be whole numbers")
     if array.ndim != dimensions:
-        rule = "a number a run" if dimensions == 1 else "a number a run and step"
+        rule = "one number per run" if dimensions == 1 else "one number per run and step"
         raise ValueError(f"{name} has {array.ndim} dimensions: must have {dimensions}, {rule}")
     if array.dtype.kind in "uf" and array.size and not (np.abs(array) < 2.0**63).all():
         raise ValueError(f"{name}: must be whole numbers of 63 bits")
-    whole = array if array.dtype.kind == "i" else array.astype(np.int64)  # curves take gigabytes: no copy
+    whole = array if array.dtype.kind == "i" else array.astype(np.int64)  # no copy: curves take gigabytes
     if array.dtype.kind == "f" and (whole != array).any():
         raise ValueError(f"{name}: must be whole numbers")
     return whole
 
 
 def _decisions(decision: ArrayLike) -> NDArray[np.signedinteger[Any]]:
-    """Return the decisions of runs."""
+    """Validate an array of decisions: 1, 0 or -1."""
     values = _whole_numbers("decision", decision)
     if values.size and not -1 <= values.min() <= values.max() <= 1:
         raise ValueError("decision: must be 1 feasible, 0 infeasible, or -1 undecided")
@@ -378,14 +373,14 @@ def _decisions(decision: ArrayLike) -> NDArray[np.signedinteger[Any]]:
 
 
 def _truths(name: str, values: ArrayLike) -> NDArray[np.bool_]:
-    """Return what holds and what doesn't."""
+    """Validate an array of truth values; return it as bool."""
     whole = _whole_numbers(name, values)
     if ((whole != 0) & (whole != 1)).any():
-        raise ValueError(f"{name}: must be True or False, run by run")
+        raise ValueError(f"{name}: must be True or False for each run")
     return whole.astype(np.bool_)
 
 
 def _sum(numbers: NDArray[np.signedinteger[Any]]) -> int:
-    """Return the sum of whole numbers, however large: in halves, since 64 bits may not hold it."""
+    """Return the exact sum of whole numbers; halves are summed apart, since 64 bits may overflow."""
     values = numbers.astype(np.int64)
     return (int((values >> 32).sum()) << 32) + int((values & 0xFFFFFFFF).sum())

@@ -1,1 +1,1 @@
-"""What to simulate: fields, their rules, presets, users' strategies, and whether the tasks are feasible."""
+"""Scenarios: fields, rules, presets, users' strategies, ground truth, and which runs to simulate."""

@@ -1,4 +1,4 @@
-"""The rules about several fields of a scenario at once."""
+"""Validate rules that involve several fields of a scenario: each conflict becomes a problem with a remedy."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from feasibee.strategies.contract import Manifest
 
 Explicit = Mapping[str, Mapping[str, Any]]
 Places = Mapping[str, tuple[str, Sequence[int]]]
+Fit = Callable[..., bool]
+"""Returns whether the fields at some paths have valid values."""
 SKILLS = 8
 UNIQUE_LIMIT = 4 * 2**30
-"""Bytes of what all robots of a swarm remember to have seen."""
+"""Largest memory of unique observations of all robots of a swarm, in bytes."""
 KNOWLEDGE_LIMIT = 4 * 2**30
 """Bytes of what all robots of a swarm know and tell, for strategies that pass on knowledge."""
 
@@ -27,38 +29,52 @@ def conflicts(
     wrong: set[str],
     manifest_of: Callable[[str], Manifest],
 ) -> Iterator[Problem]:
-    """Find values that are fine alone but not together.
+    """Yield a problem for each rule about several fields that a scenario breaks.
 
     Parameters
     ----------
     explicit : mapping of sections
-        The raw values laid over the defaults.
+        The raw values with defaults filled in.
     given : mapping
         The raw values alone.
     places : mapping
-        The file of a section's points and the line of each, if there is one.
+        For each section whose points are from a file: the file, and the line of each point.
     wrong : set of str
-        The paths that are wrong by themselves; a rule that needs one of them is left out.
+        Paths with an invalid value; rules that need one of them are skipped.
     manifest_of : callable
-        Gives what the strategy of a name declares.
+        Returns what the strategy of a name declares.
     """
     broken = {".".join(path.split(".")[:2]) for path in wrong}
 
     def fit(*paths: str) -> bool:
-        return not any(path in broken or path.split(".")[0] in broken for path in paths)
+        return not broken or not any(path in broken or path.split(".")[0] in broken for path in paths)
 
-    for section in ("robots", "tasks"):
-        yield from _counts(section, given, explicit, fit)
-    if fit("robots.classes", "tasks.classes"):
-        yield from _skills(explicit)
-    if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
-        yield from _faults(explicit, fit)
+    yield from _swarm_conflicts(explicit, given, fit)
     if fit("decision.inbox", "decision.inbox_size"):
         yield from _inbox(explicit["decision"])
     if fit("decision.strategy"):
         yield from _strategy(explicit, fit, manifest_of(explicit["decision"]["strategy"]))
     if not fit("arena.side", "arena.boundary"):
         return
+    yield from _arena_conflicts(explicit, places, fit)
+    if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
+        yield from _memory(explicit)
+        if fit("decision.strategy"):
+            yield from _knowledge_memory(explicit)
+
+
+def _swarm_conflicts(explicit: Explicit, given: Mapping[str, Any], fit: Fit) -> Iterator[Problem]:
+    """Find conflicts about numbers and classes of robots and tasks."""
+    for section in ("robots", "tasks"):
+        yield from _counts(section, given, explicit, fit)
+    if fit("robots.classes", "tasks.classes"):
+        yield from _skills(explicit)
+    if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
+        yield from _faults(explicit, fit)
+
+
+def _arena_conflicts(explicit: Explicit, places: Places, fit: Fit) -> Iterator[Problem]:
+    """Find conflicts with the size and the boundary of the arena."""
     yield from _reaches(explicit, fit)
     if fit("robots.diameter"):
         yield from _discs(explicit, fit)
@@ -67,20 +83,16 @@ def conflicts(
             yield from _spread(section, explicit)
         if fit(f"{section}.points", f"{section}.placement", "robots.diameter"):
             yield from _points(section, explicit, places)
-    if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
-        yield from _memory(explicit)
-        if fit("decision.strategy"):
-            yield from _knowledge_memory(explicit)
 
 
 def size_of(explicit: Explicit) -> tuple[float, float]:
-    """Return width and height of the arena."""
+    """Return the width and height of the arena."""
     side = explicit["arena"]["side"]
     return tuple(side) if isinstance(side, list | tuple) else (side, side)
 
 
 def total(section: Mapping[str, Any]) -> int:
-    """Return how many robots or tasks there are, whichever way they are given."""
+    """Return the number of robots or tasks, whether given as a count or by classes."""
     classes = section["classes"]
     return sum(_get(each, "count") for each in classes) if classes else section["count"]
 
@@ -94,45 +106,53 @@ def _counts(section: str, given: Mapping[str, Any], explicit: Explicit, fit: Any
     if not isinstance(table, Mapping) or not fit(f"{section}.count", f"{section}.classes"):
         return
     if table.get("classes") and "count" in table:
-        rule = f"can't stand beside [[{section}.classes]]"
-        yield Problem(f"{section}.count", table["count"], rule, "leave it out: the classes have counts")
+        rule = f"can't be combined with [[{section}.classes]]"
+        remedy = f"leave {section}.count out: the classes have counts"
+        yield Problem(f"{section}.count", table["count"], rule, remedy)
         return
     names = [_get(each, "name") for each in explicit[section]["classes"]]
     for name in sorted({name for name in names if names.count(name) > 1}):
-        yield Problem(f"{section}.classes", name, "names a class twice", "give each class a name of its own")
+        yield Problem(
+            f"{section}.classes", name, "is the name of two classes", "give each class its own name"
+        )
     if section == "robots" and table.get("classes") and total(explicit["robots"]) < 1:
-        yield Problem("robots.classes", 0, "must have a robot between them", "raise a count")
+        yield Problem("robots.classes", 0, "must have at least 1 robot together", "set a count to 1 or more")
     points = explicit[section]["points"]
     if explicit[section]["placement"] == "points" and fit(f"{section}.points"):
         count = total(explicit[section])
         counted = "count" in table or table.get("classes")
         if not points:
-            rule = 'must name points when placement is "points"'
+            rule = f'is missing, but {section}.placement is "points"'
             yield Problem(f"{section}.points", "", rule, "name a CSV file of x and y")
         elif counted and count != len(points):
-            rule = f"there are {count} {section}"
-            yield Problem(f"{section}.points", f"{len(points)} points", rule, "give each its point")
+            rule = f"must be as many as {section}, {count}"
+            remedy = f"leave {section}.count out, or give {count} points"
+            yield Problem(f"{section}.points", f"{len(points)} points", rule, remedy)
 
 
 def _skills(explicit: Explicit) -> Iterator[Problem]:
     skills = {skill for each in explicit["robots"]["classes"] for skill in _get(each, "skills")}
     skills |= {skill for each in explicit["tasks"]["classes"] for skill in _get(each, "needs")}
     if len(skills) > SKILLS:
-        rule = f"must be at most {SKILLS} skills in all"
-        yield Problem("robots.classes", f"{len(skills)} skills", rule, "join some of them")
+        rule = f"must be at most {SKILLS} skills of robots and tasks together"
+        yield Problem(
+            "robots.classes", f"{len(skills)} skills", rule, f"use {SKILLS} names of skills or fewer"
+        )
 
 
 def whole_robots(share: float, robots: int) -> int:
-    """Return the number of robots nearest to a share of the swarm, halves up (model.md 6.6)."""
+    """Return a share of the swarm as a number of robots, with halves rounded up (model.md 6.6)."""
     return math.floor(exact(share) * robots + Fraction(1, 2))
 
 
 def _faults(explicit: Explicit, fit: Any) -> Iterator[Problem]:
     kinds = ("stopped", "byzantine", "stubborn")
     shares = [explicit["faults"][kind] for kind in kinds]
+    if not any(shares):
+        return  # the usual case: exact fractions take half the time of all rules
     if sum(map(exact, shares)) > 1:
-        rule = "stopped, byzantine and stubborn must be at most 1 together"
-        yield Problem("faults", math.fsum(shares), rule, "a robot has one fault at most: lower a share")
+        rule = "stopped + byzantine + stubborn must be at most 1, since a robot has one fault at most"
+        yield Problem("faults", math.fsum(shares), rule, "lower one of the shares")
         return
     if not fit("robots.count", "robots.classes"):
         return
@@ -142,21 +162,21 @@ def _faults(explicit: Explicit, fit: Any) -> Iterator[Problem]:
     if excess > 0:
         largest = max(range(len(kinds)), key=numbers.__getitem__)
         fitting = math.floor(1e6 * (numbers[largest] - excess) / robots) / 1e6
-        told = ", ".join(f"{number} {kind}" for kind, number in zip(kinds, numbers, strict=True))
-        rule = f"shares are rounded to whole robots, here {told}; there are {robots}"
+        listed = ", ".join(f"{number} {kind}" for kind, number in zip(kinds, numbers, strict=True))
+        rule = f"must be at most {robots}; rounded to whole robots, the shares give {listed}"
         remedy = f"lower a share, such as faults.{kinds[largest]} = {fitting:g}"
         yield Problem("faults", f"{sum(numbers)} robots", rule, remedy)
 
 
 def _inbox(decision: Mapping[str, Any]) -> Iterator[Problem]:
     if decision["inbox"] == "every-message" and decision["inbox_size"] is not None:
-        rule = 'counts robots, which isn\'t known with inbox = "every-message"'
-        remedy = 'leave one of them out, or choose inbox = "latest-per-robot"'
+        rule = 'limits the number of robots, but inbox = "every-message" keeps no robots apart'
+        remedy = 'leave it out, or set inbox = "latest-per-robot"'
         yield Problem("decision.inbox_size", decision["inbox_size"], rule, remedy)
 
 
 def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Problem]:
-    """Find settings that have no meaning for the strategy."""
+    """Find settings that the strategy doesn't support."""
     decision, sensing = explicit["decision"], explicit["sensing"]
     if fit("decision.parameters"):
         for name in sorted(set(decision["parameters"]) - set(strategy.parameters)):
@@ -164,8 +184,8 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
             remedy = f"it has {', '.join(strategy.parameters) or 'none'}"
             yield Problem(f"decision.parameters.{name}", decision["parameters"][name], rule, remedy)
     if strategy.value_bits and fit("decision.inbox") and decision["inbox"] == "every-message":
-        rule = f"{strategy.name} sends a number, of which only each robot's latest is kept"
-        remedy = 'choose inbox = "latest-per-robot"'
+        rule = f"{strategy.name} broadcasts a value, and the inbox keeps only the latest of each robot"
+        remedy = 'set inbox = "latest-per-robot"'
         yield Problem("decision.inbox", decision["inbox"], rule, remedy)
     if strategy.knowledge and fit("decision.quality_floor") and decision["quality_floor"] != 0:
         rule = f"{strategy.name} rates what the swarm knows, not the counts of one exploration"
@@ -209,11 +229,11 @@ def _reaches(explicit: Explicit, fit: Any) -> Iterator[Problem]:
         on_torus = explicit["arena"]["boundary"] == "torus"
         if on_torus and fit(path) and not implied and value > half:
             rule = f"must be at most half the side of the torus, {half:g} units"
-            yield Problem(path, value, rule, "a larger range would reach round the torus: enlarge arena.side")
+            yield Problem(path, value, rule, f"set arena.side to {2 * value:g} or more, or shorten the range")
     speed = explicit["robots"]["speed"]
     if fit("robots.speed") and speed > half:
-        rule = f"must be at most half the side of the arena a step, {half:g} units"
-        yield Problem("robots.speed", speed, rule, "slow the robots down, or enlarge arena.side")
+        rule = f"must be at most half the side of the arena per step, {half:g} units"
+        yield Problem("robots.speed", speed, rule, f"lower it, or set arena.side to {2 * speed:g} or more")
 
 
 def _discs(explicit: Explicit, fit: Any) -> Iterator[Problem]:
@@ -221,23 +241,25 @@ def _discs(explicit: Explicit, fit: Any) -> Iterator[Problem]:
     diameter = robots["diameter"]
     if explicit["arena"]["boundary"] == "walls" and diameter >= min(width, height):
         rule = f"must be less than the arena's shorter side, {min(width, height):g} units"
-        yield Problem("robots.diameter", diameter, rule, "shrink the robots, or enlarge arena.side")
+        yield Problem("robots.diameter", diameter, rule, "lower it, or enlarge arena.side")
         return
     moving = fit("robots.avoid_collisions", "robots.speed", "robots.count", "robots.classes")
     if not moving or not robots["avoid_collisions"]:
         return
     reach = diameter + 2 * robots["speed"]
     if explicit["arena"]["boundary"] == "torus" and reach > min(width, height) / 2:
-        rule = f"diameter and two steps must fit half the torus, {min(width, height) / 2:g} units"
-        yield Problem("robots.diameter", diameter, rule, "enlarge arena.side, or slow the robots down")
+        rule = (
+            f"diameter + 2 speed must be at most half the side of the torus, {min(width, height) / 2:g} units"
+        )
+        yield Problem("robots.diameter", diameter, rule, f"set arena.side to {2 * reach:g} or more")
     unit = max(exact(width), exact(height)) / 2 ** (31 if explicit["arena"]["boundary"] == "walls" else 32)
     step = 2 * math.ceil(exact(diameter) / unit / 2)  # of the lattice of last resort, in fixed point
     columns, rows = (math.floor(exact(side) / unit) // step for side in (width, height))
     room = columns * rows
     if robots["placement"] != "points" and total(robots) > room:
-        rule = f"don't fit: side by side on a square grid there is room for {room}"
+        rule = f"must be at most {room}, the number of discs that fit on a square grid"
         yield Problem(
-            "robots.count", total(robots), rule, "take fewer or smaller robots, or enlarge arena.side"
+            "robots.count", total(robots), rule, "use fewer or smaller robots, or enlarge arena.side"
         )
 
 
@@ -245,7 +267,9 @@ def _spread(section: str, explicit: Explicit) -> Iterator[Problem]:
     placed, longer = explicit[section], max(size_of(explicit))
     if placed["placement"] in ("clusters", "corner") and placed["spread"] > longer:
         rule = f"must be at most the arena's longer side, {longer:g} units"
-        yield Problem(f"{section}.spread", placed["spread"], rule, "take uniform placement instead")
+        yield Problem(
+            f"{section}.spread", placed["spread"], rule, f'lower it, or set {section}.placement = "uniform"'
+        )
 
 
 def _points(section: str, explicit: Explicit, places: Places) -> Iterator[Problem]:
@@ -259,19 +283,21 @@ def _points(section: str, explicit: Explicit, places: Places) -> Iterator[Proble
     for number, (x, y) in enumerate(points, start=1):
         inside = margin <= x <= width - margin and margin <= y <= height - margin
         if not inside or (not walled and (x == width or y == height)):
-            place = "in the arena" if margin == 0 else f"in the arena, {margin:g} units from its walls"
+            place = (
+                "inside the arena" if margin == 0 else f"inside the arena, {margin:g} units from its walls"
+            )
             path, lines = places.get(section, ("", ()))
             where = f"{path}, line {lines[number - 1]}" if lines else f"point {number}"
             rule = f"{where}: must be {place}"
-            yield Problem(f"{section}.points", (x, y), rule, "move the point")
+            yield Problem(f"{section}.points", (x, y), rule, "move the point, or enlarge arena.side")
     if section == "robots" and explicit["robots"]["avoid_collisions"]:
         for first, second in _overlaps(points, diameter, None if walled else (width, height)):
-            rule = f"robots {first + 1} and {second + 1} must neither overlap nor touch"
+            rule = f"robots {first + 1} and {second + 1} must be more than {diameter:g} units apart"
             yield Problem("robots.points", (points[first], points[second]), rule, "move one of them")
 
 
 def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -> Iterator[tuple[int, int]]:
-    """Yield pairs of discs that overlap, by way of cells as large as a disc, or larger than a tiny one."""
+    """Yield pairs of discs that overlap or touch; cells of a disc's size keep this from being quadratic."""
     cells: dict[tuple[int, int], list[int]] = {}
     shifts = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
     cell = max(diameter, max(map(max, points), default=0.0) / 2**20)
@@ -296,6 +322,7 @@ def _memory(explicit: Explicit) -> Iterator[Problem]:
     robots, tasks = total(explicit["robots"]), total(explicit["tasks"])
     needed = robots * (robots + tasks) / 8
     if explicit["sensing"]["observation"] == "unique" and needed > UNIQUE_LIMIT:
-        rule = f"{robots} robots that remember {robots + tasks} things need {needed / 2**30:.1f} GiB"
-        remedy = f"unique observation takes at most {UNIQUE_LIMIT // 2**30} GiB: take fewer"
+        size, limit = f"{needed / 2**30:.1f} GiB", f"{UNIQUE_LIMIT // 2**30} GiB"
+        rule = f"needs {size} for {robots} robots and {tasks} tasks, above the limit of {limit}"
+        remedy = 'use fewer robots or tasks, or observation = "repeated"'
         yield Problem("sensing.observation", "unique", rule, remedy)

@@ -1,4 +1,4 @@
-"""Points from a CSV file: two columns, x and y, in units; a header is allowed."""
+"""Read points from a CSV file with two columns, x and y, in units, and an optional header."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from collections.abc import Sequence
 
 from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
-from feasibee.scenario.fields import Point
+from feasibee.scenario.field_types import Point
 
 
 def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int], list[Problem]]:
-    """Read a file of points; return them, the line of each, and what is wrong, by line.
+    """Read a CSV file of points; return the points, the line of each, and the problems.
 
     Parameters
     ----------
     path : str
-        The file.
+        The CSV file.
     field : str
-        The scenario's field that names it, for the problems.
+        The path of the scenario's field that names the file, for the problems.
     """
     try:
         text = read_text(path, "a CSV file of x and y", TABLE_LIMIT)
@@ -41,16 +41,20 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int]
                 lines.append(line)
                 continue
             rule = f"line {line} must be two numbers, x and y"
-            problems.append(Problem(field, path, f"{rule}, not {quoted(','.join(row))}", "mend the line"))
+            problems.append(
+                Problem(
+                    field, path, f"{rule}, not {quoted(','.join(row))}", "write two numbers, such as 1.5,2.0"
+                )
+            )
             if len(problems) >= PROBLEMS_LIMIT:
                 break
     except csv.Error as error:
-        problems.append(Problem(field, path, f"isn't CSV: {error}", "name a CSV file of x and y"))
+        problems.append(Problem(field, path, f"isn't a CSV file: {error}", "name a CSV file of x and y"))
     return tuple(points), lines, problems
 
 
 def _point(cells: list[str]) -> Point | None:
-    """Return two finite numbers; None if the cells aren't that."""
+    """Return the cells as two finite numbers; None if they aren't."""
     try:
         x, y = (float(cell) for cell in cells)
     except ValueError:

@@ -1,6 +1,6 @@
-"""Whether the tasks are feasible, known from outside, with a proof that anyone can check (model.md 6.7).
+"""Ground truth: whether the swarm can do all tasks at once, with a proof that can be checked (model.md 6.7).
 
-All is counted by class of robots and class of tasks, so a million robots cost no more than ten.
+The computation counts classes of robots and tasks, so its time doesn't grow with the number of robots.
 """
 
 from __future__ import annotations
@@ -14,51 +14,53 @@ from feasibee.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
 
 ANY = "any"
-"""What tasks without classes ask for, and every robot has. A user's own skill of that name is never in
-the same world: tasks have classes, and skills, or they have neither."""
+"""The skill that tasks without classes need and every robot has.
+
+It can't be confused with a user's skill of this name: tasks have either classes with skills, or neither.
+"""
 
 Node = tuple[str, str]
 SOURCE, SINK = ("source", ""), ("sink", "")
 
 
 class Team(Protocol):
-    """What the truth depends on: a Scenario is one, which shows its own truth."""
+    """The part of a scenario that the ground truth depends on; every Scenario has it."""
 
     @property
     def robots(self) -> Robots:
-        """The swarm."""
+        """The robots of the swarm."""
 
     @property
     def tasks(self) -> Tasks:
-        """What it is asked to do."""
+        """The tasks that the swarm must judge."""
 
 
 class Violator(NamedTuple):
-    """A set of skills that more places ask for than there are robots to fill them (Hall)."""
+    """A set of skills needed at more places than robots have any of these skills (Hall's condition)."""
 
     skills: tuple[str, ...]
-    """The set, in alphabetical order."""
+    """The skills of the set, in alphabetical order."""
     demand: int
-    """Number of places that ask for a skill of the set."""
+    """Number of places in tasks that need a skill of the set."""
     robots: int
     """Number of robots with at least one skill of the set."""
 
 
 class Verdict(NamedTuple):
-    """Whether all tasks can be done at once, and the proof."""
+    """The ground truth of a scenario, and its proof."""
 
     assignment: Mapping[tuple[str, str, str], int]
-    """How many robots of a class serve a class of tasks with a skill; empty if the tasks are infeasible."""
+    """Number of robots by class of robots, class of tasks and skill; empty if the tasks are infeasible."""
     violator: Violator | None
-    """The set of skills most in excess; None if the tasks are feasible."""
+    """The set of skills whose demand exceeds its robots most; None if the tasks are feasible."""
 
     @property
     def feasible(self) -> bool:
-        """Whether every place can be filled by a robot of its own."""
+        """Whether all tasks can be done at once, each place by a different robot."""
         return self.violator is None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the verdict and its proof as plain tables."""
+        """Return the verdict and its proof as nested dicts."""
         if self.violator is not None:
             return {"feasible": False, "violator": self.violator._asdict()}
         rows = [
@@ -69,17 +71,17 @@ class Verdict(NamedTuple):
 
 
 def truth(scenario: Team) -> bool:
-    """Return whether the swarm can do its tasks, all at once, each robot at one place at most.
+    """Return the ground truth: whether the swarm can do all tasks at once, each robot in one place.
 
     Parameters
     ----------
     scenario : Scenario
-        Of which only the robots, the tasks, and their classes matter: as many as they are, wherever they are.
+        The scenario, of which only the numbers and classes of robots and tasks matter.
 
     Returns
     -------
     bool
-        Without classes: whether there are at least as many robots as tasks (paper, section II).
+        Without classes, whether there are at least as many robots as tasks (paper, section II).
 
     Examples
     --------
@@ -91,19 +93,19 @@ def truth(scenario: Team) -> bool:
 
 
 def explain(scenario: Team) -> Verdict:
-    """Return whether the swarm can do its tasks, and the proof.
+    """Return the ground truth with its proof.
 
     Parameters
     ----------
     scenario : Scenario
-        As for `truth`.
+        The scenario, of which only the numbers and classes of robots and tasks matter.
 
     Returns
     -------
     Verdict
-        With an assignment that fills every place; or with the set of skills whose demand exceeds its robots
-        by most, with no skill in it to spare (that is one set: two would share a smaller one). Without
-        classes, all robots are of the class ``"robots"``, all tasks of ``"tasks"``, asking for `ANY`.
+        If the tasks are feasible, an assignment that fills every place. If not, the smallest set of skills
+        whose demand exceeds its robots most; there is only one. Without classes, all robots are of the class
+        ``"robots"`` and all tasks of the class ``"tasks"``, which needs `ANY`.
 
     References
     ----------
@@ -132,7 +134,7 @@ def explain(scenario: Team) -> Verdict:
 
 
 def _classes(scenario: Team) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
-    """Return the classes of robots and tasks, those without being a class too."""
+    """Return the classes of robots and tasks; without classes, all robots or tasks are one class."""
     robots: Sequence[RobotClass] = scenario.robots.classes
     tasks: Sequence[TaskClass] = scenario.tasks.classes
     if not robots:
@@ -144,7 +146,7 @@ def _classes(scenario: Team) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]
 
 
 def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violator | None:
-    """Find the set of skills most in excess; the empty set, in excess by 0, stands for none."""
+    """Return the set of skills whose demand exceeds its robots most; None if there is no excess."""
     worst = max(
         (
             Violator(
@@ -155,13 +157,15 @@ def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violat
             for size in range(len(demand) + 1)
             for skills in combinations(sorted(demand), size)
         ),
-        key=lambda each: each.demand - each.robots,  # of equals the first, so the one of fewest skills
+        key=lambda each: (
+            each.demand - each.robots
+        ),  # the first of equals has the fewest skills; the empty set has excess 0
     )
     return worst if worst.skills else None
 
 
 def _serving(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> dict[tuple[str, str], int]:
-    """Return how many robots of a class serve with a skill: a maximum flow, along shortest paths."""
+    """Return the number of robots per class and skill used: a maximum flow along shortest paths."""
     room: defaultdict[Node, Counter[Node]] = defaultdict(Counter)
     for each in robots:
         room[SOURCE]["robots", each.name] = each.count
@@ -183,7 +187,7 @@ def _serving(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> dict[tu
 
 
 def _path(room: Mapping[Node, Mapping[Node, int]]) -> list[Node]:
-    """Return a shortest path with room from source to sink; empty if there is none."""
+    """Return a shortest path with free capacity through the flow network; empty if none exists."""
     reached = {SOURCE}
     paths = deque([[SOURCE]])
     while paths:
@@ -200,7 +204,7 @@ def _path(room: Mapping[Node, Mapping[Node, int]]) -> list[Node]:
 def _assignment(
     serving: dict[tuple[str, str], int], tasks: Sequence[TaskClass]
 ) -> dict[tuple[str, str, str], int]:
-    """Share out the robots that serve with a skill over the tasks that need it, in order."""
+    """Assign the robots used for each skill to the classes of tasks that need it, in order."""
     assignment = {}
     left = dict(serving)
     for each in tasks:

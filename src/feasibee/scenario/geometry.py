@@ -1,4 +1,4 @@
-"""Where things show in a picture of the arena; all that draws it in Python asks here."""
+"""Positions of robots and tasks in pictures of the arena, with their images across the edges of a torus."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ Number = TypeVar("Number", np.float64, np.int64)
 def images(
     places: NDArray[Number], reach: float, size: tuple[float, float], walls: bool
 ) -> tuple[NDArray[Number], NDArray[np.int64]]:
-    """Return where things show: at their places and, on a torus, also beyond each edge that they reach.
+    """Return positions to draw: those of all things and, on a torus, their images beyond the opposite edges.
 
     Parameters
     ----------
     places : float64 or int64 array, shape (things, 2)
-        Where they are, from 0 to the sides.
+        Positions, from 0 to the sides of the arena.
     reach : float
-        How far from its place a thing is drawn.
+        Distance from its position up to which a thing is drawn, in the same unit.
     size : tuple of float
         Width and height of the arena, in the same unit.
     walls : bool
-        Whether the arena is closed, and not a torus: nothing shows beyond its edges then.
+        Whether the arena has walls; then there are no images.
 
     Returns
     -------
     array of the type of ``places``, shape (images, 2)
-        First the things themselves, in their order.
+        The positions of the things, in their order, and then those of their images.
     int64 array, shape (images,)
-        Of which thing each is an image.
+        Number of the thing of each position.
     """
     names = np.arange(len(places))
     for axis, side in enumerate(() if walls else size):

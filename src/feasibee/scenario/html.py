@@ -1,4 +1,4 @@
-"""What a notebook shows of a scenario: tables as HTML, for light and dark pages, without scripts."""
+"""The HTML that a notebook shows for a scenario: tables for light and dark pages, without scripts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from feasibee.model.codes import DECISIONS
 
 LONGEST = 80
-"""Characters of a value that are shown."""
+"""Number of characters of a value that are shown."""
 
 STYLE = """<style>
 .feasibee { font-size: .9em; line-height: 1.45; max-width: 60em; text-align: left; }
@@ -23,16 +23,16 @@ STYLE = """<style>
 .feasibee.feasibee code { background: none; color: inherit; padding: 0; font-weight: inherit; }
 .feasibee > svg { display: block; width: 24em; max-width: 100%; height: auto; }
 </style>"""
-"""The class stands twice, which outweighs the rules of notebooks for tables."""
+"""The class is written twice to have priority over the tables' style of notebooks."""
 
 
 def framed(body: str) -> str:
-    """Return HTML in the style of a notebook's output."""
+    """Return HTML with the style of feasibee's output in notebooks."""
     return f'<div class="feasibee">{STYLE}{body}</div>'
 
 
 def folded(title: str, body: str, unfold: bool = False) -> str:
-    """Return HTML that shows its title until it is clicked; ``title`` is HTML too."""
+    """Return HTML that is collapsed to its title until somebody clicks; ``title`` is HTML, too."""
     return f"<details{' open' if unfold else ''}><summary>{title}</summary>{body}</details>"
 
 
@@ -43,16 +43,16 @@ def show_scenario(
     feasible: bool,
     digest: str,
 ) -> str:
-    """Return a scenario as HTML: by section, folded, what isn't as in the paper emphasised.
+    """Return a scenario as HTML: a collapsed table per section, with differences from the paper emphasised.
 
     Parameters
     ----------
     tables, usual : mapping of str to mapping
-        The complete forms of the scenario and of the paper's.
+        The complete forms of the scenario and of the paper's scenario.
     notes : mapping of str to str
-        What each field is, by dotted path.
+        Description of each field, by dotted path.
     feasible : bool
-        The truth.
+        Whether the tasks are feasible.
     digest : str
         The scenario's hash.
     """
@@ -62,11 +62,11 @@ def show_scenario(
         for name, table in tables.items()
     }
     count = sum(map(len, changed.values()))
-    said = f"{count} field{'s' if count > 1 else ''} not as in the paper" if count else "as in the paper"
+    differing = f"{count} field{'s' if count > 1 else ''} not as in the paper" if count else "as in the paper"
     truth = DECISIONS[int(feasible)]
     head = (
         f"<p><strong>Scenario</strong>: {robots} robots, {tasks} tasks, "
-        f"{html.escape(str(tables['decision']['strategy']))}; truth: <strong>{truth}</strong>; {said}; "
+        f"{html.escape(str(tables['decision']['strategy']))}; truth: <strong>{truth}</strong>; {differing}; "
         f"<code>{html.escape(digest[:12])}</code></p>"
     )
     sections = [
@@ -81,9 +81,9 @@ def _number(table: Mapping[str, Any]) -> int:
 
 
 def _title(name: str, table: Mapping[str, Any], changed: list[str]) -> str:
-    """Return a section's name with what isn't as in the paper."""
-    told = ", ".join(f"<strong>{_code(f'{key} = {_shown(table[key])}')}</strong>" for key in changed)
-    return f"{html.escape(name)}{f': {told}' if told else ''}"
+    """Return a section's name, followed by the fields that differ from the paper."""
+    listed = ", ".join(f"<strong>{_code(f'{key} = {_shown(table[key])}')}</strong>" for key in changed)
+    return f"{html.escape(name)}{f': {listed}' if listed else ''}"
 
 
 def _rows(name: str, table: Mapping[str, Any], changed: list[str], notes: Mapping[str, str]) -> str:
@@ -102,6 +102,6 @@ def _code(text: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    """Return a value, cut short if it is long."""
+    """Return a value as JSON, shortened if it is long."""
     text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."

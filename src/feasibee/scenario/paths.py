@@ -1,4 +1,4 @@
-"""Nested tables: read from TOML, and changed by dotted paths."""
+"""Nested tables: parse them from TOML, and read or change values by dotted paths."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from typing import Any
 from feasibee.errors import FeasibeeError, Problem
 
 DEEPEST = 8
-"""Tables and lists that a path may lead through; robots.classes.0.skills.0 leads through four."""
+"""Largest depth of nested tables and lists; robots.classes.0.skills.0 has depth 4."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{4 * DEEPEST}}}")
-"""A dotted key of so many parts takes tomllib a time and room that grow with their square."""
+"""Dotted keys of very many parts: tomllib needs time and memory that grow with their number squared."""
 
 
 def toml_tables(text: str, source: str) -> dict[str, Any]:
-    """Read tables from TOML; ``source`` names the text in errors.
+    """Parse TOML; ``source`` names the text in errors.
 
     Raises
     ------
     FeasibeeError
-        If it isn't TOML, or nested more deeply than any scenario or study.
+        If the text isn't TOML, or is nested more than `DEEPEST` levels deep.
     """
     try:
         if _LONG_KEY.search(text):
@@ -30,14 +30,14 @@ def toml_tables(text: str, source: str) -> dict[str, Any]:
         tables = tomllib.loads(text)
         _check_depth(tables)
     except RecursionError:
-        raise FeasibeeError(f"{source}: nested too deeply; no table or list needs over {DEEPEST}") from None
+        raise FeasibeeError(f"{source}: nested too deeply; use at most {DEEPEST} levels") from None
     except ValueError as error:
-        raise FeasibeeError(f"{source}: not TOML: {error}; mend it there") from None
+        raise FeasibeeError(f"{source}: not TOML: {error}; correct that line") from None
     return tables
 
 
 def _check_depth(tables: dict[str, Any]) -> None:
-    """Raise a RecursionError if tables and lists are nested more deeply than `DEEPEST`."""
+    """Raise a RecursionError if tables and lists are nested more than `DEEPEST` levels deep."""
     level: list[Any] = [tables]
     for _ in range(DEEPEST + 1):
         inner = [each.values() if isinstance(each, dict) else each for each in level]
@@ -47,7 +47,7 @@ def _check_depth(tables: dict[str, Any]) -> None:
 
 
 def read_value(text: str) -> Any:
-    """Read a value that somebody typed: TOML or else plain text."""
+    """Parse a value that a user typed: TOML, or else plain text."""
     try:
         return toml_value(text)
     except ValueError:
@@ -55,14 +55,14 @@ def read_value(text: str) -> Any:
 
 
 def toml_value(text: str) -> Any:
-    """Read one value in TOML, with nothing before or after it.
+    """Parse exactly one TOML value.
 
-    Between braces TOML allows neither a second line nor a comment; between brackets no brace may be closed.
+    The text is parsed twice: braces exclude a second line or comment, brackets exclude a closing brace.
 
     Raises
     ------
     ValueError
-        If it isn't one.
+        If the text isn't exactly one TOML value.
     """
     try:
         braced, listed = tomllib.loads(f"it = {{ value = {text} }}"), tomllib.loads(f"it = [ {text}\n]")
@@ -73,12 +73,39 @@ def toml_value(text: str) -> Any:
     return braced["it"]["value"]
 
 
+def value_at(tables: Any, path: str) -> Any:
+    """Return the value at a dotted path through pydantic models, tables and tuples.
+
+    Raises
+    ------
+    LookupError
+        If the path leads nowhere. Attributes of a model that aren't fields are not found.
+    """
+    value = tables
+    for part in path.split("."):
+        try:
+            value = _within(value, part)
+        except (IndexError, KeyError, TypeError, ValueError):
+            raise LookupError(path) from None
+    return value
+
+
+def _within(value: Any, part: str) -> Any:
+    """Return a field of a model, an item of a list or a value of a table."""
+    fields = getattr(type(value), "model_fields", None)  # a name that needs no pydantic: the CLI loads this
+    if fields is not None:
+        if part not in fields:
+            raise KeyError(part)
+        return getattr(value, part)
+    return value[place(part)] if isinstance(value, tuple) else value[part]
+
+
 def with_changes(
     tables: Mapping[str, Any], changes: Mapping[str, Any]
 ) -> tuple[dict[str, Any], list[Problem]]:
-    """Return nested tables with the values at some dotted paths replaced, and the paths that lead nowhere.
+    """Return a copy of nested tables with values replaced by dotted paths, and a problem per invalid path.
 
-    A number in a path is a place in a list: ``robots.classes.0.count``.
+    A number in a path is an index in a list: ``robots.classes.0.count``.
     """
     changed = _open(tables)
     problems = []
@@ -97,27 +124,27 @@ def with_changes(
             else:
                 table[last] = value
         except (AttributeError, LookupError, TypeError, ValueError):
-            rule = "leads through something that isn't there"
-            problems.append(Problem(path, value, rule, f"give {'.'.join(way)} first"))
+            rule = f"can't be set: {'.'.join(way)} is missing or has no such field"
+            problems.append(Problem(path, value, rule, f"set {'.'.join(way)} first"))
     return changed, problems
 
 
 def _open(value: Any) -> Any:
-    """Return a copy of nested tables in which a place of any list can be changed."""
+    """Return a copy of nested tables with tuples as lists, so that their items can be changed."""
     if isinstance(value, Mapping):
         return {key: _open(each) for key, each in value.items()}
     return [_open(each) for each in value] if isinstance(value, tuple | list) else value
 
 
 def place(part: str) -> int:
-    """Return the place in a list that a part of a path names, from 0."""
+    """Return the index in a list, from 0, that a part of a path names."""
     if not (part.isascii() and part.isdigit()):
         raise ValueError(part)
     return int(part)
 
 
 def _step_into(table: Any, part: str) -> Any:
-    """Return what is in a table or list, which has it from now on."""
+    """Return an item of a list, or a value of a table; a missing value becomes an empty table."""
     if isinstance(table, list):
         return table[place(part)]
     if table.get(part) is None:

@@ -1,4 +1,4 @@
-"""What public controllers of the field do, as scenarios' values (model.md 7)."""
+"""Presets: published controllers of the field, as values of scenarios (model.md 7)."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
 
 
 def with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scenario's tables laid over those of the preset that it names, if there is such a one."""
+    """Return a scenario's tables with the values of its preset, if any, filled in where it sets none."""
     tables = dict(given)
     name = tables.get("preset")
     for section, values in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
         table = tables.get(section, {})
         if hasattr(table, "model_dump"):
             table = table.model_dump(exclude_unset=True)
-        if isinstance(table, Mapping):  # else it is an error, for the scenario to tell
+        if isinstance(table, Mapping):  # validation reports anything else
             tables[section] = {**values, **table}
     return tables

@@ -1,4 +1,4 @@
-"""What pydantic found wrong with a scenario, in our words: path, value, rule, remedy."""
+"""Translate pydantic's errors about a scenario into problems: path, value, rule and remedy."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ WORDS: Final = {
     "Tuple should have at most": "must be at most",
     "items after validation": "classes",
 }
-"""Pydantic's words, and ours."""
+"""Phrases of pydantic's messages, and their replacements."""
 
 
 def problem_of(details: ErrorDetails) -> Problem:
-    """Return one of pydantic's errors as a problem."""
+    """Translate one of pydantic's errors."""
     path = ".".join(str(part) for part in details["loc"])
     kind = details["type"]
     if kind == "extra_forbidden":
-        return Problem(path, details["input"], "unknown key", _suggestion(path))
+        return Problem(path, details["input"], "unknown key", suggestion(path))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
     if kind == "missing":
-        return Problem(path, details["input"], "is missing", "write it beside what is there")
+        return Problem(path, details["input"], "is missing", f"add {path.rpartition('.')[2]} to this table")
     rule = details["msg"]
     for theirs, ours in WORDS.items():
         rule = rule.replace(theirs, ours)
@@ -45,7 +45,7 @@ def problem_of(details: ErrorDetails) -> Problem:
 
 
 def _remedy(path: str) -> str:
-    """Name the default of a field, if it has one that stands alone."""
+    """Return a remedy with the field's default, if it has one that doesn't depend on other fields."""
     section, _, key = path.partition(".")
     field = SECTIONS[section].model_fields.get(key) if section in SECTIONS else None
     if field is None or field.default is None:
@@ -53,8 +53,8 @@ def _remedy(path: str) -> str:
     return f"the paper uses {json.dumps(field.default)}"
 
 
-def _suggestion(path: str) -> str:
-    """Name the field that was most likely meant."""
+def suggestion(path: str) -> str:
+    """Return a remedy that names the most similar field or, if none is similar, those of the section."""
     known = fields()
     names = known if "." in path else ["preset", *SECTIONS]
     close = difflib.get_close_matches(path, names, 1, 0.6)
@@ -63,5 +63,5 @@ def _suggestion(path: str) -> str:
     if close:
         return f"did you mean {close[0]}?"
     if "." in path and siblings:
-        return f"[{section}] has {', '.join(siblings)}"
+        return f"the fields of [{section}] are {', '.join(siblings)}"
     return f"the sections are {', '.join(SECTIONS)}"

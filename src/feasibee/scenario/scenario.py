@@ -1,6 +1,6 @@
-"""Scenario: all that defines a swarm and its world, checked, frozen, in TOML, with a hash.
+"""Scenario: a swarm and its world as one validated, immutable value, read from TOML and identified by a hash.
 
-A short text resolves to one complete form, which is hashed, stored and run. The defaults are the paper's.
+Defaults, which are the paper's, complete a short text. The complete form is hashed, stored and simulated.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import copy
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -27,10 +27,9 @@ from pydantic import (
     model_validator,
 )
 
-from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
+from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
 from feasibee.scenario.conflicts import conflicts, whole_robots
-from feasibee.scenario.coordinates import read_points
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
@@ -40,17 +39,17 @@ from feasibee.scenario.fields import (
     Radio,
     Robots,
     Run,
-    Section,
     Sensing,
     Tasks,
     Walk,
     plain,
 )
 from feasibee.scenario.html import show_scenario
-from feasibee.scenario.paths import toml_tables, with_changes
+from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.presets import PRESETS, with_preset
-from feasibee.scenario.problems import problem_of
+from feasibee.scenario.problems import problem_of, suggestion
+from feasibee.scenario.tables import with_defaults, with_points
 from feasibee.strategies.contract import Manifest, Strategy
 
 
@@ -60,15 +59,15 @@ class Scenario(BaseModel):
     Parameters
     ----------
     arena, robots, tasks, walk, sensing, radio, decision, faults, run : mapping or section, optional
-        What differs from the paper, such as ``tasks={"count": 50}``.
+        Fields that differ from the paper, such as ``tasks={"count": 50}``.
     preset : str, optional
-        A public controller of the field, whose values stand in for the paper's: ``"valentini-2016"``,
+        Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
         ``"minimize-surprise"`` or ``"subcdm-2025"``.
 
     Raises
     ------
     ScenarioError
-        With every problem at once: unknown keys, wrong types, impossible values and combinations.
+        With all problems at once: unknown keys, wrong types, invalid values and combinations.
 
     Examples
     --------
@@ -80,7 +79,9 @@ class Scenario(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
     preset: Literal[*PRESETS] | None = Field(  # type: ignore[valid-type]
-        None, exclude=True, description="A public controller whose values stand in for the paper's."
+        None,
+        exclude=True,
+        description="Name of a published controller, whose values replace the paper's defaults.",
     )
     arena: Arena = Arena()
     robots: Robots = Robots()
@@ -93,7 +94,7 @@ class Scenario(BaseModel):
     run: Run = Run()
     _manifest: Manifest = PrivateAttr()
 
-    if TYPE_CHECKING:  # pydantic takes a table for a section, which its derived signature doesn't say
+    if TYPE_CHECKING:  # pydantic accepts a table for a section, which its derived signature doesn't show
 
         def __init__(
             self,
@@ -113,17 +114,17 @@ class Scenario(BaseModel):
     @model_validator(mode="wrap")
     @classmethod
     def _check(cls, given: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo) -> Self:
-        """Gather the problems of single fields and of combinations, or resolve the defaults."""
+        """Raise the problems of single fields and of combinations together, or fill in the defaults."""
         if isinstance(given, cls):
             return given
         if not isinstance(given, Mapping):
             raise ScenarioError(
-                [Problem("", given, "must be a table of sections", "see `feasibee scenario`")]
+                [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
             )
         tables = {
             name: plain(table) if isinstance(table, Mapping) else table for name, table in given.items()
         }
-        given, places, problems = _with_points(with_preset(tables))
+        given, places, problems = with_points(with_preset(tables))
         try:
             scenario = handler(given)
         except ValidationError as error:
@@ -131,15 +132,15 @@ class Scenario(BaseModel):
             problems += [problem_of(details) for details in found[:PROBLEMS_LIMIT]]
         find: Callable[[str], Manifest] = partial(manifest_of, **(info.context or {}))
         wrong = {problem.path for problem in problems}
-        problems += islice(conflicts(_explicit(given), given, places, wrong, find), PROBLEMS_LIMIT)
+        problems += islice(conflicts(with_defaults(given), given, places, wrong, find), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
         scenario._resolve(find(scenario.decision.strategy))
         return scenario
 
     def _resolve(self, manifest: Manifest) -> None:
-        """Fill in what follows from other fields, without marking it as set."""
-        self.__dict__["preset"] = None  # its values are in their places: it is no other scenario without
+        """Fill in values that follow from other fields, without marking them as set."""
+        self.__dict__["preset"] = None  # its values are filled in: the scenario is the same without the name
         if self.radio.range is None:
             self._put("radio", range=self.sensing.range)
         self._manifest = manifest
@@ -161,33 +162,32 @@ class Scenario(BaseModel):
         return hash(self.hash)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Travel to other processes with the text of the strategy's file, whatever lies at its path there."""
+        """Pickle with the text of the strategy's file, which may differ on another machine."""
         tables = self.model_dump(exclude_unset=True)
         return type(self).from_tables, (tables, None, self.manifest.source or None, self.manifest.trusted)
 
     @property
     def manifest(self) -> Manifest:
-        """What the strategy declares; a file as it was when the scenario was made."""
+        """Declarations of the strategy; of a user's file, as it was when the scenario was made."""
         return self._manifest
 
     @property
     def strategy(self) -> Strategy:
-        """How opinions are rated, told and chosen.
+        """Functions that rate, disseminate and choose opinions.
 
-        The text of a user's file runs when this is asked for first; it is the text that was at the path when
-        the scenario was made.
+        The first access runs the text that a user's file had when the scenario was made.
         """
         return strategy_of(self._manifest)
 
     def with_trust(self) -> Self:
-        """Return this scenario with leave to run the text of its strategy's file, wherever that came from."""
-        copy = self.model_copy()
-        copy._manifest = dataclasses.replace(self.manifest, trusted=True)
-        return copy
+        """Return this scenario with permission to run its strategy's text, whatever its origin."""
+        trusted = self.model_copy()
+        trusted._manifest = dataclasses.replace(self.manifest, trusted=True)
+        return trusted
 
     @property
     def faulty(self) -> tuple[int, int, int]:
-        """Number of robots that stop, that lie, and that never change their opinion (model.md 6.6)."""
+        """Number of stopped, of Byzantine and of stubborn robots (model.md 6.6)."""
         faults, robots = self.faults, self.robots.count
         stopped, byzantine, stubborn = (
             whole_robots(share, robots) for share in (faults.stopped, faults.byzantine, faults.stubborn)
@@ -195,15 +195,17 @@ class Scenario(BaseModel):
         return stopped, byzantine, stubborn
 
     def counted(self, step: int) -> int:
-        """Return over how many robots the decision is taken: the honest that still work (model.md 6.6)."""
+        """Return the number of robots that count in the decision: honest and working (model.md 6.6)."""
         stopped, byzantine, _ = self.faulty
         return self.robots.count - byzantine - (stopped if step >= self.faults.stop_step else 0)
 
     @classmethod
     def from_toml(cls, text: str, source: str = "") -> Self:
-        """Read a scenario from TOML text; ``source`` names it in errors."""
+        """Parse a scenario from TOML text; ``source`` names the text in errors."""
         if not isinstance(text, str):
-            raise FeasibeeError(f"text = {quoted(text)}: must be TOML; to read a file, use Scenario.read")
+            raise FeasibeeError(
+                f"text = {quoted(text)}: must be TOML text; to read a file, use Scenario.read"
+            )
         tables = toml_tables(text, source or "scenario")
         try:
             return cls.from_tables(tables, Path(source).parent if source else None)
@@ -218,18 +220,18 @@ class Scenario(BaseModel):
         source: str | None = None,
         trusted: bool = True,
     ) -> Self:
-        """Make a scenario of tables.
+        """Validate nested tables as a scenario.
 
         Parameters
         ----------
         tables : mapping
             Sections and their fields.
         folder : path, optional
-            Where the files are that the tables name; by default in the working folder.
+            Folder of the files that the tables name; by default the working folder.
         source : str, optional
-            The text of the strategy's file, if it was kept; by default the file is read.
+            Stored text of the strategy's file; by default the file is read.
         trusted : bool
-            Whether that text may be run; else it must be that of a present file of the user's own.
+            Whether the stored text may be run even if it differs from the user's own file at that path.
         """
         if not isinstance(tables, Mapping):
             return cls.model_validate(tables)
@@ -253,22 +255,47 @@ class Scenario(BaseModel):
     def read(cls, path: str | Path) -> Self:
         """Read a scenario from a TOML file."""
         return cls.from_toml(
-            read_text(path, "a scenario in TOML, with many points in a CSV file"), source=str(path)
+            read_text(path, "a scenario in TOML; large lists of points go to a CSV file"), source=str(path)
         )
 
+    def get(self, path: str) -> Any:
+        """Return the value of a field, or a whole section, by its dotted path.
+
+        Parameters
+        ----------
+        path : str
+            Such as ``"tasks.count"``; a number is a place in a list: ``"robots.classes.0.count"``.
+
+        Raises
+        ------
+        UnknownFieldError
+            If the scenario has no such field.
+
+        Examples
+        --------
+        >>> from feasibee import Scenario
+        >>> Scenario().get("tasks.count")
+        20
+        """
+        try:
+            return value_at(self, path)
+        except (AttributeError, LookupError):
+            rule = "isn't the path of a field"
+            raise UnknownFieldError(f"{quoted(path)}: {rule}; {suggestion(str(path))}") from None
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
-        """Return this scenario with other values.
+        """Return a scenario with some values replaced.
 
         Parameters
         ----------
         changes : mapping of str to value
-            By dotted path, such as ``{"tasks.count": 50}``. What was left to its default stays so: a new
-            ``sensing.range`` takes an unset ``radio.range`` along. The text of a strategy's file stays as
-            it is, unless ``decision.strategy`` is among the changes.
+            New values by dotted path, such as ``{"tasks.count": 50}``. Unset fields keep following their
+            defaults: an unset ``radio.range`` follows a new ``sensing.range``. The text of a strategy's file
+            stays the same, unless ``decision.strategy`` is among the changes.
         """
         if not isinstance(changes, Mapping) or not all(isinstance(path, str) for path in changes):
-            rule = "must be values by dotted path"
-            raise ScenarioError([Problem("changes", changes, rule, 'write {"tasks.count": 50}')])
+            rule = "must be a mapping of dotted paths to values"
+            raise ScenarioError([Problem("changes", changes, rule, 'such as {"tasks.count": 50}')])
         keeps = "decision.strategy" not in changes and self.manifest.source
         kept = {"source": self.manifest.source, "trusted": self.manifest.trusted} if keeps else None
         tables, problems = with_changes(self.model_dump(exclude_unset=True), changes)
@@ -281,7 +308,7 @@ class Scenario(BaseModel):
         return changed
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the complete form as plain tables."""
+        """Return the complete form as nested dicts."""
         tables = self.model_dump()
         for name in ("robots", "tasks"):
             table = tables[name]
@@ -294,19 +321,29 @@ class Scenario(BaseModel):
         }
 
     def to_toml(self) -> str:
-        """Return the complete form as TOML; reading it gives an equal scenario."""
+        """Return the complete form as TOML text; parsing it gives an equal scenario."""
         return tomli_w.dumps(self.to_dict())
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the complete form: equal for equal scenarios, however they were written.
+        """SHA-256 of the complete form in hexadecimal: equal for equal scenarios, however they were written.
 
-        A strategy of the user's own counts by the text of its file, not by its path.
+        A user's own strategy enters with the text of its file, not with its path.
         """
-        return hash_of(self.to_dict(), self.manifest.source)
+        found: str | None = self.__dict__.get("_hash")
+        if found is None:
+            found = self.__dict__["_hash"] = hash_of(self.to_dict(), self.manifest.source)
+        return found
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy, as pydantic does; with ``update``, the copy computes its own hash."""
+        copied = super().model_copy(update=update, deep=deep)
+        if update:
+            copied.__dict__.pop("_hash", None)
+        return copied
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the scenario as HTML for notebooks."""
         notes = {
             f"{name}.{key}": each.description or ""
             for name, section in SECTIONS.items()
@@ -316,52 +353,8 @@ class Scenario(BaseModel):
 
 
 def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
-    """Return the hash of a complete form in plain tables; ``source`` is the text of its strategy's file."""
+    """Return the hash of a complete form as nested dicts; ``source`` is the text of its strategy's file."""
     if source:
         tables = {**tables, "decision": {**tables["decision"], "strategy": source}}
     text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _with_points(
-    given: Mapping[str, Any],
-) -> tuple[dict[str, Any], dict[str, tuple[str, Sequence[int]]], list[Problem]]:
-    """Read the files of points, so that the complete form holds the points themselves.
-
-    Returns the tables, the file of a section's points with the line of each, and the problems.
-    """
-    tables, places, problems = dict(given), {}, []
-    for name, section in (("robots", Robots), ("tasks", Tasks)):
-        table = tables.get(name)
-        if isinstance(table, section):
-            table = table.model_dump(exclude_unset=True)
-        if isinstance(table, Mapping) and isinstance(table.get("points"), str):
-            points, lines, found = read_points(table["points"], f"{name}.points")
-            places[name] = (table["points"], lines)
-            problems += found
-            table = {**table, "points": points}
-        if table is not None:
-            tables[name] = table
-    return tables, places, problems
-
-
-def _explicit(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the raw values laid over the defaults, for the rules about several fields."""
-    explicit: dict[str, dict[str, Any]] = {}
-    for name, section in SECTIONS.items():
-        table = given.get(name, {})
-        if isinstance(table, Section):
-            table = table.model_dump(exclude_unset=True)
-        explicit[name] = {
-            **section().model_dump(),
-            **(table if isinstance(table, Mapping) else {}),
-        }
-    if explicit["radio"]["range"] is None:
-        explicit["radio"]["range"] = explicit["sensing"]["range"]
-    for name in ("robots", "tasks"):
-        given_table = given.get(name)
-        counted = isinstance(given_table, Mapping) and "count" in given_table
-        points = explicit[name]["points"]
-        if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
-            explicit[name]["count"] = len(points) if isinstance(points, list | tuple) else 0
-    return explicit

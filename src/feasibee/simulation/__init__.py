@@ -1,1 +1,1 @@
-"""The door to the engine and the reference: many runs at once, or one swarm step by step."""
+"""Simulate many runs at once, or one swarm step by step, with the engine or the reference."""

@@ -1,4 +1,4 @@
-"""simulate(): the door to the engine and the reference."""
+"""Simulate many runs of a scenario: `simulate` returns a labelled dataset, `simulate_record` plain arrays."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ from typing import TYPE_CHECKING, Literal
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.record import Record
+from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.loading import load_engine
 
 if TYPE_CHECKING:
     import xarray as xr
 
-from feasibee.scenario.runs import check_numbers, whole
-from feasibee.simulation.loading import load_engine
-
 STEPS_LIMIT = 2**31 - 1
-"""No step is later than this."""
+"""Largest number of a step."""
 CURVES_LIMIT = 8 * 2**30
-"""Bytes of curves in one call."""
+"""Largest size in bytes of one curve of all runs of a call."""
 RUNS_LIMIT = 100_000_000
-"""Runs in one call: their outcomes take 4 GB."""
-
+"""Largest number of runs of a call: their outcomes without curves take 4 GB."""
+THREADS_LIMIT = 1024
 REPLAY_LIMIT = 10_000_000
-"""Pairs of robots and things, times steps, up to which the reference plays a failed run again: seconds."""
+"""Largest number of robots x things x steps of a failed run that the reference simulates again: seconds."""
 
 
 def simulate(
@@ -38,39 +37,28 @@ def simulate(
     backend: Literal["engine", "reference"] = "engine",
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Simulate a swarm many times.
+    """Simulate many runs of a scenario; raise `FeasibeeError` if an argument is invalid.
 
     Parameters
     ----------
     scenario : Scenario, optional
-        What to simulate; by default the paper's swarm with 20 tasks.
-    runs : int
-        How many runs, at least 1.
-    seed : int
-        From 0 to 2**64 - 1. Scenario, seed and number of the run determine a run, whatever else is run with
-        it, on whatever machine.
-    first_run : int
-        Number of the first run: runs 100 to 199 of a study are ``first_run=100, runs=100``.
+        The swarm and its world; by default the paper's swarm with 20 tasks.
+    runs, seed, first_run : int
+        Number of runs, their seed (0 to 2**64 - 1), and the number of the first: ``first_run=100, runs=100``
+        simulates runs 100 to 199. Scenario, seed and number determine a run, on every machine.
     curves : bool
-        Whether to keep the number of robots with opinion 1 at each step.
+        Whether to keep the number of robots with each opinion at each step.
     threads : int, optional
-        By default one for each processor.
+        Number of threads, by default one per processor. It changes no result.
     backend : {"engine", "reference"}
-        The compiled engine, or the plain-Python reference: the same numbers, thousands of times slower.
+        The compiled engine, or the plain-Python reference: equal results, thousands of times slower.
     progress : callable, optional
-        Called now and then with the share of the work done.
+        Called about ten times a second with the share of the work that is done, from 0 to 1.
 
     Returns
     -------
     xarray.Dataset
-        Over ``run``: ``decision`` (1 feasible, 0 infeasible, -1 undecided) and ``decision_step`` (-1 if
-        undecided); over ``run`` and ``step``, with ``curves``: ``feasible_count``. The recipe is in the
-        attributes.
-
-    Raises
-    ------
-    FeasibeeError
-        If an argument is out of its range.
+        The outcomes per run, the curves per run and step, and the recipe in ``attrs["recipe"]``.
 
     Examples
     --------
@@ -79,97 +67,97 @@ def simulate(
     >>> int((swarms.decision == 1).sum())
     91
     """
-    from feasibee.results.dataset import label
+    from feasibee.results.dataset import to_dataset
 
-    scenario = check_scenario(scenario)
-    runs, seed, first_run = check_numbers(runs, seed, first_run)
+    scenario, which = check_scenario(scenario), Runs(runs, seed, first_run)
     record = simulate_record(
-        scenario,
-        runs,
-        seed,
-        first_run=first_run,
-        curves=curves,
-        threads=threads,
-        backend=backend,
-        progress=progress,
+        scenario, which, curves=curves, threads=threads, backend=backend, progress=progress
     )
-    return label(record, scenario, seed)
+    return to_dataset(record, scenario, which.seed)
 
 
 def simulate_record(
     scenario: Scenario,
-    runs: int,
-    seed: int,
+    runs: Runs,
     *,
-    first_run: int = 0,
     curves: bool = False,
     threads: int | None = None,
     chunk: int | None = None,
     backend: Literal["engine", "reference"] = "engine",
     progress: Callable[[float], None] | None = None,
 ) -> Record:
-    """Simulate without labels: see `simulate`; ``chunk`` is how many runs a thread plays at a time."""
-    scenario = check_scenario(scenario)
-    runs, seed, first_run = check_numbers(runs, seed, first_run)
-    if runs > RUNS_LIMIT:
-        rule = f"must be at most {RUNS_LIMIT} at a time"
-        raise FeasibeeError(f"runs = {runs}: {rule}; ask for fewer, and for the others with first_run")
-    if not isinstance(curves, bool):
-        raise FeasibeeError(f"curves = {quoted(curves)}: must be True or False; leave it out for False")
+    """Simulate runs and return plain arrays; the options are those of `simulate`.
+
+    ``chunk`` is the number of runs that a thread simulates per call of the engine.
+    """
+    _check_size(scenario, runs, curves)
     check_progress(progress)
-    threads = processors() if threads is None else whole("threads", threads, 1, 1024)
-    if curves and 4 * runs * (scenario.run.steps + 1) > CURVES_LIMIT:
-        raise FeasibeeError(
-            f"curves of {runs} runs x {scenario.run.steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; "
-            "ask for fewer runs at a time, fewer steps, or no curves"
-        )
+    threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     if not isinstance(backend, str) or backend not in ("engine", "reference"):
-        raise FeasibeeError(f"backend = {quoted(backend)}: must be 'engine' or 'reference'; leave it out")
+        rule = "must be 'engine' or 'reference'"
+        raise FeasibeeError(f"backend = {quoted(backend)}: {rule}; leave it out for 'engine'")
     if backend == "reference":
         from feasibee import reference
 
-        return reference.simulate(scenario, runs, seed, first_run, curves)
+        return reference.simulate(scenario, runs, curves)
     load_engine(scenario)
     from feasibee.engine import runner
 
-    record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
+    record = Record.empty(runs.first, runs.count, scenario.run.steps + 1 if curves else 0)
     try:
-        runner.simulate(scenario, seed, record, threads, chunk, progress)
+        runner.simulate(scenario, runs.seed, record, threads, chunk, progress)
     except runner.RunError as failure:
-        raise failure_of(scenario, seed, failure.run, failure.error) from None
+        raise failure_of(scenario, Runs(1, runs.seed, failure.run), failure.error) from None
     return record
 
 
-def failure_of(scenario: Scenario, seed: int, run: int, error: Exception) -> Exception:
-    """Return what to raise for a strategy that failed in a run: in the user's terms, if it is the user's.
+def _check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
+    """Raise an error if the outcomes of one call would take too much memory."""
+    if runs.count > RUNS_LIMIT:
+        rule = f"must be at most {RUNS_LIMIT} per call"
+        raise FeasibeeError(f"runs = {runs.count}: {rule}; simulate the rest with first_run={RUNS_LIMIT}")
+    if not isinstance(curves, bool):
+        raise FeasibeeError(f"curves = {quoted(curves)}: must be True or False; leave it out for False")
+    needed = 4 * runs.count * (scenario.run.steps + 1)
+    if curves and needed > CURVES_LIMIT:
+        most = max(1, CURVES_LIMIT // (4 * (scenario.run.steps + 1)))
+        raise FeasibeeError(
+            f"curves of {runs.count} runs x {scenario.run.steps} steps: need {needed / 2**30:.0f} GiB, above "
+            f"{CURVES_LIMIT // 2**30} per call; simulate at most {most} runs per call, or leave curves out"
+        )
 
-    The engine knows the error only; the reference plays the run again, and knows line, arguments and value.
+
+def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
+    """Return the error to raise when a strategy failed in one run.
+
+    The engine knows only the error of a user's strategy. The reference simulates the run again, if that takes
+    seconds, and names line, arguments and value.
     """
     strategy = scenario.strategy
     if not strategy.source:
         return error
-    which = f"in run {run} of seed {seed}"
+    which = f"in run {run.first} of seed {run.seed}"
     robots, things = scenario.robots.count, scenario.robots.count + scenario.tasks.count
     if robots * things * scenario.run.steps <= REPLAY_LIMIT:
         from feasibee import reference
 
         try:
-            reference.simulate(scenario, 1, seed, run)
-        except FeasibeeError as told:
-            return FeasibeeError(f"{told} ({which})")
+            reference.simulate(scenario, run)
+        except FeasibeeError as explained:
+            return FeasibeeError(f"{explained} ({which})")
     return FeasibeeError(
-        f"{strategy.name}: fails {which}: {error}; "
-        f'simulate(scenario, 1, {seed}, first_run={run}, backend="reference") says where'
+        f"{strategy.name}: fails {which}: {error}; to see the line, call "
+        f'simulate(scenario, 1, {run.seed}, first_run={run.first}, backend="reference")'
     )
 
 
 def processors() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def check_scenario(scenario: Scenario | None) -> Scenario:
-    """Return a scenario, by default the paper's, and refuse what isn't one."""
+    """Validate a scenario's type and return it; for None return the paper's scenario."""
     if scenario is None:
         return Scenario()
     if not isinstance(scenario, Scenario):
@@ -178,17 +166,19 @@ def check_scenario(scenario: Scenario | None) -> Scenario:
 
 
 def check_progress(progress: object) -> None:
-    """Raise an error unless the progress callback can be called."""
+    """Raise an error unless the progress callback is callable or None."""
     if progress is not None and not callable(progress):
-        raise FeasibeeError(f"progress = {quoted(progress)}: must be a function of a share; leave it out")
+        rule = "must be a function of one number, the share of the work that is done"
+        raise FeasibeeError(f"progress = {quoted(progress)}: {rule}; leave it out for none")
 
 
-def pair(name: str, value: tuple[int, int]) -> tuple[int, int]:
-    """Return the first and the last of some steps as ints, if they are in order."""
+def check_span(name: str, value: tuple[int, int]) -> tuple[int, int]:
+    """Validate the first and last step of a span; return them as built-in ints."""
     if not isinstance(value, tuple | list) or len(value) != 2:
         rule = "must be the first and the last step"
         raise FeasibeeError(f"{name} = {quoted(value)}: {rule}; such as (0, 100)")
-    first, last = (whole(name, each, 0, STEPS_LIMIT) for each in value)
+    first, last = (check_integer(name, each, 0, STEPS_LIMIT) for each in value)
     if first > last:
-        raise FeasibeeError(f"{name} = {first}:{last}: must be in order; such as (0, 100)")
+        rule = "must not begin after its end"
+        raise FeasibeeError(f"{name} = {first}:{last}: {rule}; such as {last}:{first}")
     return first, last

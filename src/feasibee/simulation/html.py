@@ -1,9 +1,9 @@
-"""What a notebook shows of a swarm: its arena as SVG, without scripts."""
+"""The HTML that a notebook shows for a swarm: its arena as SVG, without scripts."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,15 +13,17 @@ from feasibee.scenario.geometry import images
 from feasibee.scenario.html import folded, framed
 
 MOST = 20_000
-"""Robots or tasks that are drawn."""
+"""Largest number of robots, or of tasks, that is drawn."""
 GRAIN = 2000
-"""The longer side of an arena in the units of a drawing: whole numbers are short."""
-DETAILED = 12  # such units: the radius from which on robots show more than their colour
-LEAST = 4  # such units
+"""Longer side of an arena in a drawing's units, in which positions are short whole numbers."""
+DETAILED = 12
+"""Smallest radius, in a drawing's units, of robots that show more than their colour."""
+LEAST = 4
+"""Smallest radius of a robot, in a drawing's units."""
 
 
 def show_swarm(title: str, arena: str, counts: Mapping[str, int], outcome: str, scenario: str) -> str:
-    """Return a swarm as HTML: its arena, its counts with the colours' legend, and its scenario, folded."""
+    """Return a swarm as HTML: its arena, its counts as a legend of colours, and its collapsed scenario."""
     legend = ", ".join(
         f'{count} <span style="border-bottom: .2em solid {COLOURS[name]}">{name}</span>'
         for name, count in counts.items()
@@ -40,52 +42,63 @@ def draw_arena(
     diameter: float,
     walls: bool,
 ) -> str:
-    """Return an arena as SVG, on white paper; a few paths, so that thousands of robots stay light.
+    """Return an arena as SVG on white; it has few paths, so that thousands of robots need little memory.
 
     Parameters
     ----------
     size : tuple of float
-        Of the arena, in units.
+        Width and height of the arena, in units.
     positions, tasks : float64 array, shape (robots or tasks, 2)
-        In units.
+        Positions of the robots and of the tasks, in units.
     opinions : int8 array, shape (robots,)
         1 feasible, 0 infeasible, -1 none.
     disseminating : bool array, shape (robots,)
-        Which robots get a ring.
+        Whether each robot is disseminating; such robots have a ring.
     diameter : float
-        Of a robot, in units.
+        Diameter of a robot, in units.
     walls : bool
-        Whether the arena is closed, and not a torus.
+        Whether the arena has walls instead of being a torus.
     """
     if max(len(positions), len(tasks)) > MOST:
-        return f"<p>More than {MOST} robots or tasks aren't drawn here; see feasibee animate.</p>"
+        return f"<p>More than {MOST} robots or tasks aren't drawn here; use feasibee animate.</p>"
     scale = GRAIN / max(size)
     width, height = (max(1, round(side * scale)) for side in size)
     radius = max(LEAST, round(diameter / 2 * scale))
-    detailed = radius >= DETAILED
-    parts = [_triangles(_places(tasks, scale, (width, height), 0, walls), radius, detailed)]
-    for opinion, name in DECISIONS.items():
+
+    def place(units: NDArray[np.float64], reach: int) -> list[list[int]]:
+        return _places(units, scale, (width, height), reach, walls)
+
+    parts = [_triangles(place(tasks, 0), radius, radius >= DETAILED)]
+    for opinion in DECISIONS:
         for tells in (False, True):
             chosen = positions[(opinions == opinion) & (disseminating == tells)]
-            spots = _places(chosen, scale, (width, height), round(1.5 * radius), walls)
-            colour = COLOURS[name]
-            if detailed and tells:
-                parts += [_dots(spots, 2.8 * radius, colour), _dots(spots, 2.4 * radius, "#fff")]
-            parts.append(_dots(spots, (1.4 if opinion == NO_OPINION else 2.0) * radius, colour))
-            if opinion == INFEASIBLE:
-                parts.append(_dots(spots, 0.96 * radius, "#fff"))
+            parts += _robots(place(chosen, round(1.5 * radius)), radius, opinion, tells)
+    label = f"An arena with {len(positions)} robots and {len(tasks)} tasks"
+    return _framed("".join(parts), width, height, walls, label)
+
+
+def _robots(spots: list[list[int]], radius: int, opinion: int, ring: bool) -> Iterator[str]:
+    """Yield the discs of robots with the same opinion, in layers from the back to the front."""
+    colour = COLOURS[DECISIONS[opinion]]
+    if radius >= DETAILED and ring:
+        yield _dots(spots, 2.8 * radius, colour)
+        yield _dots(spots, 2.4 * radius, "#fff")
+    yield _dots(spots, (1.4 if opinion == NO_OPINION else 2.0) * radius, colour)
+    if opinion == INFEASIBLE:
+        yield _dots(spots, 0.96 * radius, "#fff")
+
+
+def _framed(drawn: str, width: int, height: int, walls: bool, label: str) -> str:
+    """Return a drawing as SVG with a border; what is beyond the border is cut off."""
     thick = 16 if walls else 4
     border = (
         f'<rect x="{-thick / 2}" y="{-thick / 2}" width="{width + thick}" height="{height + thick}" '
         f'fill="none" stroke="{"#222" if walls else "#999"}" stroke-width="{thick}"/>'
     )
-    label = f"An arena with {len(positions)} robots and {len(tasks)} tasks"
     pad = 2 * thick + 8
     box = f"{-pad} {-pad} {width + 2 * pad} {height + 2 * pad}"
     paper = f'<rect x="{-pad}" y="{-pad}" width="{width + 2 * pad}" height="{height + 2 * pad}" fill="#fff"/>'
-    inside = (
-        f'<svg width="{width}" height="{height}">{"".join(parts)}</svg>'  # cuts off what is beyond its edges
-    )
+    inside = f'<svg width="{width}" height="{height}">{drawn}</svg>'  # an inner svg clips its content
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" role="img" aria-label="{label}">'
         f"{paper}{inside}{border}</svg>"
@@ -95,7 +108,7 @@ def draw_arena(
 def _places(
     units: NDArray[np.float64], scale: float, size: tuple[int, int], reach: int, walls: bool
 ) -> list[list[int]]:
-    """Return where things show in a drawing, y downward."""
+    """Return the positions of things and their images in a drawing, with y downward."""
     places = np.rint(units.reshape(-1, 2) * scale).astype(np.int64)
     places[:, 1] = size[1] - places[:, 1]
     listed: list[list[int]] = images(places, reach, size, walls)[0].tolist()
@@ -103,7 +116,7 @@ def _places(
 
 
 def _dots(spots: list[list[int]], width: float, colour: str) -> str:
-    """Return discs as strokes of one path: the short way to say where many things are."""
+    """Return discs as round strokes of one path, the shortest SVG for many discs."""
     if not spots:
         return ""
     path = "".join(f"M{x} {y}h0" for x, y in spots)
@@ -111,6 +124,7 @@ def _dots(spots: list[list[int]], width: float, colour: str) -> str:
 
 
 def _triangles(spots: list[list[int]], radius: int, detailed: bool) -> str:
+    """Return tasks as triangles of one path."""
     if not spots:
         return ""
     half = 0.9 * radius

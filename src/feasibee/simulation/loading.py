@@ -15,7 +15,7 @@ from functools import cache
 from multiprocessing import parent_process
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from feasibee.cache import check_cache
+from feasibee.files.cache import check_cache
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy

@@ -1,4 +1,4 @@
-"""Swarm: one run, step by step, to look at."""
+"""Swarm: one run, simulated step by step, with the state of every robot."""
 
 from __future__ import annotations
 
@@ -11,47 +11,48 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.runs import check_numbers, whole
+from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.html import draw_arena, show_swarm
 from feasibee.simulation.loading import load_engine
 
 FIRST_STEPS = 1024
-"""Room for counts, at first."""
+"""Initial length of the curves of counts."""
 
 
 class Snapshot(NamedTuple):
-    """A swarm as a screen needs it, in few bytes."""
+    """The robots of a step in few bytes, as a page draws them."""
 
     x: NDArray[np.uint16]
-    """Of each robot, in 65,536ths of the arena's longer side."""
+    """Position of each robot, in 65,536ths of the arena's longer side."""
     y: NDArray[np.uint16]
+    """Position of each robot, in the same unit."""
     heading: NDArray[np.uint8]
-    """In 256ths of a turn, counterclockwise from the x axis."""
-    marks: NDArray[np.uint8]
-    """A bit for each of `MARKS`, the lowest first."""
+    """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
+    flags: NDArray[np.uint8]
+    """Properties of each robot: a bit for each of `FLAGS`, the lowest first."""
 
 
-MARKS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "liar", "stubborn")
+FLAGS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "byzantine", "stubborn")
 
 
 class Swarm:
-    """The swarm of one run; the same computation as `simulate`, to the bit.
+    """One run, simulated step by step; the results are those of `simulate` to the bit.
 
     Parameters
     ----------
     scenario : Scenario, optional
-        By default the paper's swarm with 20 tasks.
+        The swarm and its world; by default the paper's swarm with 20 tasks.
     seed, run : int
-        Which run.
+        Seed and number of the run.
     room : int, optional
-        Bytes that the swarm may take; by default as many as it wants.
+        Largest memory of the swarm's state in bytes; by default unlimited.
 
     Raises
     ------
     FeasibeeError
-        If there is no such run, or it takes more room.
+        If an argument is invalid, or the swarm needs more memory than ``room``.
 
     Examples
     --------
@@ -65,20 +66,20 @@ class Swarm:
     def __init__(
         self, scenario: Scenario | None = None, seed: int = 0, run: int = 0, *, room: int | None = None
     ) -> None:
-        _, seed, run = check_numbers(1, seed, run, "run")
+        self._which = Runs.single(seed, run)
         self.scenario = check_scenario(scenario)
-        room = None if room is None else whole("room", room, 0, 2**63)
+        room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
         from feasibee.engine import layout, runner, translation
 
-        self._seed, self._run, self._room = seed, run, room
+        self._room = room
         self._layout = layout
-        self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
+        self._params = translation.params_of(self.scenario, self._which.seed)._replace(stop_at_decision=False)
         self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
         self._kinds = translation.kinds_of(self.scenario, self._params)
         self._packed = layout.packed(self._params)
         self._unit = translation.unit_of(self.scenario)
-        self._record = Record.empty(run, 1, FIRST_STEPS)
+        self._record = Record.empty(self._which.first, 1, FIRST_STEPS)
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
@@ -87,21 +88,21 @@ class Swarm:
         needed = self._layout.size_of(self._params, self._kinds, slots)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
-                f"this swarm takes {needed / 2**20:.0f} MiB: must fit {self._room // 2**20} MiB here; "
-                "take fewer robots, or a shorter radio.range"
+                f"this swarm needs {needed / 2**20:.0f} MiB, above the limit of {self._room // 2**20} MiB; "
+                "use fewer robots, or a shorter radio.range"
             )
         self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
-        self._start(self._packed, self._state, self._run)
-        self._play(0)  # notes down step 0
+        self._start(self._packed, self._state, self._which.first)
+        self._play(0)  # records step 0
 
     def advance(self, steps: int = 1) -> None:
-        """Let some steps pass."""
-        until = self.step + whole("steps", steps, 0, STEPS_LIMIT)
+        """Simulate a number of steps."""
+        until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(until)
             if self._state.clock[self._layout.FULL]:
-                self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
+                self._begin(2 * self._slots)  # an inbox table is full: repeat the run with a larger one
 
     def _play(self, until: int) -> None:
         from feasibee.engine.runner import FAILURES
@@ -122,31 +123,23 @@ class Swarm:
                 *self._strategy,
             )
         except FAILURES as error:
-            raise failure_of(self.scenario, self._seed, self._run, error) from None
+            raise failure_of(self.scenario, self._which, error) from None
 
     def _make_room_for(self, step: int) -> None:
-        """Lengthen the curves, each time to twice as much, so that a step costs the same at any step."""
+        """Lengthen the curves for a step, at least to twice their length: a step costs constant time."""
         old = self._record
         if step < old.feasible_count.shape[1]:
             return
-        record = Record.empty(self._run, 1, max(step + 1, 2 * old.feasible_count.shape[1]))
-        record.decision[:], record.decision_step[:], record.account[:] = (
-            old.decision,
-            old.decision_step,
-            old.account,
-        )
-        record.feasible_count[:, : old.feasible_count.shape[1]] = old.feasible_count
-        record.infeasible_count[:, : old.infeasible_count.shape[1]] = old.infeasible_count
-        self._record = record
+        self._record = old.lengthened(max(step + 1, 2 * old.feasible_count.shape[1]))
 
     @property
     def step(self) -> int:
-        """Steps done."""
+        """Number of steps simulated so far."""
         return int(self._state.clock[self._layout.STEP])
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Where the robots are: float64, shape (robots, 2), in units, from 0 to the side."""
+        """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
         count = self.scenario.robots.count
         return self._in_units(
             self._state.robots[self._layout.X, :count], self._state.robots[self._layout.Y, :count]
@@ -154,18 +147,18 @@ class Swarm:
 
     @property
     def tasks(self) -> NDArray[np.float64]:
-        """Where the tasks are: float64, shape (tasks, 2), in units."""
+        """Positions of the tasks in units: float64, shape (tasks, 2)."""
         return self._in_units(self._state.tasks[self._layout.X], self._state.tasks[self._layout.Y])
 
     @property
     def opinions(self) -> NDArray[np.int8]:
-        """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing."""
+        """Opinions of the robots: int8, shape (robots,), 1 feasible, 0 infeasible, -1 none."""
         feasible = self._members(self._state.sets[self._layout.OPINIONS])
         return feasible - self._members(self._state.sets[self._layout.NEUTRAL])
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
-        """Which robots broadcast their opinion: bool, shape (robots,); the others explore."""
+        """Whether each robot is disseminating: bool, shape (robots,); the others explore."""
         return self._members(self._state.sets[self._layout.DISSEMINATING]).astype(np.bool_)
 
     @property
@@ -191,22 +184,22 @@ class Swarm:
 
     @property
     def first_decision(self) -> tuple[int, int]:
-        """What the swarm decided first, and at which step, as `simulate` says; -1 and -1 if none."""
+        """First decision of the swarm and its step, as in `simulate`; -1 and -1 while undecided."""
         return int(self._record.decision[0]), int(self._record.decision_step[0])
 
     @property
     def committed(self) -> NDArray[np.bool_]:
-        """Which robots have committed to their opinion: bool, shape (robots,)."""
+        """Whether each robot has committed to its opinion: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.COMMITTED]).astype(np.bool_)
 
     @property
     def bits_sent(self) -> int:
-        """Length of all messages so far."""
+        """Total length in bits of all messages sent so far."""
         return int(self._state.clock[self._layout.BITS])
 
     @property
     def decision(self) -> int:
-        """What the counted robots agree on at this step: 1 feasible, 0 infeasible, -1 nothing."""
+        """Decision of the counted robots at this step: 1 feasible, 0 infeasible, -1 undecided."""
         counted = int(self.counted.sum())
         needed = exact(self.scenario.decision.threshold) * counted
         if self.feasible_count > needed:
@@ -217,12 +210,12 @@ class Swarm:
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Which robots the decision is taken over: bool, shape (robots,); honest, and still working."""
+        """Whether each robot counts in the decision, honest and still working: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
 
     @property
     def headings(self) -> NDArray[np.float64]:
-        """Where robots go: float64, shape (robots,), in radians; 0 for those that stand still for good."""
+        """Directions of robots in radians: float64, shape (robots,); 0 if a robot never moves again."""
         count, robots = self.scenario.robots.count, self._state.robots
         angles: NDArray[np.float64] = np.arctan2(
             robots[self._layout.STEP_Y, :count], robots[self._layout.STEP_X, :count]
@@ -230,7 +223,7 @@ class Swarm:
         return angles
 
     def snapshot(self) -> Snapshot:
-        """Return this step for a screen."""
+        """Return the robots of this step in few bytes."""
         count, robots, layout = self.scenario.robots.count, self._state.robots, self._layout
         sets = (
             layout.OPINIONS,
@@ -241,7 +234,7 @@ class Swarm:
             layout.WORKING,
             layout.LIARS,
             layout.STUBBORN,
-        )  # in the order of MARKS
+        )  # in the order of FLAGS
         members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
         x, y = (self._coarse(robots[axis, :count]) for axis in (layout.X, layout.Y))
         steps = robots[[layout.STEP_X, layout.STEP_Y], :count].astype(np.float32)
@@ -254,18 +247,18 @@ class Swarm:
         )
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """Return where the tasks are, x and y, in the units of a snapshot."""
+        """Return x and y of the tasks, in the unit of ``Snapshot``."""
         tasks = self._state.tasks
         return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
 
     def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
-        """Return fixed-point numbers as 65,536ths of the longer side."""
+        """Convert fixed-point numbers to 65,536ths of the longer side."""
         coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.walls else 16)
         places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
         return places
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the arena and the counts."""
+        """Return the arena and the counts as HTML for notebooks."""
         world = self.scenario
         drawn = draw_arena(
             world.arena.size,
@@ -277,7 +270,7 @@ class Swarm:
             walls=world.arena.boundary == "walls",
         )
         counts = {DECISIONS[FEASIBLE]: self.feasible_count, DECISIONS[INFEASIBLE]: self.infeasible_count}
-        title = f"Run {self._run}, step {self.step}"
+        title = f"Run {self._which.first}, step {self.step}"
         outcome = f"{DECISIONS[self.decision]} (truth: {DECISIONS[int(truth(world))]})"
         return show_swarm(title, drawn, counts, outcome, world._repr_html_())
 

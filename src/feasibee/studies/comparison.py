@@ -27,7 +27,7 @@ from feasibee.results.statistics import (
 )
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
-from feasibee.scenario.runs import first_run_of
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
@@ -183,8 +183,7 @@ def compare(
     for name, scenario in contenders.items():
         for place, number in enumerate(numbers):
             changed = scenario if number is None else scenario.replace({"tasks.count": number})
-            first_run = first_run_of(place, runs)
-            record = simulate_record(changed, runs, seed, first_run=first_run, curves=True, threads=threads)
+            record = simulate_record(changed, Runs.of_point(place, runs, seed), curves=True, threads=threads)
             outcomes.append(outcome_of(name, changed, record))
             if progress is not None:
                 progress(len(outcomes) / (len(contenders) * len(numbers)))
@@ -195,7 +194,7 @@ def right_at_end(
     scenario: Scenario, runs: int, seed: int, first_run: int = 0, threads: int | None = None
 ) -> NDArray[np.bool_]:
     """Simulate, and return whether each swarm was right at the last step: bool, shape (runs,)."""
-    record = simulate_record(scenario, runs, seed, first_run=first_run, curves=True, threads=threads)
+    record = simulate_record(scenario, Runs(runs, seed, first_run), curves=True, threads=threads)
     return outcome_of("", scenario, record).right
 
 

@@ -18,10 +18,10 @@ from matplotlib import colormaps
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import draw_opinion_bands, plot_decisions
 from feasibee.figures.style import figure, save_both
-from feasibee.files import make_folder, whole_file, write_csv
+from feasibee.files import atomic_write, make_folder, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
 from feasibee.results.statistics import decision_times, opinion_quartiles
-from feasibee.scenario.runs import check_numbers, first_run_of
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.swarm import Swarm
@@ -62,8 +62,7 @@ def reproduce(
     list of Claim
         As in ``claims.json``.
     """
-    first_run_of(0, runs)
-    check_numbers(runs, seed)
+    Runs.of_point(0, runs, seed)  # raises before anything is computed
     folder = make_folder(out)
     points = run_study(runs, seed, threads, progress)
     claims = check_claims(points, seed)
@@ -77,7 +76,7 @@ def reproduce(
         "model_version": MODEL_VERSION,
         "robots": swarm.scenario.robots.count,
     }
-    with whole_file(folder / "claims.json") as path:
+    with atomic_write(folder / "claims.json") as path:
         path.write_text(json.dumps({**about, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n")
     return claims
 
@@ -91,13 +90,7 @@ def run_study(
         scenario = Scenario(tasks={"count": tasks})
         share = None if progress is None else _part_of(progress, done, len(TASKS))
         record = simulate_record(
-            scenario,
-            runs,
-            seed,
-            first_run=first_run_of(tasks, runs),
-            curves=True,
-            threads=threads,
-            progress=share,
+            scenario, Runs.of_point(tasks, runs, seed), curves=True, threads=threads, progress=share
         )
         robots = scenario.robots.count
         quartiles = opinion_quartiles(record.feasible_count, robots)

@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from feasibee.figures.comparison import draw_against_bits, draw_against_time
-from feasibee.files import whole_file
+from feasibee.files import atomic_write
 from feasibee.studies.assessment import Assessment, _html_table, words
 
 
@@ -34,7 +34,7 @@ def write_report(assessment: Assessment, path: Path) -> None:
     body += "<h2>Changes</h2>" + _html_table(assessment.limits)
     body += f"<h2>Scenario</h2><pre>{html.escape(assessment.scenario.to_toml())}</pre>"
     text = PAGE.replace("{body}", body).replace("{hash}", assessment.scenario.hash[:12])
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 

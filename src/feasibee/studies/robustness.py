@@ -12,7 +12,7 @@ from feasibee.figures.style import save_both
 from feasibee.files import make_folder, write_csv
 from feasibee.results.statistics import DecisionTimes, Interval, accuracy, decision_rates, decision_times
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.runs import check_numbers, first_run_of
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
 
@@ -106,8 +106,7 @@ def reproduce_beyond(
     list of Row
         Panel by panel, from the fewest places to the most.
     """
-    first_run_of(0, runs)
-    check_numbers(runs, seed)
+    Runs.of_point(0, runs, seed)  # raises before anything is computed
     folder = make_folder(out)
     rows = []
     for panel in WORLDS:
@@ -156,7 +155,7 @@ def _mixed_tasks(places: int) -> dict[str, Any]:
 
 def _simulate(panel: str, places: int, runs: int, seed: int, threads: int | None) -> Row:
     scenario = world(panel, places)
-    record = simulate_record(scenario, runs, seed, first_run=first_run_of(places, runs), threads=threads)
+    record = simulate_record(scenario, Runs.of_point(places, runs, seed), threads=threads)
     feasible = truth(scenario)
     return Row(
         panel,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from feasibee.figures.style import figure
 from feasibee.results.statistics import Interval
-from feasibee.scenario.runs import check_numbers
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import right_at_end
 from feasibee.studies.space import Dimension
@@ -77,7 +77,7 @@ def sensitivities(
     float64 array, shape (points,)
         The share of swarms that are right at the last step, at each point.
     """
-    check_numbers(points * runs, seed)
+    Runs(points * runs, seed)  # raises before anything is computed
     places = latin_hypercube(points, len(space), seed)
     shares = np.empty(points)
     for number, place in enumerate(places):

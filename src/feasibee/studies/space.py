@@ -11,7 +11,6 @@ from typing import Any, get_args
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.scenario.paths import read_value
 from feasibee.scenario.scenario import Scenario
-from feasibee.sweeps.plan import value_at
 
 FACTOR = 5.0
 """By default a field goes from a fifth of its value to five times it."""
@@ -70,8 +69,8 @@ def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
 def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
     section, _, key = path.partition(".")
     try:
-        kind = type(value_at(scenario, section)).model_fields[key].annotation
-        now = value_at(scenario, path)
+        kind = type(scenario.get(section)).model_fields[key].annotation
+        now = scenario.get(path)
     except (AttributeError, LookupError):
         raise FeasibeeError(f"{path}: isn't a field; such as decision.gain") from None
     if given:

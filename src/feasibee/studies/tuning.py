@@ -21,7 +21,6 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import right_at_end
 from feasibee.studies.space import Dimension
 from feasibee.sweeps.content import short
-from feasibee.sweeps.plan import value_at
 
 NAME = "tune.sqlite"
 FINALISTS = 5
@@ -167,7 +166,7 @@ def _search(scenario: Scenario, space: Sequence[Dimension], path: Path, runs: in
             load_if_exists=True,
         )
         _check_trials(search, path)
-        now = {each.path: value_at(scenario, each.path) for each in space}
+        now = {each.path: scenario.get(each.path) for each in space}
         if not search.trials and all(each.holds(now[each.path]) for each in space):
             search.enqueue_trial(now)
     return search

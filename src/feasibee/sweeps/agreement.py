@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from feasibee.sweeps.encoding import curve_of
-from feasibee.sweeps.schema import COLUMNS, Kind
+from feasibee.sweeps.schema import CURVE_NAMES, PLACES, Kind
 
 
 def difference(
@@ -17,9 +17,8 @@ def difference(
     if ours == theirs:
         return None
     if kind is Kind.RUNS:
-        names = ("run", *COLUMNS.split(", "))
-        return next(each for each in zip(names, ours, theirs, strict=True) if each[1] != each[2])
-    for name, mine, other in zip(("feasible", "infeasible"), ours[1:], theirs[1:], strict=True):
+        return next(each for each in zip(PLACES, ours, theirs, strict=True) if each[1] != each[2])
+    for name, mine, other in zip(CURVE_NAMES, ours[1:], theirs[1:], strict=True):
         here, there = curve_of(mine), curve_of(other)  # another zlib may pack them otherwise
         if here.size != there.size:
             return "its number of steps", here.size - 1, there.size - 1

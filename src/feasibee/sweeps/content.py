@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from feasibee.scenario.scenario import hash_of
 from feasibee.sweeps import checksums
-from feasibee.sweeps.schema import Chunk, Entry, Kind
+from feasibee.sweeps.schema import PLACES, Chunk, Entry, Kind
 
 Rows = list[tuple[Any, ...]]
 Array = NDArray[np.int64]
@@ -157,7 +157,7 @@ def missing(
 
 
 def runs_of(database: sqlite3.Connection, point: int) -> Array:
-    """Return all runs of a point: int64, shape (runs, 7).
+    """Return all runs of a point: int64, shape (runs, columns of `PLACES`).
 
     Raises
     ------
@@ -216,7 +216,7 @@ def select(
 
 
 def _array(rows: Any) -> Array:
-    return np.fromiter(chain.from_iterable(rows), np.int64).reshape(-1, 7)
+    return np.fromiter(chain.from_iterable(rows), np.int64).reshape(-1, len(PLACES))
 
 
 def _check(kind: Kind, point: int, chunk: Chunk, rows: Any) -> None:

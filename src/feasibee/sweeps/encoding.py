@@ -4,35 +4,27 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.model.outcomes import CURVES, OUTCOMES
 from feasibee.model.record import Record
 
 
 def rows_of_runs(record: Record) -> Iterator[tuple[int, ...]]:
-    """Yield each run's number and then `COLUMNS`."""
-    columns = (
-        range(record.first_run, record.first_run + record.runs),
-        record.decision.tolist(),
-        record.decision_step.tolist(),
-        record.bits_sent.tolist(),
-        record.commit_step.tolist(),
-        record.committed_feasible.tolist(),
-        record.committed_infeasible.tolist(),
-    )
-    return zip(*columns, strict=True)
+    """Yield each run's number and its outcomes, in the order of `OUTCOMES`."""
+    numbers = range(record.first_run, record.first_run + record.runs)
+    return zip(numbers, *(getattr(record, each.name).tolist() for each in OUTCOMES), strict=True)
 
 
-def rows_of_curves(record: Record) -> Iterator[tuple[int, bytes, bytes]]:
-    """Yield each run's number, feasible count and infeasible count."""
+def rows_of_curves(record: Record) -> Iterator[tuple[Any, ...]]:
+    """Yield each run's number and its curves as bytes, in the order of `CURVES`."""
     for row in range(record.runs):
-        feasible, infeasible = (
-            zlib.compress(np.ascontiguousarray(counts[row], "<i4").tobytes())
-            for counts in (record.feasible_count, record.infeasible_count)
-        )
-        yield record.first_run + row, feasible, infeasible
+        curves = (getattr(record, each.name)[row] for each in CURVES)
+        packed = (zlib.compress(np.ascontiguousarray(curve, "<i4").tobytes()) for curve in curves)
+        yield record.first_run + row, *packed
 
 
 def curve_of(blob: bytes) -> NDArray[np.int32]:

@@ -9,9 +9,8 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, UnknownFieldError
 from feasibee.figures.style import figure, spaced_by_ratio
-from feasibee.sweeps.plan import value_at
 from feasibee.sweeps.table import SOURCE, Summary, share
 
 SHOWN = ("accuracy", "feasible", "infeasible", "undecided")
@@ -77,8 +76,8 @@ def _value(point: Summary, path: str) -> Any:
     if path == SOURCE:
         return point.row.source or "built in"
     try:
-        value = value_at(point.row.scenario, path)
-    except LookupError:
+        value = point.row.scenario.get(path)
+    except UnknownFieldError:
         raise FeasibeeError(f"{path}: isn't a field of the scenarios; such as tasks.count") from None
     return value if isinstance(value, int | float | str) else str(value)
 

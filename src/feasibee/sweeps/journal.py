@@ -29,7 +29,7 @@ from feasibee.sweeps.agreement import difference
 from feasibee.sweeps.content import Array, Damage, Rows
 from feasibee.sweeps.encoding import curve_of, rows_of_curves, rows_of_runs
 from feasibee.sweeps.plan import Point, Until
-from feasibee.sweeps.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
+from feasibee.sweeps.schema import FORMAT, NAME, PLACES, STATEMENTS, Entry, Kind
 from feasibee.sweeps.survey import Survey, frame, name_of, snapshot, survey
 
 Visit = Callable[[Entry, Array], object]
@@ -144,7 +144,7 @@ class Journal:
         """Return how many runs each point that has any has, and how many of them decided as the truth."""
         found = {}
         for entry in self.entries():
-            decisions = self.columns(entry.id)[:, 1]
+            decisions = self.columns(entry.id)[:, PLACES["decision"]]
             if decisions.size:
                 found[entry.id] = decisions.size, int((decisions == entry.truth).sum())
         return found
@@ -154,10 +154,10 @@ class Journal:
         columns = self.columns(point)
         with opening.told(self.path):
             ((true,),) = self._database.execute("SELECT truth FROM points WHERE id = ?", (point,))
-        return int((columns[columns[:, 0] < runs, 1] == true).sum())
+        return int((columns[columns[:, 0] < runs, PLACES["decision"]] == true).sum())
 
     def columns(self, point: int) -> NDArray[np.int64]:
-        """Return the runs of a point: int64, shape (runs, 7), the run's number and then `COLUMNS`."""
+        """Return the runs of a point: int64, shape (runs, columns of `PLACES`)."""
         with self._strict():
             return content.runs_of(self._database, point)
 

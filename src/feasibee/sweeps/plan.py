@@ -24,14 +24,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from pydantic import BaseModel
 
-from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, quoted
+from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import RUN_LIMIT
 from feasibee.scenario.fields import Section
-from feasibee.scenario.paths import place, toml_tables, toml_value
-from feasibee.scenario.runs import check_numbers
+from feasibee.scenario.paths import toml_tables, toml_value
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
 POINTS_LIMIT = 1_000_000
@@ -123,13 +122,13 @@ def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
     for key in tables:
         if key not in KEYS:
             raise FeasibeeError(f"{key}: unknown key; a study has {', '.join(KEYS)}")
-    runs, seed, _ = check_numbers(tables.get("runs", 100), tables.get("seed", 0))
+    runs = Runs(tables.get("runs", 100), tables.get("seed", 0))
     curves = tables.get("curves", False)
     if not isinstance(curves, bool):
         raise FeasibeeError(f"curves = {curves!r}: must be true or false; leave it out for false")
     base = _base(tables, folder)
     points = _points(base, (_located(values, folder) for values in _designs(tables, folder, base)))
-    return Study(points, runs, seed, curves, _until(tables.get("until"), runs))
+    return Study(points, runs.count, runs.seed, curves, _until(tables.get("until"), runs.count))
 
 
 def _base(tables: Mapping[str, Any], folder: Path) -> Scenario:
@@ -244,37 +243,11 @@ def _is_whole(base: Scenario, path: str) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
 
 
-def value_at(scenario: Scenario, path: str) -> Any:
-    """Return what a scenario has in a field.
-
-    Raises
-    ------
-    LookupError
-        If it has no such field.
-    """
-    value: Any = scenario
-    for part in path.split("."):
-        try:
-            value = _within(value, part)
-        except (IndexError, KeyError, TypeError, ValueError):
-            raise LookupError(path) from None
-    return value
-
-
-def _within(value: Any, part: str) -> Any:
-    """Return what a section, a list or a table has of that name, and no other attribute of it."""
-    if isinstance(value, BaseModel):
-        if part not in type(value).model_fields:
-            raise KeyError(part)
-        return getattr(value, part)
-    return value[place(part)] if isinstance(value, tuple) else value[part]
-
-
 def _present(base: Scenario, path: str) -> Any:
     """Return what a field holds now; None if there is no such field."""
     try:
-        return value_at(base, path)
-    except LookupError:
+        return base.get(path)
+    except UnknownFieldError:
         return None
 
 

@@ -5,12 +5,35 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Final, NamedTuple
 
+from feasibee.model.outcomes import CURVES, OUTCOMES, Outcome
+
 NAME: Final = "journal.sqlite"
 LOCK: Final = "journal.lock"
 SEAL: Final = "journal.seal"
 """Holds the number of commits. It says whether a lost write-ahead log has taken some along."""
 FORMAT: Final = 3
-SCHEMA: Final = """
+"""Number of the tables' format; raise it whenever `SCHEMA` changes."""
+
+
+def _column(outcome: Outcome) -> str:
+    """Return a column of the table ``runs`` in SQL, with a check of its values and the meaning of codes."""
+    if outcome.codes:
+        check = f"{outcome.name} IN ({', '.join(map(str, sorted(outcome.codes)))})"
+        note = ", ".join(f"{code} {name}" for code, name in outcome.codes.items())
+    else:
+        check = f"{outcome.name} >= {outcome.fill}"
+        note = f"{outcome.fill}: {outcome.missing}" if outcome.missing else ""
+    return f"    {outcome.name} INTEGER NOT NULL CHECK ({check}),{note and f' -- {note}'}"
+
+
+NAMES: Final = tuple(each.name for each in OUTCOMES)
+CURVE_NAMES: Final = tuple(each.name.removesuffix("_count") for each in CURVES)
+PLACES: Final = {name: place for place, name in enumerate(("run", *NAMES))}
+"""Numbers of the columns in an array of runs, by name."""
+RUN_COLUMNS: Final = "\n".join(map(_column, OUTCOMES))
+CURVE_COLUMNS: Final = "\n".join(f"    {name} BLOB NOT NULL," for name in CURVE_NAMES)
+ENCODING: Final = "         -- zlib of int32, little-endian: robots with opinion 1 at each step from 0"
+SCHEMA: Final = f"""
 CREATE TABLE about (
     key TEXT PRIMARY KEY,           -- versions, how much there is, and the digest of all that
     value TEXT NOT NULL
@@ -42,24 +65,17 @@ CREATE TABLE chunks (
 CREATE TABLE runs (
     point INTEGER NOT NULL REFERENCES points (id),
     run INTEGER NOT NULL CHECK (run >= 0),
-    decision INTEGER NOT NULL CHECK (decision IN (-1, 0, 1)), -- 1 feasible, 0 infeasible, -1 undecided
-    decision_step INTEGER NOT NULL CHECK (decision_step >= -1), -- -1: undecided
-    bits_sent INTEGER NOT NULL CHECK (bits_sent >= 0),
-    commit_step INTEGER NOT NULL CHECK (commit_step >= -1), -- -1: never
-    committed_feasible INTEGER NOT NULL CHECK (committed_feasible >= 0),
-    committed_infeasible INTEGER NOT NULL CHECK (committed_infeasible >= 0),
+{RUN_COLUMNS}
     PRIMARY KEY (point, run)
 ) WITHOUT ROWID;
 CREATE TABLE curves (
     point INTEGER NOT NULL REFERENCES points (id),
     run INTEGER NOT NULL CHECK (run >= 0),
-    feasible BLOB NOT NULL,         -- zlib of int32, little-endian: robots with opinion 1 at each step from 0
-    infeasible BLOB NOT NULL,
+{CURVE_COLUMNS.replace(",", f",{ENCODING}", 1)}
     PRIMARY KEY (point, run)
 ) WITHOUT ROWID;
 """
 STATEMENTS: Final = tuple(statement.strip() for statement in SCHEMA.split(";\n") if statement.strip())
-COLUMNS: Final = "decision, decision_step, bits_sent, commit_step, committed_feasible, committed_infeasible"
 
 
 class Kind(IntEnum):
@@ -76,7 +92,7 @@ class Kind(IntEnum):
     @property
     def columns(self) -> str:
         """Columns of a row after the point; the first is the run's number."""
-        return f"run, {COLUMNS}" if self is Kind.RUNS else "run, feasible, infeasible"
+        return ", ".join(("run", *(NAMES if self is Kind.RUNS else CURVE_NAMES)))
 
 
 class Entry(NamedTuple):

@@ -25,6 +25,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record
 from feasibee.results.statistics import confidence_sequence
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT, simulate_record
 from feasibee.sweeps.executors import Crew
@@ -234,9 +235,7 @@ def play(scenarios: Sequence[Scenario], pieces: Sequence[Piece], seed: int, curv
 
 def _play(scenario: Scenario, piece: Piece, seed: int, curves: bool) -> Record:
     try:
-        return simulate_record(
-            scenario, piece.runs, seed, first_run=piece.first_run, curves=curves, threads=1
-        )
+        return simulate_record(scenario, Runs(piece.runs, seed, piece.first_run), curves=curves, threads=1)
     except MemoryError:
         raise FeasibeeError(
             f"robots.count = {scenario.robots.count}: a worker has no room for such a swarm; take fewer "

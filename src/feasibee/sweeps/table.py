@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.files import check_output, whole_file
+from feasibee.errors import FeasibeeError, UnknownFieldError, how_to_install
+from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import (
     DecisionTimes,
@@ -24,8 +24,7 @@ from feasibee.results.statistics import (
 )
 from feasibee.sweeps.content import Array
 from feasibee.sweeps.journal import Journal, Row, row_of
-from feasibee.sweeps.plan import value_at
-from feasibee.sweeps.schema import COLUMNS, Entry
+from feasibee.sweeps.schema import PLACES, Entry
 from feasibee.sweeps.survey import Survey
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def survey(journal: Journal) -> tuple[list[Summary], Survey]:
 
 
 def _summary(row: Row, columns: Array) -> Summary:
-    decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
+    decision, step, bits = (columns[:, PLACES[name]] for name in ("decision", "decision_step", "bits_sent"))
     scenario = row.scenario
     return Summary(
         row,
@@ -145,7 +144,7 @@ def frame(journal: Journal) -> pd.DataFrame:
     points, parts = journal.points, []
     fields = {path: _column([held(row, path) for row in points]) for path in varied(points)}
     for number, row in enumerate(points):
-        part = pd.DataFrame(journal.columns(row.id), columns=["run", *COLUMNS.split(", ")])
+        part = pd.DataFrame(journal.columns(row.id), columns=list(PLACES))
         part.insert(0, "point", row.id)
         for place, (path, values) in enumerate(fields.items(), start=1):
             part.insert(place, path, values[number])
@@ -160,8 +159,8 @@ def held(row: Row, path: str) -> Any:
     if path == SOURCE:
         return row.source
     try:
-        value = row.values[path] if path in row.values else value_at(row.scenario, path)
-    except LookupError:
+        value = row.values[path] if path in row.values else row.scenario.get(path)
+    except UnknownFieldError:
         return None
     return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
 
@@ -192,7 +191,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
     """
     check_output(path, [KINDS[kind]])
     rows = frame(journal)
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         if kind == "csv":
             rows.to_csv(temporary, index=False)
         elif kind == "parquet":

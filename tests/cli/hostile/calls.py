@@ -15,13 +15,15 @@ from feasibee.figures.animation import animate
 from feasibee.figures.frames import frame
 from feasibee.model.record import Record
 from feasibee.results import statistics
-from feasibee.results.dataset import label
+from feasibee.results.dataset import to_dataset
 from feasibee.scenario.feasibility import explain
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})
 COUNTS = np.ones((2, 3), np.int32)
 ACCOUNT = np.zeros((2, 4), np.int64)
-RESULTS = label(Record(0, np.ones(2, np.int8), np.zeros(2, np.int32), COUNTS, COUNTS, ACCOUNT), SCENARIO, 0)
+RESULTS = to_dataset(
+    Record(0, np.ones(2, np.int8), np.zeros(2, np.int32), COUNTS, COUNTS, ACCOUNT), SCENARIO, 0
+)
 
 THINGS: dict[str, Any] = {
     "nothing": None,

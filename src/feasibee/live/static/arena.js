@@ -190,7 +190,7 @@ export class Arena {
     if (now !== this.before) this.notice(now, time);
     const pointed = this.pointed >= 0 && this.pointed < now.robots;
     if (now.robots > DETAILED) {
-      this.crowd.draw(context, this.px, this.py, now.marks, LOOKS, (looks) => this.sprite(looks));
+      this.crowd.draw(context, this.px, this.py, now.flags, LOOKS, (looks) => this.sprite(looks));
       if (pointed) this.shadow(this.pointed);
     } else {
       context.drawImage(this.ground, 0, 0);
@@ -247,7 +247,7 @@ export class Arena {
     const old = this.before;
     if (old && !this.calm && now.step > old.step && now.robots <= DETAILED / 4) {
       for (let i = 0; i < now.robots; i++)
-        if (now.marks[i] & ~old.marks[i] & DISSEMINATING) this.flashes.set(i, time);
+        if (now.flags[i] & ~old.flags[i] & DISSEMINATING) this.flashes.set(i, time);
     }
     this.before = now;
   }
@@ -255,10 +255,10 @@ export class Arena {
   /** @param {Frame} now */
   robots(now) {
     const { context, px, py, width, height, radius } = this,
-      { marks, robots } = now;
+      { flags, robots } = now;
     const reach = 1.7 * radius;
     for (let i = 0; i < robots; i++) {
-      const sprite = this.sprite(marks[i] & LOOKS);
+      const sprite = this.sprite(flags[i] & LOOKS);
       const half = sprite.width / 2,
         x = px[i],
         y = py[i];
@@ -272,12 +272,12 @@ export class Arena {
   }
 
   /**
-   * Return the picture of robots with these marks, drawn once.
-   * @param {number} marks
+   * Return the picture of robots with these flags, drawn once.
+   * @param {number} flags
    */
-  sprite(marks) {
-    let sprite = this.sprites.get(marks);
-    if (!sprite) this.sprites.set(marks, (sprite = drawSprite(marks, this.radius, this.colours)));
+  sprite(flags) {
+    let sprite = this.sprites.get(flags);
+    if (!sprite) this.sprites.set(flags, (sprite = drawSprite(flags, this.radius, this.colours)));
     return sprite;
   }
 
@@ -288,7 +288,7 @@ export class Arena {
     context.lineWidth = Math.max(this.ratio, 0.16 * radius);
     context.beginPath();
     for (let i = 0; i < now.robots; i++) {
-      if (!(now.marks[i] & WORKING)) continue;
+      if (!(now.flags[i] & WORKING)) continue;
       const angle = (now.heading[i] * Math.PI) / 128,
         x = Math.cos(angle),
         y = -Math.sin(angle);

@@ -89,15 +89,15 @@ export class Crowd {
    * @param {CanvasRenderingContext2D} context
    * @param {Float32Array} px
    * @param {Float32Array} py
-   * @param {Uint8Array} marks
+   * @param {Uint8Array} flags
    * @param {number} mask
    * @param {(looks: number) => HTMLCanvasElement} picture
    */
-  draw(context, px, py, marks, mask, picture) {
+  draw(context, px, py, flags, mask, picture) {
     const { pixels, width, height } = this;
     pixels.set(this.ground);
-    for (let i = 0; i < marks.length; i++) {
-      const looks = marks[i] & mask,
+    for (let i = 0; i < flags.length; i++) {
+      const looks = flags[i] & mask,
         stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
       const { half, offsets, colours, stays } = stamp,
         place = inside(py[i], half, height) * width + inside(px[i], half, width);

@@ -1,5 +1,4 @@
-// Binary messages of the server; see messages.py, which says what stands where.
-
+// Made by `python -m feasibee.live.layout`. A test compares it with that module.
 export const PROTOCOL = 1;
 export const FEASIBLE = 1,
   NEUTRAL = 2,
@@ -7,43 +6,17 @@ export const FEASIBLE = 1,
   COMMITTED = 8,
   COUNTED = 16,
   WORKING = 32,
-  LIAR = 64,
+  BYZANTINE = 64,
   STUBBORN = 128;
-const FRAME = 1,
-  HEADER = 60,
-  TASKS_HEADER = 8;
-
-/** @typedef {ReturnType<typeof frame>} Frame A step of a swarm. */
-/** @typedef {ReturnType<typeof tasks>} Tasks Where the tasks are. */
-
-/**
- * @param {ArrayBuffer} buffer
- * @returns {Frame | Tasks}
- */
-export function decode(buffer) {
-  const view = new DataView(buffer);
-  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server speaks another protocol; reload the page");
-  return view.getUint8(1) === FRAME ? frame(buffer, view) : tasks(buffer, view);
-}
+const FRAME = 1;
 
 /**
  * @param {ArrayBuffer} buffer
  * @param {DataView} view
  */
 function frame(buffer, view) {
-  const robots = view.getUint32(4, true),
-    length = view.getInt32(16, true);
-  let at = HEADER;
-  /**
-   * @template {ArrayBufferView} T
-   * @param {new (buffer: ArrayBuffer, at: number, count: number) => T} kind
-   * @param {number} count
-   */
-  const take = (kind, count) => {
-    const array = new kind(buffer, at, count);
-    at += array.byteLength;
-    return array;
-  };
+  const length = view.getInt32(16, true),
+    robots = view.getUint32(4, true);
   return {
     kind: /** @type {const} */ ("frame"),
     generation: view.getUint16(2, true),
@@ -60,12 +33,12 @@ function frame(buffer, view) {
     working: view.getUint32(44, true),
     committed: view.getUint32(48, true),
     bits: Number(view.getBigUint64(52, true)),
-    feasibleCounts: take(Int32Array, length),
-    infeasibleCounts: take(Int32Array, length),
-    x: take(Uint16Array, robots),
-    y: take(Uint16Array, robots),
-    heading: take(Uint8Array, robots),
-    marks: take(Uint8Array, robots),
+    feasibleCounts: new Int32Array(buffer, 60, length),
+    infeasibleCounts: new Int32Array(buffer, 60 + 4 * length, length),
+    x: new Uint16Array(buffer, 60 + 8 * length, robots),
+    y: new Uint16Array(buffer, 60 + 8 * length + 2 * robots, robots),
+    heading: new Uint8Array(buffer, 60 + 8 * length + 4 * robots, robots),
+    flags: new Uint8Array(buffer, 60 + 8 * length + 5 * robots, robots),
   };
 }
 
@@ -78,7 +51,22 @@ function tasks(buffer, view) {
   return {
     kind: /** @type {const} */ ("tasks"),
     generation: view.getUint16(2, true),
-    x: new Uint16Array(buffer, TASKS_HEADER, count),
-    y: new Uint16Array(buffer, TASKS_HEADER + 2 * count, count),
+    x: new Uint16Array(buffer, 8, count),
+    y: new Uint16Array(buffer, 8 + 2 * count, count),
   };
+}
+
+// End of the generated part.
+
+/** @typedef {ReturnType<typeof frame>} Frame One step of a swarm. */
+/** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks. */
+
+/**
+ * @param {ArrayBuffer} buffer
+ * @returns {Frame | Tasks}
+ */
+export function decode(buffer) {
+  const view = new DataView(buffer);
+  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server has another version; reload the page");
+  return view.getUint8(1) === FRAME ? frame(buffer, view) : tasks(buffer, view);
 }

@@ -82,7 +82,7 @@ export class Readings {
     const bits = frame.step ? frame.bits / frame.robots / frame.step : 0;
     $("bits").textContent = bits.toPrecision(3).replace(/\.?0+$/, "");
     $("undecided-row").hidden = $("legend-undecided").hidden =
-      !undecided && !frame.marks.some((marks) => marks & NEUTRAL);
+      !undecided && !frame.flags.some((flags) => flags & NEUTRAL);
     const whole = Math.max(1, frame.counted);
     const bars = /** @type {HTMLCollectionOf<HTMLElement>} */ ($("bar").children);
     for (const [place, count] of [frame.feasible, undecided, frame.infeasible].entries())

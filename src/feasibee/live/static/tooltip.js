@@ -1,7 +1,16 @@
 // The tooltip of the robot under the pointer.
 
 import { $ } from "./elements.js";
-import { COMMITTED, COUNTED, DISSEMINATING, FEASIBLE, LIAR, NEUTRAL, STUBBORN, WORKING } from "./frames.js";
+import {
+  BYZANTINE,
+  COMMITTED,
+  COUNTED,
+  DISSEMINATING,
+  FEASIBLE,
+  NEUTRAL,
+  STUBBORN,
+  WORKING,
+} from "./frames.js";
 
 /** @import { Arena, Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
@@ -23,18 +32,18 @@ function className(world, robot) {
  * Describe a robot in words.
  * @param {Opened} world
  * @param {number} robot
- * @param {number} marks
+ * @param {number} flags
  */
-function describe(world, robot, marks) {
+function describe(world, robot, flags) {
   const name = className(world, robot);
   const words = [
-    marks & NEUTRAL ? "no opinion" : marks & FEASIBLE ? "feasible" : "infeasible",
-    !(marks & WORKING) ? "stopped" : marks & DISSEMINATING ? "disseminating" : "exploring",
+    flags & NEUTRAL ? "no opinion" : flags & FEASIBLE ? "feasible" : "infeasible",
+    !(flags & WORKING) ? "stopped" : flags & DISSEMINATING ? "disseminating" : "exploring",
     name && `class ${name}`,
-    marks & LIAR && "Byzantine",
-    marks & STUBBORN && "stubborn",
-    marks & COMMITTED && "committed",
-    !(marks & COUNTED) && "not counted",
+    flags & BYZANTINE && "Byzantine",
+    flags & STUBBORN && "stubborn",
+    flags & COMMITTED && "committed",
+    !(flags & COUNTED) && "not counted",
   ];
   return `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;
 }
@@ -51,7 +60,7 @@ export function showTooltip(arena, world, frame) {
     { canvas } = arena;
   box.hidden = robot < 0 || robot >= frame.robots;
   if (box.hidden) return;
-  const text = describe(world, robot, frame.marks[robot]);
+  const text = describe(world, robot, frame.flags[robot]);
   if (box.textContent !== text) box.textContent = text;
   const [x, y] = arena.placeOf(robot);
   const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, $("frame").clientWidth - box.offsetWidth));

@@ -1,4 +1,4 @@
-"""The folder of compiled code, which only its owner may write to, since what lies in it is run."""
+"""The folder of compiled code. Only its owner may write to it, because feasibee runs what it contains."""
 
 from __future__ import annotations
 
@@ -11,28 +11,31 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
+from feasibee.errors import FeasibeeError
+from feasibee.files.reading import named
 
 SEAL: Final = hashlib.sha256().digest_size
-"""Bytes of the checksum that a sealed file starts with."""
+"""Length in bytes of the SHA-256 checksum at the start of a sealed file."""
 
 
 def cache_root() -> Path:
-    """Return the folder for what may be computed again; ``FEASIBEE_CACHE`` moves it."""
+    """Return the folder of cached files; the environment variable ``FEASIBEE_CACHE`` overrides it."""
     import platformdirs
 
     return Path(os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False))
 
 
 def own_folder(path: Path) -> Path:
-    """Make a folder unless it is there, and return where it really is.
+    """Create a private folder unless it exists; return its path with symbolic links resolved.
 
     Raises
     ------
     FeasibeeError
-        If it can't be made, belongs to another user, or can be written by others.
+        If the folder can't be created, belongs to another user, or can be written by others.
     """
-    folder = Path(os.path.realpath(path))  # the checks are of what a link leads to: it may change later
+    folder = Path(
+        os.path.realpath(path)
+    )  # checked and used is the link's target, even if the link changes later
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -44,7 +47,7 @@ def own_folder(path: Path) -> Path:
 
 @cache
 def check_cache() -> None:
-    """Raise an error if compiled code couldn't be kept, as in a home that isn't there; look once."""
+    """Raise an error if the cache can't be written, as with a missing home folder; check once per process."""
     root = own_folder(cache_root())
     try:
         with tempfile.TemporaryFile(dir=root):
@@ -54,21 +57,23 @@ def check_cache() -> None:
 
 
 def read_sealed(path: Path) -> bytes | None:
-    """Return what `write_sealed` wrote; None if it is missing or damaged (said once for a folder).
+    """Return the bytes that `write_sealed` wrote; None if the file is missing or damaged.
+
+    Damage is reported on standard error, once per folder.
 
     Raises
     ------
     FeasibeeError
-        If others may have written it.
+        If the file can't be read, or another user may have written it.
     """
     try:
         with path.open("rb") as file:
-            _check_owner(path, os.fstat(file.fileno()))  # of the very file that is read
+            _check_owner(path, os.fstat(file.fileno()))  # of the open file, not of the path
             seal, data = file.read(SEAL), file.read()
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise FeasibeeError(f"{_named(path)}: can't be read: {error.strerror}; remove it") from None
+        raise FeasibeeError(f"{named(path)}: can't be read: {error.strerror}; delete the file") from None
     if hashlib.sha256(data).digest() == seal:
         return data
     _say_damaged(path.parent)
@@ -76,7 +81,7 @@ def read_sealed(path: Path) -> bytes | None:
 
 
 def write_sealed(path: Path, data: bytes) -> None:
-    """Write a file with its checksum; who reads meanwhile finds the old content or the new one, whole."""
+    """Write a file with its checksum; concurrent readers get the complete old or the complete new content."""
     try:
         handle, temporary = tempfile.mkstemp(prefix=".", dir=path.parent)
         try:
@@ -95,14 +100,14 @@ def _replace(temporary: str, path: Path) -> None:
     except PermissionError:
         if os.name != "nt":
             raise
-        # Windows replaces no file that another process reads; that one has the same content, or is damaged
-        # and will be found so again.
+        # Windows can't replace a file while another process reads it. That file has the same content, or is
+        # damaged and will be detected again.
 
 
 def _check_owner(path: Path, found: os.stat_result) -> None:
-    """Raise an error if anyone but this user may have written a file or folder."""
+    """Raise an error if another user may have written a file or folder."""
     if not hasattr(os, "geteuid"):
-        return  # Windows: access isn't told by these bits
+        return  # Windows: these bits don't describe access rights
     why, remedy = "", ""
     if found.st_uid != os.geteuid():
         why = f"belongs to user {found.st_uid}"
@@ -111,18 +116,14 @@ def _check_owner(path: Path, found: os.stat_result) -> None:
         remedy = "run chmod go-w on it, or "
     if why:
         raise FeasibeeError(
-            f"FEASIBEE_CACHE = {_named(path)}: {why}, and compiled code in it would run; "
+            f"FEASIBEE_CACHE = {named(path)}: {why}, and feasibee would run compiled code from it; "
             f"{remedy}name a folder of your own, such as FEASIBEE_CACHE=~/feasibee-cache"
         )
 
 
 def _cant_be_written(folder: Path, error: OSError) -> FeasibeeError:
     why = f"can't be written: {error.strerror}"
-    return FeasibeeError(f"FEASIBEE_CACHE = {_named(folder)}: {why}; name a folder that you may write to")
-
-
-def _named(path: Path) -> str:
-    return one_line(str(path), LINE_LIMIT // 2)
+    return FeasibeeError(f"FEASIBEE_CACHE = {named(folder)}: {why}; name a folder that you may write to")
 
 
 @cache

@@ -1,0 +1,35 @@
+"""The table of a run's outcomes, from `feasibee.model.outcomes`, so that it can't go stale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from feasibee.model.outcomes import CURVES, OUTCOMES
+
+
+class Outcomes(SphinxDirective):
+    """All outcomes, a row for each."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the table."""
+        return self.parse_text_to_nodes("\n".join(lines()))
+
+
+def lines() -> Iterator[str]:
+    """Yield the table in the markup of the page that asks for it (MyST)."""
+    yield from ("| outcome | per | type | unit | what it is |", "|---|---|---|---|---|")
+    for per, outcomes in (("run", OUTCOMES), ("run, step", CURVES)):
+        for each in outcomes:
+            needs = f"; only with `{each.needs}`" if each.needs else ""
+            yield f"| `{each.name}` | {per} | {each.dtype} | {each.unit or 'code'} | {each.meaning}{needs} |"
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Register the directive."""
+    app.add_directive("outcomes", Outcomes)
+    return {"parallel_read_safe": True}

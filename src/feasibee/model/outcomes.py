@@ -1,0 +1,99 @@
+"""The outcomes of a run: the one table that records, datasets, journals, exports and docs derive from.
+
+To add an outcome, add a row to `OUTCOMES` and the name of its column below. Compute it in the reference and
+the engine. Journals get a column, so raise ``FORMAT`` in ``feasibee.sweeps.schema``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from feasibee.model.codes import DECISIONS, UNDECIDED
+
+
+class Outcome(NamedTuple):
+    """A column of results: an integer per run, or per run and step."""
+
+    name: str
+    """Name in records, datasets, journals and exports."""
+    words: str
+    """What it is, as a phrase that stands alone."""
+    unit: str
+    """Unit of the values; empty for codes."""
+    dtype: str
+    """Type of the values in records and datasets."""
+    fill: int
+    """Value before a run, and of a run without such an outcome."""
+    missing: str = ""
+    """What the fill value means at the end of a run; empty if it is a number like any other."""
+    codes: Mapping[int, str] | None = None
+    """Meanings of the values, if they are codes."""
+    needs: str = ""
+    """Dotted path of the field that a scenario must set to have this outcome; empty for every scenario."""
+
+    @property
+    def meaning(self) -> str:
+        """The phrase with the meaning of its codes or of its fill value."""
+        if self.codes:
+            return f"{self.words}; {', '.join(f'{code}: {name}' for code, name in self.codes.items())}"
+        return f"{self.words}; {self.fill}: {self.missing}" if self.missing else self.words
+
+
+COMMIT: Final = "decision.commit"
+OUTCOMES: Final = (
+    Outcome(
+        "decision",
+        "collective decision of the honest robots that still work",
+        *("", "int8", UNDECIDED),
+        codes=DECISIONS,
+    ),
+    Outcome(
+        "decision_step",
+        "first step at which the swarm had decided",
+        *("step", "int32", -1),
+        missing="undecided",
+    ),
+    Outcome("bits_sent", "total length of all messages sent", "bit", "int64", 0),
+    Outcome(
+        "commit_step",
+        "first step at which more than the threshold's share of the robots had committed",
+        *("step", "int64", -1),
+        missing="never",
+        needs=COMMIT,
+    ),
+    Outcome(
+        "committed_feasible",
+        "honest working robots committed to feasible at the end of the run",
+        *("robots", "int64", 0),
+        needs=COMMIT,
+    ),
+    Outcome(
+        "committed_infeasible",
+        "honest working robots committed to infeasible at the end of the run",
+        *("robots", "int64", 0),
+        needs=COMMIT,
+    ),
+)
+"""Outcomes per run, in the order of a journal's columns: append only."""
+
+CURVES: Final = (
+    Outcome(
+        "feasible_count",
+        "honest working robots with opinion feasible",
+        *("robots", "int32", -1),
+        missing="after the end of the run",
+    ),
+    Outcome(
+        "infeasible_count",
+        "honest working robots with opinion infeasible",
+        *("robots", "int32", -1),
+        missing="after the end of the run",
+    ),
+)
+"""Outcomes per run and step, from step 0 on."""
+
+ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
+"""Outcomes that a record holds as columns of one array, in their order there."""
+BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE = range(len(ACCOUNT))
+"""Numbers of the columns, by which the engine fills them in."""

@@ -1,0 +1,79 @@
+"""The layout of frames: what Python writes is what the page's generated decoder reads."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, Swarm
+from feasibee.live import layout
+from feasibee.live.messages import encode_frame, encode_tasks
+
+NODE = shutil.which("node")
+SCRIPT = """
+import { readFileSync } from "node:fs";
+const url = "data:text/javascript," + encodeURIComponent(readFileSync(process.argv[2], "utf-8"));
+const { decode } = await import(url);
+const read = (name) => {
+  const bytes = readFileSync(name);
+  return decode(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+};
+const plain = (_, value) => (ArrayBuffer.isView(value) ? [...value] : value);
+console.log(JSON.stringify(process.argv.slice(3).map(read), plain));
+"""
+
+
+def test_the_decoder_of_the_page_is_that_of_the_layout():
+    """If this fails, run python -m feasibee.live.layout."""
+    assert layout.MODULE.read_text("utf-8").startswith(layout.javascript())
+    assert layout.MODULE.read_text("utf-8").count(layout.END) == 1
+
+
+@pytest.mark.parametrize("kind", [layout.FRAME, layout.TASKS])
+def test_arrays_are_aligned_as_javascript_needs_them(kind):
+    """An array of items of n bytes begins at a multiple of n, whatever the lengths of those before."""
+    at = kind.struct.size
+    for _, form, _ in kind.arrays:
+        size = layout.ARRAYS[form][1]
+        assert at % size == 0
+        at = size  # those before have any number of items of at least this size
+    sizes = [layout.ARRAYS[form][1] for _, form, _ in kind.arrays]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+@pytest.mark.skipif(NODE is None, reason="runs the page's code in Node")
+def test_the_page_reads_what_python_writes(tmp_path):
+    swarm = Swarm(Scenario(robots={"count": 33}, tasks={"count": 7}, faults={"stubborn": 0.2}), seed=3)
+    swarm.advance(40)
+    messages = {"frame": encode_frame(swarm, 65538, 5), "tasks": encode_tasks(swarm, 3)}
+    for name, message in messages.items():
+        (tmp_path / name).write_bytes(message)
+    module = tmp_path / "read.mjs"
+    module.write_text(SCRIPT)
+    command = [NODE, module, layout.MODULE, *(tmp_path / name for name in messages)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    frame, tasks = json.loads(done.stdout)
+    shown, places = swarm.snapshot(), swarm.task_places()
+    assert (frame["kind"], frame["generation"], frame["robots"], frame["step"]) == ("frame", 2, 33, 40)
+    assert (frame["first"], frame["feasible"]) == (5, swarm.feasible_count)
+    assert (frame["firstDecision"], frame["decisionStep"]) == swarm.first_decision
+    assert (frame["infeasible"], frame["decision"]) == (swarm.infeasible_count, swarm.decision)
+    for name, values in (
+        ("counted", swarm.counted),
+        ("disseminating", swarm.disseminating),
+        ("committed", swarm.committed),
+        ("working", np.ones(33)),
+    ):
+        assert frame[name] == values.sum()
+    assert frame["bits"] == swarm.bits_sent
+    assert frame["feasibleCounts"] == swarm.feasible_counts[5:].tolist()
+    assert frame["infeasibleCounts"] == swarm.infeasible_counts[5:].tolist()
+    assert {name: frame[name] for name in shown._fields} == {
+        k: v.tolist() for k, v in shown._asdict().items()
+    }
+    assert (tasks["kind"], tasks["generation"]) == ("tasks", 3)
+    assert (tasks["x"], tasks["y"]) == (places[0].tolist(), places[1].tolist())

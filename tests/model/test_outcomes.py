@@ -1,0 +1,101 @@
+"""The table of outcomes: records, datasets, journals, exports and docs have its columns, and no others."""
+
+from __future__ import annotations
+
+import csv
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, save_results
+from feasibee.model.outcomes import ACCOUNT, CURVES, OUTCOMES
+from feasibee.model.record import Record
+from feasibee.results.dataset import to_dataset
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import Point
+from feasibee.sweeps.table import export
+
+NAMES = [each.name for each in OUTCOMES]
+SCENARIO = Scenario(robots={"count": 5}, run={"steps": 30}, decision={"commit": {"rounds": 1, "heard": 1}})
+DOCS = Path(__file__).parents[2] / "docs" / "_extensions" / "outcomes.py"
+
+
+@pytest.fixture(scope="module")
+def record():
+    return simulate_record(SCENARIO, Runs(4, 1, 2), curves=True)
+
+
+def test_an_empty_record_has_the_fill_values_and_types_of_the_table():
+    record = Record.empty(0, 3, 2)
+    for each in OUTCOMES:
+        assert getattr(record, each.name).tolist() == [each.fill] * 3
+        assert getattr(record, each.name).dtype == each.dtype
+    for each in CURVES:
+        assert getattr(record, each.name).tolist() == [[each.fill] * 2] * 3
+        assert getattr(record, each.name).dtype == each.dtype
+    with pytest.raises(AttributeError, match="no outcome 'sent'"):
+        record.sent  # noqa: B018
+
+
+def test_a_column_of_the_account_is_an_attribute_to_write_to(record):
+    part = record.part(1, 3)
+    part.bits_sent[:] = 7
+    assert record.account[:, 0].tolist()[1:3] == [7, 7]
+    assert (part.first_run, part.runs, len(ACCOUNT)) == (3, 2, part.account.shape[1])
+
+
+def test_longer_curves_keep_what_was_there():
+    record = Record.empty(5, 2, 2)
+    record.feasible_count[:] = [[1, 2], [3, 4]]
+    record.decision[:] = 1, 0
+    record.bits_sent[:] = 8, 9
+    longer = record.lengthened(3)
+    assert longer.first_run == 5
+    assert longer.feasible_count.tolist() == [[1, 2, -1], [3, 4, -1]]
+    assert longer.infeasible_count.tolist() == [[-1] * 3] * 2
+    assert (longer.decision.tolist(), longer.bits_sent.tolist()) == ([1, 0], [8, 9])
+
+
+def test_a_dataset_has_the_columns_of_the_table(record):
+    dataset = to_dataset(record, SCENARIO, 1)
+    assert list(dataset.data_vars) == [*NAMES, *(each.name for each in CURVES)]
+    for each in (*OUTCOMES, *CURVES):
+        assert dataset[each.name].dtype == each.dtype
+        assert dataset[each.name].attrs["long_name"].startswith(each.words)
+        assert dataset[each.name].attrs.get("units", "") == each.unit
+    without = to_dataset(record, SCENARIO.replace({"decision.commit": None}), 1)
+    assert set(dataset) - set(without) == {each.name for each in OUTCOMES if each.needs}
+
+
+def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
+    save_results(to_dataset(record, SCENARIO, 1), tmp_path / "runs.csv")
+    with Journal(tmp_path, write=True) as journal:
+        (number,) = journal.add([Point({}, SCENARIO)], 1)
+        journal.write([(number, record)])
+        export(journal, "csv", tmp_path / "sweep.csv")
+        stored = journal.columns(number)
+    np.testing.assert_array_equal(stored[:, 1:].T, [getattr(record, name) for name in NAMES])
+    for name in ("runs.csv", "sweep.csv"):
+        with (tmp_path / name).open(newline="") as file:
+            header, *rows = csv.reader(file)
+        assert header[-len(NAMES) - 1 :] == ["run", *NAMES] or header == ["run", *NAMES]
+        assert [row[-len(NAMES) :] for row in rows] == stored[:, 1:].astype(str).tolist()
+
+
+def test_each_outcome_says_what_it_is_and_in_which_unit():
+    for each in (*OUTCOMES, *CURVES):
+        assert len(each.words.split()) >= 5, each.name
+        assert bool(each.unit) != bool(each.codes), each.name
+        assert each.fill >= 0 or each.missing or each.codes, each.name
+
+
+def test_the_documentation_shows_the_table():
+    pytest.importorskip("sphinx")
+    rows = list(runpy.run_path(str(DOCS))["lines"]())[2:]
+    names = [row.split("`")[1] for row in rows]
+    assert names == [*NAMES, *(each.name for each in CURVES)]
+    assert "-1: never; only with `decision.commit`" in rows[3]
