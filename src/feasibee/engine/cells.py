@@ -28,9 +28,9 @@ def shortest(difference, side):
 @kernel
 def near(params, xs, ys, first, x, y, limit):
     """Return which of the 32 points from ``first`` on are near a place, on any arena."""
-    if params.wraps:
+    if params.arena.wraps:
         return within(xs, ys, first, x, y, limit)
-    return within_on(xs, ys, first, x, y, limit, params.width, params.height)
+    return within_on(xs, ys, first, x, y, limit, params.arena.width, params.arena.height)
 
 
 @kernel

@@ -87,7 +87,7 @@ def direction(word):
 def draw(params, run, robot, counter, purpose):
     """Return the first word of a coordinate."""
     return philox(
-        int64(counter), int64(robot), int64(run), int64(purpose), params.seed_low, params.seed_high
+        int64(counter), int64(robot), int64(run), int64(purpose), params.seed.low, params.seed.high
     )[0]
 
 

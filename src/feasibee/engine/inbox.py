@@ -29,7 +29,7 @@ def hear_few(params, state, speaking):
     """Put what each robot hears from those noted beside it into its inbox."""
     sight = state.few[SIGHT]
     said = state.sets[SAID, 0]
-    if params.every_message:
+    if params.decision.every_message:
         votes, feasible_votes = state.counts[VOTES], state.counts[FEASIBLE_VOTES]
         for i in range(32):
             spoken = uint32(sight[i] & speaking)
@@ -41,8 +41,8 @@ def hear_few(params, state, speaking):
             spoken = uint32(sight[i] & speaking)
             heard[i] |= spoken
             feasible[i] = uint32(uint32(feasible[i] & ~spoken) | uint32(spoken & said))
-        if params.value_scale > 0.0:
-            for i in range(params.robots):
+        if params.strategy.value_scale > 0.0:
+            for i in range(params.robots.count):
                 spoken = uint32(sight[i] & speaking)
                 while spoken:
                     j = lowest(spoken)
@@ -54,7 +54,7 @@ def hear_few(params, state, speaking):
 def hear(params, state, i, message, value):
     """Put a message, the sender's label and value, into a robot's inbox."""
     opinion = int64(message >> int32(1)) & 1
-    if params.every_message:
+    if params.decision.every_message:
         state.counts[VOTES, i] += 1
         state.counts[FEASIBLE_VOTES, i] += opinion
         return
@@ -74,9 +74,9 @@ def hear(params, state, i, message, value):
         state.counts[VOTES, i] += 1
         state.counts[FEASIBLE_VOTES, i] += opinion
     inbox[place] = message
-    if params.value_scale > 0.0:
+    if params.strategy.value_scale > 0.0:
         state.inbox[VALUES, i, place] = value
-    if params.inbox_size > 0:
+    if params.decision.inbox_size > 0:
         state.inbox[WHEN, i, place] = state.robots[MESSAGES, i]
         state.robots[MESSAGES, i] += int32(1)
 
@@ -87,9 +87,9 @@ def read(params, state, i, word):
 
     The draw is among those that say *feasible*, in the order of their senders, and then the others.
     """
-    if params.together and not params.every_message:
+    if params.together and not params.decision.every_message:
         return read_few(params, state, i, word)
-    if params.inbox_size > 0 or params.value_scale > 0.0:
+    if params.decision.inbox_size > 0 or params.strategy.value_scale > 0.0:
         return read_table(params, state, i, word)
     votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
     opinion, _ = draw_message(word, feasible_votes, votes)
@@ -103,7 +103,7 @@ def read_few(params, state, i, word):
     votes, feasible_votes = popcount(heard), popcount(feasible)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
-    if params.value_scale > 0.0 and votes > 0:
+    if params.strategy.value_scale > 0.0 and votes > 0:
         among = feasible if opinion == 1 else uint32(heard & ~feasible)
         while drawn > 0:
             among = uint32(among & uint32(among - uint32(1)))
@@ -120,15 +120,15 @@ def read_table(params, state, i, word):
     """Read an inbox table of which more matters than what is counted of it."""
     votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
     oldest = int64(0)
-    if 0 < params.inbox_size < votes:
+    if 0 < params.decision.inbox_size < votes:
         oldest = oldest_kept(params, state, i)
-        votes = params.inbox_size
-        feasible_votes = count(params, state, i, oldest, int64(1), params.robots)
+        votes = params.decision.inbox_size
+        feasible_votes = count(params, state, i, oldest, int64(1), params.robots.count)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
-    if params.value_scale > 0.0 and votes > 0:
+    if params.strategy.value_scale > 0.0 and votes > 0:
         # The sender is the least number up to which more than `drawn` have that opinion.
-        low, high = int64(0), params.robots - 1
+        low, high = int64(0), params.robots.count - 1
         while low < high:
             middle = (low + high) >> 1
             if count(params, state, i, oldest, opinion, middle + 1) > drawn:
@@ -164,7 +164,7 @@ def oldest_kept(params, state, i):
         for place in range(state.inbox.shape[2]):
             if state.inbox[SENDER, i, place] >= 0 and state.inbox[WHEN, i, place] >= middle:
                 since += 1
-        if since >= params.inbox_size:
+        if since >= params.decision.inbox_size:
             low = middle
         else:
             high = middle
@@ -192,13 +192,13 @@ def keeps(params, state, i, place, oldest):
     """Tell whether a slot holds a message that is kept."""
     if state.inbox[SENDER, i, place] < 0:
         return False
-    return params.inbox_size == 0 or state.inbox[WHEN, i, place] >= oldest
+    return params.decision.inbox_size == 0 or state.inbox[WHEN, i, place] >= oldest
 
 
 @kernel
 def as_share(params, value):
     """Return the number that a message holds as a share."""
-    return float64(value) / params.value_scale if params.value_scale > 0.0 else 0.0
+    return float64(value) / params.strategy.value_scale if params.strategy.value_scale > 0.0 else 0.0
 
 
 @kernel
@@ -207,7 +207,7 @@ def empty(params, state, i):
     if params.together:
         state.few[HEARD, i] = uint32(0)
         state.few[HEARD_FEASIBLE, i] = uint32(0)
-    elif state.counts[VOTES, i] > 0 and not params.every_message:
+    elif state.counts[VOTES, i] > 0 and not params.decision.every_message:
         state.inbox[SENDER, i] = int32(-1)
         state.robots[MESSAGES, i] = int32(0)
     state.counts[VOTES, i] = 0

@@ -18,23 +18,18 @@ from feasibee.engine.draws import draw, philox
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.layout import (
     BITS,
-    CENSUS,
     IDENTITY,
     KNOWN,
     LIARS,
-    OPPOSITE,
     ORDER,
-    RANDOM,
     REGISTERS,
     RUN,
     SAID,
-    SAYS_FEASIBLE,
-    SKETCH,
     SPEAKING,
     STEP,
-    TALLY,
     TOLD,
 )
+from feasibee.engine.params import Knowledge, Lie
 from feasibee.model.purposes import IDENTITY as NAMING
 from feasibee.model.purposes import LIE
 
@@ -55,30 +50,30 @@ def told(params, state, i):
     said = int64(has(state.sets[SAID], i))
     if not has(state.sets[LIARS], i):
         return said
-    if params.byzantine_says == OPPOSITE:
+    if params.faults.byzantine_says == Lie.OPPOSITE:
         return 1 - said
-    if params.byzantine_says == RANDOM:
+    if params.faults.byzantine_says == Lie.RANDOM:
         return int64(draw(params, state.clock[RUN], i, state.clock[STEP] + 1, LIE) >> uint32(31))
-    return int64(params.byzantine_says == SAYS_FEASIBLE)
+    return int64(params.faults.byzantine_says == Lie.FEASIBLE)
 
 
 @subroutine
 def name(params, state):
     """Give robots their ids, things their hashes, and each robot the knowledge of itself."""
-    for i in range(params.robots):
+    for i in range(params.robots.count):
         state.robots[IDENTITY, i] = int32(i)
-    if params.random_ids:
+    if params.radio.random_ids:
         find_namesakes(params, state)
-    for thing in range(state.marks.size):
-        holder = int64(state.robots[IDENTITY, thing]) if thing < params.robots else int64(thing)
-        words = philox(int64(0), holder, state.clock[RUN], int64(NAMING), params.seed_low, params.seed_high)
-        state.marks[thing] = words[1]
-    if params.knowledge:
+    for thing in range(state.hashes.size):
+        holder = int64(state.robots[IDENTITY, thing]) if thing < params.robots.count else int64(thing)
+        words = philox(int64(0), holder, state.clock[RUN], int64(NAMING), params.seed.low, params.seed.high)
+        state.hashes[thing] = words[1]
+    if params.strategy.knowledge:
         state.knowledge[:] = uint32(0)
-        if params.knowledge != TALLY:
-            for i in range(params.robots):
+        if params.strategy.knowledge != Knowledge.TALLY:
+            for i in range(params.robots.count):
                 me = int64(state.robots[IDENTITY, i])
-                learn(params, state, int64(KNOWN), i, me, int64(state.kinds.of[i]))
+                learn(params, state, int64(KNOWN), i, me, int64(state.tables.class_of[i]))
 
 
 @subroutine
@@ -87,9 +82,9 @@ def find_namesakes(params, state):
     ids, table = state.robots[ORDER], state.counts
     size = 4 * table.shape[1]
     table[:] = 0
-    for i in range(params.robots):
-        words = philox(int64(0), i, state.clock[RUN], int64(NAMING), params.seed_low, params.seed_high)
-        ids[i] = int32(words[0] >> uint32(32 - params.id_bits))
+    for i in range(params.robots.count):
+        words = philox(int64(0), i, state.clock[RUN], int64(NAMING), params.seed.low, params.seed.high)
+        ids[i] = int32(words[0] >> uint32(32 - params.radio.id_bits))
         place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
         holder = table[place & 3, place >> 2]
         while holder > 0 and ids[holder - 1] != ids[i]:
@@ -105,13 +100,13 @@ def find_namesakes(params, state):
 def learn(params, state, row, i, thing, column):
     """Add a thing to what a robot knows, or tells; ``column`` is its class, robots' first."""
     words = state.knowledge[row, i]
-    if params.knowledge == TALLY:
-        words[state.robots[IDENTITY, i] * state.kinds.adds.shape[1] + column] += uint32(1)
-    elif params.knowledge == CENSUS:
+    if params.strategy.knowledge == Knowledge.TALLY:
+        words[state.robots[IDENTITY, i] * state.tables.adds.shape[1] + column] += uint32(1)
+    elif params.strategy.knowledge == Knowledge.CENSUS:
         first, number = side_of(params, thing)
         words[first + (number >> 5)] |= uint32(uint32(1) << uint32(number & 31))
     else:
-        mark = state.marks[thing]
+        mark = state.hashes[thing]
         rest = uint32(mark >> uint32(7))
         rank = uint32(TOP)
         if rest:
@@ -125,17 +120,17 @@ def side_of(params, thing):
     """Return the first word of a thing's side of a census, and its number there."""
     number = int64(thing)
     first = int64(0)
-    if number < params.robots:
+    if number < params.robots.count:
         return first, number
-    number -= params.robots
-    first += (params.robots + 31) >> 5
-    if number < params.tasks:
+    number -= params.robots.count
+    first += (params.robots.count + 31) >> 5
+    if number < params.tasks.count:
         return first, number
-    number -= params.tasks
-    first += (params.tasks + 31) >> 5
-    if number < params.tasks:
+    number -= params.tasks.count
+    first += (params.tasks.count + 31) >> 5
+    if number < params.tasks.count:
         return first, number
-    return first + ((params.tasks + 31) >> 5), number - params.tasks
+    return first + ((params.tasks.count + 31) >> 5), number - params.tasks.count
 
 
 @passage
@@ -143,8 +138,8 @@ def publish(params, state):
     """Fix what each robot tells in this step, and count its bits."""
     for w in range(state.sets.shape[1]):
         speaking = state.sets[SPEAKING, w]
-        state.clock[BITS] += popcount(speaking) * params.message_bits
-        if params.knowledge:
+        state.clock[BITS] += popcount(speaking) * params.radio.message_bits
+        if params.strategy.knowledge:
             while speaking:
                 i = int64(32 * w + lowest(speaking))
                 for k in range(state.knowledge.shape[2]):
@@ -159,9 +154,9 @@ def publish(params, state):
 def lie(params, state, i):
     """Let a liar tell of robots, or tasks, that there aren't; or, in a tally, call one what is the other."""
     feasible = told(params, state, i)
-    column = int64(0) if feasible else params.robot_classes
-    if params.knowledge == TALLY:
-        classes = state.kinds.adds.shape[1]
+    column = int64(0) if feasible else params.robots.classes
+    if params.strategy.knowledge == Knowledge.TALLY:
+        classes = state.tables.adds.shape[1]
         first = int64(state.robots[IDENTITY, i]) * classes
         own = uint32(0)
         for k in range(classes):
@@ -169,11 +164,11 @@ def lie(params, state, i):
             state.knowledge[TOLD, i, first + k] = uint32(0)
         state.knowledge[TOLD, i, first + column] = own
         return
-    thing = params.robots + params.tasks
-    number = params.tasks
+    thing = params.robots.count + params.tasks.count
+    number = params.tasks.count
     if not feasible:
-        thing += params.tasks
-        number = params.robots + 1
+        thing += params.tasks.count
+        number = params.robots.count + 1
     for k in range(number):
         learn(params, state, int64(TOLD), i, int64(thing + k), column)
 
@@ -181,14 +176,14 @@ def lie(params, state, i):
 @subroutine
 def merge(params, state, i, sender):
     """Let a robot take in what it hears."""
-    if params.knowledge == CENSUS:
+    if params.strategy.knowledge == Knowledge.CENSUS:
         for k in range(state.knowledge.shape[2]):
             state.knowledge[KNOWN, i, k] |= state.knowledge[TOLD, sender, k]
     else:
         own, end = int64(0), int64(0)
-        if params.knowledge == TALLY:  # nobody knows its own row better
-            own = int64(state.robots[IDENTITY, i]) * state.kinds.adds.shape[1]
-            end = own + state.kinds.adds.shape[1]
+        if params.strategy.knowledge == Knowledge.TALLY:  # nobody knows its own row better
+            own = int64(state.robots[IDENTITY, i]) * state.tables.adds.shape[1]
+            end = own + state.tables.adds.shape[1]
         for k in range(state.knowledge.shape[2]):
             heard = state.knowledge[TOLD, sender, k]
             if not own <= k < end:
@@ -198,17 +193,17 @@ def merge(params, state, i, sender):
 @subroutine
 def count_known(params, state, row, i):
     """Count what a robot knows, or tells, by class: sightings, things, or their estimates times 2**16."""
-    classes = state.kinds.adds.shape[1]
+    classes = state.tables.adds.shape[1]
     words = state.knowledge[row, i]
     state.seen[i] = 0
-    if params.knowledge == TALLY:
+    if params.strategy.knowledge == Knowledge.TALLY:
         for k in range(words.size):
             state.seen[i, k % classes] += int64(words[k])
-        if params.estimates:
+        if params.strategy.estimates:
             known, _ = rows_of(words, classes)
             for k in range(classes):
-                state.seen[i, k] *= 2 * known + 1 if k < params.robot_classes else 2 * known - 2
-    elif params.knowledge == SKETCH:
+                state.seen[i, k] *= 2 * known + 1 if k < params.robots.classes else 2 * known - 2
+    elif params.strategy.knowledge == Knowledge.SKETCH:
         for column in range(classes):
             state.seen[i, column] = int64(estimate(words, column * REGISTERS) * SCALE)
     else:
@@ -219,41 +214,41 @@ def count_known(params, state, row, i):
 def count_census(params, state, row, i):
     """Count the bits of a census, by side and class; what liars invented is of the first class."""
     words = state.knowledge[row, i]
-    tasks = (params.robots + 31) >> 5
-    inventions = tasks + ((params.tasks + 31) >> 5)
-    invented_tasks = inventions + ((params.tasks + 31) >> 5)
+    tasks = (params.robots.count + 31) >> 5
+    inventions = tasks + ((params.tasks.count + 31) >> 5)
+    invented_tasks = inventions + ((params.tasks.count + 31) >> 5)
     for k in range(words.size):
         left = words[k]
         is_task = k >= invented_tasks or tasks <= k < inventions
-        if k >= inventions or not params.mixed:
-            state.seen[i, params.robot_classes if is_task else 0] += popcount(left)
+        if k >= inventions or not params.sensing.by_class:
+            state.seen[i, params.robots.classes if is_task else 0] += popcount(left)
             continue
         while left:
             number = 32 * k + lowest(left)
             if is_task:
-                kind = int64(state.kinds.of[params.robots + number - 32 * tasks])
-                state.seen[i, params.robot_classes + kind] += 1
+                kind = int64(state.tables.class_of[params.robots.count + number - 32 * tasks])
+                state.seen[i, params.robots.classes + kind] += 1
             else:
-                state.seen[i, state.kinds.of[number]] += 1
+                state.seen[i, state.tables.class_of[number]] += 1
             left = uint32(left & uint32(left - uint32(1)))
 
 
 @subroutine
 def length(params, state, i):
     """Return the length of what a robot tells, in bits."""
-    classes = state.kinds.adds.shape[1]
+    classes = state.tables.adds.shape[1]
     words = state.knowledge[TOLD, i]
-    if params.knowledge == SKETCH:
+    if params.strategy.knowledge == Knowledge.SKETCH:
         return classes * REGISTERS * 4
-    if params.knowledge == TALLY:
+    if params.strategy.knowledge == Knowledge.TALLY:
         rows, largest = rows_of(words, classes)
-        return 5 + rows * (1 + params.id_bits + classes * bit_length(int64(largest))) + 1
+        return 5 + rows * (1 + params.radio.id_bits + classes * bit_length(int64(largest))) + 1
     count_known(params, state, int64(TOLD), i)
-    robot = 1 + params.id_bits + bit_length(params.robot_classes - 1)
-    task = 1 + POSITION_BITS + bit_length(classes - params.robot_classes - 1)
+    robot = 1 + params.radio.id_bits + bit_length(params.robots.classes - 1)
+    task = 1 + POSITION_BITS + bit_length(classes - params.robots.classes - 1)
     bits = int64(2)
     for kind in range(classes):
-        bits += state.seen[i, kind] * (robot if kind < params.robot_classes else task)
+        bits += state.seen[i, kind] * (robot if kind < params.robots.classes else task)
     return bits
 
 

@@ -64,7 +64,7 @@ def tick(state):
 @passage
 def move_where_clear(params, state):
     """Move each robot whose way is clear; the others are blocked, stay, and will turn (model.md 6.2)."""
-    if params.wraps and not (params.walls or params.avoid_collisions):
+    if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
         move_freely(state)  # those that have stopped have no speed
         return
     for w in range(state.sets.shape[1]):
@@ -90,8 +90,8 @@ def destination(params, state, i):
     """Return where a robot's step leads: round the torus, or maybe beyond a wall."""
     x = int64(uint32(state.robots[X, i])) + int64(state.robots[STEP_X, i])
     y = int64(uint32(state.robots[Y, i])) + int64(state.robots[STEP_Y, i])
-    if not params.walls:
-        x, y = around(x, params.width), around(y, params.height)
+    if not params.arena.walls:
+        x, y = around(x, params.arena.width), around(y, params.arena.height)
     return x, y
 
 
@@ -108,15 +108,15 @@ def around(coordinate, side):
 @kernel
 def is_clear(params, state, i):
     """Tell whether a robot's disc keeps clear of the walls, and of all others whether they move or stay."""
-    if params.walls:
+    if params.arena.walls:
         x, y = destination(params, state, i)
-        margin = params.radius
-        if x < margin or y < margin or x > params.width - margin or y > params.height - margin:
+        margin = params.robots.radius
+        if x < margin or y < margin or x > params.arena.width - margin or y > params.arena.height - margin:
             return False
-    if not params.avoid_collisions:
+    if not params.robots.avoid_collisions:
         return True
     cells = state.robot_cells
-    first, last = block(cells, params.robot_grid, state.robots[X, i], state.robots[Y, i])
+    first, last = block(cells, params.robots.grid, state.robots[X, i], state.robots[Y, i])
     return is_clear_of(params, state, i, cells.points[X], cells.points[Y], cells.points[LABEL], first, last)
 
 
@@ -125,7 +125,7 @@ def is_clear_of(params, state, i, xs, ys, labels, first, last):
     """Tell whether a robot meets none of those listed, whose places are those before the step."""
     while first < last:
         close = near(
-            params, xs, ys, first, state.robots[X, i], state.robots[Y, i], params.meet_limit
+            params, xs, ys, first, state.robots[X, i], state.robots[Y, i], params.robots.meet_limit
         ) & first_bits(last - first)
         while close:
             other = int64(labels[first + lowest(close)] >> int32(2))
@@ -141,8 +141,8 @@ def collide(params, state, i, other):
     """Tell whether a robot that moves meets another that moves too, or that stays."""
     way_x = int64(uint32(state.robots[X, other])) - int64(uint32(state.robots[X, i]))
     way_y = int64(uint32(state.robots[Y, other])) - int64(uint32(state.robots[Y, i]))
-    if not params.walls:
-        way_x, way_y = shortest(way_x, params.width), shortest(way_y, params.height)
+    if not params.arena.walls:
+        way_x, way_y = shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
     dx, dy = -int64(state.robots[STEP_X, i]), -int64(state.robots[STEP_Y, i])
     works = uint32(state.sets[WORKING, other >> 5] >> uint32(other & 31)) & uint32(1)
     if meet(params, way_x, way_y, dx, dy):
@@ -161,13 +161,13 @@ def meet(params, way_x, way_y, dx, dy):
     along = way_x * dx + way_y * dy
     length = dx * dx + dy * dy
     if along >= 0:  # they part
-        return uint64(way_x * way_x + way_y * way_y) < params.apart_limit
+        return uint64(way_x * way_x + way_y * way_y) < params.robots.apart_limit
     if -along >= length:  # they come closer until the end
         end_x, end_y = way_x + dx, way_y + dy
-        return uint64(end_x * end_x + end_y * end_y) < params.apart_limit
+        return uint64(end_x * end_x + end_y * end_y) < params.robots.apart_limit
     across = uint64(abs(way_x * dy - way_y * dx))  # they pass
     high, low = product(across, across)
-    least_high, least_low = product(params.apart_limit, uint64(length))
+    least_high, least_low = product(params.robots.apart_limit, uint64(length))
     return high < least_high or (high == least_high and low < least_low)
 
 
@@ -196,10 +196,10 @@ def turn(params, state):
 def head(params, state, i):
     """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
     words = philox(
-        int64(state.robots[WALKS, i]), i, state.clock[RUN], int64(WALK), params.seed_low, params.seed_high
+        int64(state.robots[WALKS, i]), i, state.clock[RUN], int64(WALK), params.seed.low, params.seed.high
     )
     state.robots[WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
-    state.robots[STEP_X, i] = int32(int64(math.floor(params.reach * cosine + 0.5)))
-    state.robots[STEP_Y, i] = int32(int64(math.floor(params.reach * sine + 0.5)))
-    state.robots[WALK_LEFT, i] = duration(words[1], params.mean_run)
+    state.robots[STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))
+    state.robots[STEP_Y, i] = int32(int64(math.floor(params.robots.reach * sine + 0.5)))
+    state.robots[WALK_LEFT, i] = duration(words[1], params.walk.mean_run)

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from feasibee.engine import entrypoints
 from feasibee.engine.compile import careful, entry
 from feasibee.engine.guards import guarded
-from feasibee.engine.layout import Kinds, Params, empty_state, packed
-from feasibee.engine.translation import is_paper, kinds_of, params_of
+from feasibee.engine.layout import Control, Lowered, Outcome, empty_state
+from feasibee.engine.params import Params, packed
+from feasibee.engine.signatures import STRATEGY
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
-from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.trial import own_function
 from feasibee.strategies.contract import Strategy
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
@@ -46,20 +45,20 @@ POLL = 0.1  # seconds between two looks at the progress
 Functions = tuple[Callable[..., Any], ...]
 
 
-def engine_functions(scenario: Scenario) -> Functions:
-    """Compile what a scenario takes: how a run starts, how it goes on, and its strategy."""
-    return (*entrypoints.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
+def engine_functions(strategy: Strategy, fast: bool) -> Functions:
+    """Compile the functions that start and advance a run, and those of the strategy."""
+    return (*entrypoints.world_functions(fast), *strategy_functions(strategy))
 
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
-    return tuple(_compiled(strategy, name) for name in entrypoints.SIGNATURES)
+    return tuple(_compiled(strategy, name) for name in STRATEGY)
 
 
 def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
-    function, signature = getattr(strategy, name), entrypoints.SIGNATURES[name]
-    own = own_function(strategy, name)
+    function, signature = getattr(strategy, name), STRATEGY[name]
+    own = _own_function(strategy, name)
     if own is function:
         return entry(signature)(function)
     try:
@@ -68,11 +67,17 @@ def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
         raise FeasibeeError(_explained(strategy, name, error)) from None
 
 
+def _own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
+    """Return a function as the user wrote it, without the check around it that Python's calls have."""
+    function: Callable[..., Any] = getattr(strategy, name)
+    return getattr(function, "__wrapped__", function)
+
+
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     """Say what doesn't compile, and in which line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
-    function = own_function(strategy, name)
+    function = _own_function(strategy, name)
     file = re.escape(Path(function.__code__.co_filename).name)
     place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
     empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
@@ -85,8 +90,7 @@ def _explained(strategy: Strategy, name: str, error: Exception) -> str:
 
 
 def simulate(
-    scenario: Scenario,
-    seed: int,
+    lowered: Lowered,
     record: Record,
     threads: int,
     chunk: int | None = None,
@@ -96,10 +100,8 @@ def simulate(
 
     Parameters
     ----------
-    scenario : Scenario
-        What to simulate.
-    seed : int
-        64 bits.
+    lowered : Lowered
+        Scenario and seed.
     record : Record
         Empty, of the length and first run that are wanted.
     threads : int
@@ -114,21 +116,18 @@ def simulate(
     RunError
         If the strategy raises an error.
     """
-    params = params_of(scenario, seed)
-    kinds = kinds_of(scenario, params)
-    functions = engine_functions(scenario)
-    memory = scenario.strategy.memory
-    parts = list(_parts(record, chunk or _chunk_length(params, record.runs, threads)))
+    functions = engine_functions(lowered.strategy, lowered.fast)
+    parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
     done = np.zeros((len(parts), 1), np.int64)
     cancel = np.zeros(1, np.bool_)
     slots = [FIRST_SLOTS]
     with ThreadPoolExecutor(threads) as pool:
         futures = [
-            pool.submit(_play, params, kinds, memory, part, functions, done[row], cancel, slots)
+            pool.submit(_play, lowered, part, functions, Control(done[row], cancel), slots)
             for row, part in enumerate(parts)
         ]
         try:
-            _watch(futures, done, parts, params, progress)
+            _watch(futures, done, parts, lowered.params, progress)
         except BaseException:
             cancel[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
@@ -152,7 +151,7 @@ def _watch(
         if progress is not None:
             # A run that stops at its decision does fewer steps; a finished chunk counts in full.
             shares = [
-                part.runs if future.done() else count / params.steps
+                part.runs if future.done() else count / params.run.steps
                 for part, future, count in zip(parts, futures, done[:, 0].tolist(), strict=True)
             ]
             progress(min(1.0, sum(shares) / runs))
@@ -164,47 +163,38 @@ def _parts(record: Record, chunk: int) -> Iterator[Record]:
 
 
 def _chunk_length(params: Params, runs: int, threads: int) -> int:
-    by_work = CHUNK // (params.robots * params.steps)
+    by_work = CHUNK // (params.robots.count * params.run.steps)
     by_balance = math.ceil(runs / (4 * threads))
     return max(1, min(by_work, by_balance))
 
 
-def _play(
-    params: Params,
-    kinds: Kinds,
-    memory: int,
-    record: Record,
-    functions: Functions,
-    done: NDArray[np.int64],
-    cancel: NDArray[np.bool_],
-    slots: list[int],
-) -> None:
+def outcome_of(record: Record) -> Outcome:
+    """Return the arrays of a record."""
+    return Outcome(*(getattr(record, name) for name in Outcome._fields))
+
+
+def _play(lowered: Lowered, record: Record, functions: Functions, control: Control, slots: list[int]) -> None:
     """Play one chunk; when an inbox table runs full, play that run again with twice the room.
 
     ``slots[0]`` is the room that has sufficed so far, for all chunks; it changes no result.
     """
-    whole = 0
-    while whole < record.runs and not cancel[0]:
-        rest = record.part(whole, record.runs)
+    complete = 0
+    while complete < record.runs and not control.cancelled[0]:
+        rest = record.part(complete, record.runs)
         try:
-            whole += entrypoints.play(
-                packed(params),
-                empty_state(params, kinds, slots[0], memory),
+            complete += entrypoints.play(
+                packed(lowered.params),
+                empty_state(lowered.params, lowered.tables, slots[0], lowered.strategy.memory),
+                outcome_of(rest),
                 rest.first_run,
-                rest.decision,
-                rest.decision_step,
-                rest.feasible_count,
-                rest.infeasible_count,
-                rest.account,
-                done,
-                cancel,
+                control,
                 *functions,
             )
         except FAILURES as error:
             if rest.runs == 1:
                 raise RunError(rest.first_run, error) from error
             for row in range(rest.runs):  # one at a time, to find the run that fails
-                _play(params, kinds, memory, rest.part(row, row + 1), functions, done, cancel, slots)
+                _play(lowered, rest.part(row, row + 1), functions, control, slots)
             raise
-        if whole < record.runs:
+        if complete < record.runs:
             slots[0] *= 2

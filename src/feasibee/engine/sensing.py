@@ -15,7 +15,6 @@ from feasibee.engine.inbox import empty, hear, hear_few
 from feasibee.engine.intrinsics import lowest, popcount, within
 from feasibee.engine.knowledge import has, learn, merge, publish, told
 from feasibee.engine.layout import (
-    ALWAYS,
     BITS,
     DISSEMINATING,
     IDENTITY,
@@ -33,11 +32,11 @@ from feasibee.engine.layout import (
     STEP,
     TASKS_SEEN,
     TOLD_VALUE,
-    WHILE_DISSEMINATING,
     WORKING,
     X,
     Y,
 )
+from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING
 from feasibee.model.purposes import (
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
@@ -51,7 +50,7 @@ from feasibee.model.purposes import (
 
 
 @passage
-def sense_paper(params, state):
+def sense_fast(params, state):
     """Let every robot observe, if it explores, and hear."""
     if params.together:
         sense_few(params, state)
@@ -64,10 +63,10 @@ def sense_few(params, state):
     """Sense in a swarm of at most 32."""
     xs, ys = state.robots[X], state.robots[Y]
     sight, seen = state.few[SIGHT], state.counts[ROBOTS_SEEN]
-    swarm, limit, bits = first_bits(params.robots), params.sight_limit, params.task_grid.bits
+    swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
     speaking, disseminating = state.sets[SPEAKING, 0], state.sets[DISSEMINATING, 0]
-    state.clock[BITS] += popcount(speaking) * params.message_bits
-    look_about(xs, ys, sight, swarm, params.robots, limit)
+    state.clock[BITS] += popcount(speaking) * params.radio.message_bits
+    look_about(xs, ys, sight, swarm, params.robots.count, limit)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
@@ -75,11 +74,11 @@ def sense_few(params, state):
         looking = uint32(looking & uint32(looking - uint32(1)))
     for i in range(32):
         explores = int64(uint32(~disseminating >> uint32(i)) & uint32(1))
-        seen[i] += -explores & (popcount(sight[i]) + params.count_self)
-    if params.radio_limit != params.sight_limit:
-        look_about(xs, ys, sight, swarm, params.robots, params.radio_limit)
-    if params.listens_for != ALWAYS:
-        for i in range(params.robots):
+        seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
+    if params.radio.limit != params.sensing.limit:
+        look_about(xs, ys, sight, swarm, params.robots.count, params.radio.limit)
+    if params.decision.listens_for != ALWAYS:
+        for i in range(params.robots.count):
             if uint32(disseminating >> uint32(i)) & uint32(1) == 0:
                 sight[i] = uint32(0)
     hear_few(params, state, speaking)
@@ -98,10 +97,10 @@ def sense_many(params, state):
     """Sense in a swarm of any size, with nothing beyond the paper."""
     fill_robots(params, state)
     # Read once, not for each robot: the compiler must assume that what is written may change them.
-    robot_bits, task_bits, limit = params.robot_grid.bits, params.task_grid.bits, params.sight_limit
+    robot_bits, task_bits, limit = params.robots.grid.bits, params.tasks.grid.bits, params.sensing.limit
     for w in range(state.sets.shape[1]):
         speaking = state.sets[SPEAKING, w]
-        state.clock[BITS] += popcount(speaking) * params.message_bits
+        state.clock[BITS] += popcount(speaking) * params.radio.message_bits
         looking = uint32(~state.sets[DISSEMINATING, w] & state.sets[WORKING, w])
         while speaking:
             speak(params, state, int64(32 * w + lowest(speaking)))
@@ -112,7 +111,7 @@ def sense_many(params, state):
 
 
 @passage
-def sense_beyond(params, state):
+def sense_general(params, state):
     """Sense in any swarm (model.md 6.3, 6.5, 6.6): what a robot sees in a step it knows before it hears."""
     publish(params, state)
     fill_robots(params, state)
@@ -133,7 +132,7 @@ def sense_beyond(params, state):
 def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
-    fill(state.robot_cells, params.robot_grid, robots[X], robots[Y], robots[LABELS], params.robots)
+    fill(state.robot_cells, params.robots.grid, robots[X], robots[Y], robots[LABELS], params.robots.count)
 
 
 @kernel
@@ -148,7 +147,7 @@ def look(params, state, i, robot_bits, task_bits, limit):
     """Let a robot count the robots and tasks in sight."""
     x, y = state.robots[X, i], state.robots[Y, i]
     robots = count_within(state.robot_cells, robot_bits, x, y, limit)
-    state.counts[ROBOTS_SEEN, i] += robots - 1 + params.count_self  # it is in its own sight
+    state.counts[ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it is in its own sight
     state.counts[TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
@@ -160,10 +159,12 @@ def look_closely(params, state, i):
     """
     robots = look_at_robots(params, state, i, state.robots[X, i], state.robots[Y, i])
     tasks = look_at_tasks(params, state, i, state.robots[X, i], state.robots[Y, i])
-    if params.only_counts:
+    if params.sensing.only_counts:
         state.counts[ROBOTS_SEEN, i] += robots
         state.counts[TASKS_SEEN, i] += tasks
-    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
+    if (
+        params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0
+    ):  # asked here, since a call isn't cheap
         see_falsely(params, state, i)
 
 
@@ -171,24 +172,26 @@ def look_closely(params, state, i):
 def look_at_robots(params, state, i, x, y):
     """Let a robot look at the robots in sight; return how many it counts, if it only counts."""
     points = state.robot_cells.points
-    total = params.count_self - 1 if params.counts_all else int64(0)  # it is in its own sight
-    first, last = block(state.robot_cells, params.robot_grid, x, y)
+    total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it is in its own sight
+    first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
-        if params.counts_all:
+        close = near(params, points[X], points[Y], first, x, y, params.sensing.limit) & first_bits(
+            last - first
+        )
+        if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
         while close:
             other = int64(points[LABEL, first + lowest(close)] >> int32(2))
             if other == i:
-                visible = params.count_self == 1
+                visible = params.sensing.count_self == 1
             else:
-                visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.miss)
+                visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.sensing.miss)
             new = visible and is_new(params, state, i, other)
-            if params.only_counts:
+            if params.sensing.only_counts:
                 total += new
             elif new:
-                identity, kind = int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other])
+                identity, kind = int64(state.robots[IDENTITY, other]), int64(state.tables.class_of[other])
                 see(params, state, i, identity, kind, True)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
@@ -200,21 +203,23 @@ def look_at_tasks(params, state, i, x, y):
     """Let a robot look at the tasks in sight; return how many it counts, if it only counts."""
     points = state.task_cells.points
     total = int64(0)
-    first, last = block(state.task_cells, params.task_grid, x, y)
+    first, last = block(state.task_cells, params.tasks.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
-        if params.counts_all:
+        close = near(params, points[X], points[Y], first, x, y, params.sensing.limit) & first_bits(
+            last - first
+        )
+        if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
         while close:
             task = int64(points[LABEL, first + lowest(close)])
-            seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.miss)
+            seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.sensing.miss)
             new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
-            if params.only_counts:
+            if params.sensing.only_counts:
                 total += new
             elif new:
-                kind = int64(state.kinds.of[params.robots + task])
-                see(params, state, i, params.robots + task, kind, False)
+                kind = int64(state.tables.class_of[params.robots.count + task])
+                see(params, state, i, params.robots.count + task, kind, False)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
     return total
@@ -223,8 +228,8 @@ def look_at_tasks(params, state, i, x, y):
 @kernel
 def see(params, state, i, thing, kind, is_robot):
     """Count one thing of a class, or enter it in what the robot knows."""
-    column = kind if is_robot else params.robot_classes + kind
-    if params.knowledge:
+    column = kind if is_robot else params.robots.classes + kind
+    if params.strategy.knowledge:
         learn(params, state, int64(KNOWN), i, thing, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
@@ -237,18 +242,25 @@ def see(params, state, i, thing, kind, is_robot):
 @subroutine
 def see_falsely(params, state, i):
     """Count what isn't there, each of the class of some thing of the swarm's."""
-    if params.false_robots > 0.0:
+    if params.sensing.false_robots > 0.0:
         word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_ROBOT)
-        for k in range(poisson(word, params.false_robots)):
+        for k in range(poisson(word, params.sensing.false_robots)):
             word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_ROBOT_CLASS + PAIR * k)
-            see(params, state, i, int64(0), int64(state.kinds.of[choose(word, params.robots)]), True)
-    if params.false_tasks > 0.0:
+            see(
+                params,
+                state,
+                i,
+                int64(0),
+                int64(state.tables.class_of[choose(word, params.robots.count)]),
+                True,
+            )
+    if params.sensing.false_tasks > 0.0:
         word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_TASK)
-        for k in range(poisson(word, params.false_tasks)):
+        for k in range(poisson(word, params.sensing.false_tasks)):
             kind = int64(0)
-            if params.tasks > 0:
+            if params.tasks.count > 0:
                 word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_TASK_CLASS + PAIR * k)
-                kind = int64(state.kinds.of[params.robots + choose(word, params.tasks)])
+                kind = int64(state.tables.class_of[params.robots.count + choose(word, params.tasks.count)])
             see(params, state, i, int64(0), kind, False)
 
 
@@ -263,7 +275,7 @@ def happens(params, state, i, purpose, probability):
 @kernel
 def is_new(params, state, i, thing):
     """Tell whether a thing in view counts: always, or if it isn't remembered, which it is from now on."""
-    if not params.unique:
+    if not params.sensing.unique:
         return True
     bit = uint32(uint32(1) << uint32(thing & 31))
     known = state.remembered[i, thing >> 5]
@@ -277,12 +289,12 @@ def speak(params, state, i):
     x, y = state.robots[X, i], state.robots[Y, i]
     message, value = state.robots[LABELS, i], state.robots[TOLD_VALUE, i]
     points = state.robot_cells.points
-    first, last = block_on_torus(state.robot_cells, params.robot_grid.bits, x, y)
+    first, last = block_on_torus(state.robot_cells, params.robots.grid.bits, x, y)
     while first < last:
-        close = within(points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
+        close = within(points[X], points[Y], first, x, y, params.radio.limit) & first_bits(last - first)
         while close:
             receiver = points[LABEL, first + lowest(close)]
-            if receiver != message and (params.listens_for == ALWAYS or receiver & int32(1)):
+            if receiver != message and (params.decision.listens_for == ALWAYS or receiver & int32(1)):
                 hear(params, state, int64(receiver >> int32(2)), message, value)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
@@ -293,11 +305,11 @@ def note_listeners(params, state):
     """Note who hears in this step, whose time has been taken from its phase already."""
     for w in range(state.sets.shape[1]):
         listening = state.sets[WORKING, w]
-        if params.listens_for != ALWAYS:
+        if params.decision.listens_for != ALWAYS:
             listening &= state.sets[DISSEMINATING, w]
-        if params.listens_for > WHILE_DISSEMINATING:
+        if params.decision.listens_for > WHILE_DISSEMINATING:
             for j in range(32):
-                early = state.robots[PHASE_LEFT, 32 * w + j] >= params.listens_for
+                early = state.robots[PHASE_LEFT, 32 * w + j] >= params.decision.listens_for
                 listening &= ~uint32(uint32(early) << uint32(j))
         state.sets[LISTENING, w] = listening
 
@@ -310,20 +322,22 @@ def speak_maybe(params, state, i):
     message = int32(state.robots[IDENTITY, i] << int32(2)) | int32(2 * opinion + 1)
     value = state.robots[TOLD_VALUE, i]
     if has(state.sets[LIARS], i):
-        value = int32(params.value_scale) if opinion else int32(0)
+        value = int32(params.strategy.value_scale) if opinion else int32(0)
     points = state.robot_cells.points
-    first, last = block(state.robot_cells, params.robot_grid, x, y)
+    first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
-        if params.robots <= 32:  # they stand in their order, so that those who don't hear are dropped at once
+        close = near(params, points[X], points[Y], first, x, y, params.radio.limit) & first_bits(last - first)
+        if (
+            params.robots.count <= 32
+        ):  # they stand in their order, so that those who don't hear are dropped at once
             close &= state.sets[LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
         while close:
             j = int64(points[LABEL, first + lowest(close)] >> int32(2))
             can_hear = j != i and has(state.sets[LISTENING], j)
-            if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.loss):
-                if params.knowledge:
+            if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.radio.loss):
+                if params.strategy.knowledge:
                     merge(params, state, j, i)
-                if params.commit or not params.knowledge:
+                if params.decision.commit.enabled or not params.strategy.knowledge:
                     hear(params, state, j, message, value)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
@@ -333,9 +347,9 @@ def speak_maybe(params, state, i):
 def forget(params, state, i):
     """Empty a robot's inbox, and its counts unless evidence is kept (model.md 4.6)."""
     empty(params, state, i)
-    if params.forgets:
+    if params.strategy.forgets:
         clear_counts(params, state, i)
-    if params.unique and not params.for_life:
+    if params.sensing.unique and not params.sensing.for_life:
         state.remembered[i] = uint32(0)
 
 

@@ -51,7 +51,7 @@ from feasibee.engine.layout import (
 )
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.placement import place_robots, place_tasks, scatter
-from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_beyond, sense_paper
+from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_fast, sense_general
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
 from feasibee.strategies.contract import Inbox, Mind
@@ -60,7 +60,7 @@ NEVER = 2**31 - 1
 
 
 @passage
-def start_paper(params, state, run):
+def start_fast(params, state, run):
     """Put the swarm of a run at step 0, with nothing beyond the paper (model.md 1.2, 1.3, 4.1)."""
     clear(params, state, run)
     scatter(params, state)
@@ -68,7 +68,7 @@ def start_paper(params, state, run):
 
 
 @passage
-def start_beyond(params, state, run):
+def start_general(params, state, run):
     """Put any swarm at step 0 (model.md 6)."""
     clear(params, state, run)
     name(params, state)
@@ -76,9 +76,9 @@ def start_beyond(params, state, run):
     place_robots(params, state)
     draw_faults(params, state)  # last: `stop` relies on the shuffle that it leaves
     make_ready(params, state)
-    if params.unique:
+    if params.sensing.unique:
         state.remembered[:] = uint32(0)
-    if params.stop_step == 0:
+    if params.faults.stop_step == 0:
         stop(params, state)
     fill_robots(params, state)
 
@@ -93,7 +93,7 @@ def clear(params, state, run):
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
-        state.sets[WORKING, w] = first_bits(params.robots - 32 * w)
+        state.sets[WORKING, w] = first_bits(params.robots.count - 32 * w)
         state.sets[COUNTED, w] = state.sets[WORKING, w]
 
 
@@ -102,29 +102,29 @@ def make_ready(params, state):
     """Give the robots that stand in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
     fill(
         state.task_cells,
-        params.task_grid,
+        params.tasks.grid,
         state.tasks[X],
         state.tasks[Y],
         state.tasks[TASK_LABEL],
-        params.tasks,
+        params.tasks.count,
     )
-    for i in range(params.robots):
+    for i in range(params.robots.count):
         word = draw(params, state.clock[RUN], i, 0, FIRST_OPINION)
         state.sets[OPINIONS, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
-        if params.starts_neutral:
+        if params.strategy.starts_neutral:
             hold(state.sets, i, int64(NO_OPINION))
         state.robots[WALKS, i] = 0
         head(params, state, i)
         state.robots[PHASES, i] = 0
         word = draw(params, state.clock[RUN], i, 0, PHASE)
-        enter_phase(state, i, duration(word, params.exploration))
+        enter_phase(state, i, duration(word, params.decision.exploration))
         state.counts[VOTES, i] = 1  # makes sure that an inbox left by another run is emptied
         forget(params, state, i)
         clear_counts(params, state, i)
         state.robots[AGREED, i] = 0
         state.memory[i] = 0.0
     state.clock[COMMITTED_FEASIBLE] = state.clock[COMMITTED_INFEASIBLE] = 0
-    for i in range(params.robots, state.robots.shape[1]):
+    for i in range(params.robots.count, state.robots.shape[1]):
         state.robots[WALK_LEFT, i] = NEVER
         state.robots[PHASE_LEFT, i] = NEVER
     count_opinions(params, state)
@@ -133,24 +133,24 @@ def make_ready(params, state):
 @subroutine
 def draw_faults(params, state):
     """Draw which robots are faulty: the first of a shuffle stop, the next lie, the next are stubborn."""
-    if params.stopped + params.byzantine + params.stubborn == 0:
+    if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
-    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots, FAULT)
-    for k in range(params.byzantine):
-        i = int64(state.robots[ORDER, params.stopped + k])
+    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots.count, FAULT)
+    for k in range(params.faults.byzantine):
+        i = int64(state.robots[ORDER, params.faults.stopped + k])
         state.sets[LIARS, i >> 5] |= bit(i)
         state.sets[COUNTED, i >> 5] &= ~bit(i)
-    for k in range(params.stubborn):
-        i = int64(state.robots[ORDER, params.stopped + params.byzantine + k])
+    for k in range(params.faults.stubborn):
+        i = int64(state.robots[ORDER, params.faults.stopped + params.faults.byzantine + k])
         state.sets[STUBBORN, i >> 5] |= bit(i)
 
 
 @subroutine
 def stop(params, state):
     """Let the robots with that fault stop, once and for all (model.md 6.6)."""
-    if params.stopped == 0:
+    if params.faults.stopped == 0:
         return
-    for k in range(params.stopped):
+    for k in range(params.faults.stopped):
         i = int64(state.robots[ORDER, k])
         state.robots[WALK_LEFT, i] = NEVER
         state.robots[PHASE_LEFT, i] = NEVER
@@ -166,24 +166,24 @@ def stop(params, state):
 
 
 @passage
-def advance_paper(params, state, quality, dissemination, decide, say, value):
+def advance_fast(params, state, quality, dissemination, decide, say, value):
     """Do one step, with nothing beyond the paper (model.md 3.1 to 3.3)."""
     move_freely(state)
     tick(state)
-    sense_paper(params, state)
-    rate_paper(params, state, quality)
+    sense_fast(params, state)
+    rate_fast(params, state, quality)
     finish(params, state, dissemination, decide, say, value)
 
 
 @passage
-def advance_beyond(params, state, quality, dissemination, decide, say, value):
+def advance_general(params, state, quality, dissemination, decide, say, value):
     """Do one step of any swarm."""
-    if params.stopped > 0 and state.clock[STEP] + 1 == params.stop_step:
+    if params.faults.stopped > 0 and state.clock[STEP] + 1 == params.faults.stop_step:
         stop(params, state)
     move_where_clear(params, state)
     tick(state)
-    sense_beyond(params, state)
-    rate_beyond(params, state, quality)
+    sense_general(params, state)
+    rate_general(params, state, quality)
     finish(params, state, dissemination, decide, say, value)
 
 
@@ -209,24 +209,24 @@ def end_exploration(params, state, i, dissemination, say, value):
     """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
-    if params.says:
+    if params.strategy.says:
         said = say(mind)
     put(state.sets, SPEAKING, i, 0 <= said <= 1)
     put(state.sets, SAID, i, said == 1)
-    if params.value_scale > 0.0:
+    if params.strategy.value_scale > 0.0:
         share = min(max(value(mind), 0.0), 1.0)
-        state.robots[TOLD_VALUE, i] = int32(share * params.value_scale + 0.5)
+        state.robots[TOLD_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
     put(state.sets, DISSEMINATING, i, True)
     word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
-    mean = dissemination(mind.quality, params.gain)
-    enter_phase(state, i, duration(word, mean) + int32(params.dissemination_floor))
+    mean = dissemination(mind.quality, params.decision.gain)
+    enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
 
 
 @passage
 def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
     words = philox(
-        int64(state.robots[PHASES, i]), i, state.clock[RUN], int64(PHASE), params.seed_low, params.seed_high
+        int64(state.robots[PHASES, i]), i, state.clock[RUN], int64(PHASE), params.seed.low, params.seed.high
     )
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
@@ -235,16 +235,16 @@ def end_dissemination(params, state, i, decide):
     decided = decide(mind_of(params, state, i), received)
     if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
         hold(state.sets, i, decided)
-    if params.commit:
+    if params.decision.commit.enabled:
         consider_commitment(params, state.robots[AGREED], state.sets, i, feasible, votes)
     forget(params, state, i)
     put(state.sets, DISSEMINATING, i, False)
     put(state.sets, SPEAKING, i, False)
-    enter_phase(state, i, duration(words[0], params.exploration))
+    enter_phase(state, i, duration(words[0], params.decision.exploration))
 
 
 @passage
-def rate_paper(params, state, quality):
+def rate_fast(params, state, quality):
     """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
     for w in range(state.sets.shape[1]):
         left = uint32(state.sets[ENDING, w] & ~state.sets[DISSEMINATING, w])
@@ -256,21 +256,21 @@ def rate_paper(params, state, quality):
 @kernel
 def rate(params, state, i, quality):
     """Find the quality of *feasible* from what a robot counted."""
-    floor = params.quality_floor
+    floor = params.decision.quality_floor
     robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
     state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
 
 
 @passage
-def rate_beyond(params, state, quality):
+def rate_general(params, state, quality):
     """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
     for w in range(state.sets.shape[1]):
         left = state.sets[ENDING, w]
-        if not params.knowledge:
+        if not params.strategy.knowledge:
             left = uint32(left & ~state.sets[DISSEMINATING, w])
         while left:
             i = int64(32 * w + lowest(left))
-            if params.knowledge:
+            if params.strategy.knowledge:
                 count_known(params, state, int64(KNOWN), i)
             if state.seen.shape[0] > 0:
                 state.memory[i, 0] = scarcest(params, state, i, quality)
@@ -290,7 +290,12 @@ def mind_of(params, state, i):
     elif opinion == NO_OPINION:
         quality = 0.5
     return Mind(
-        opinion, quality, feasible_quality, params.own_vote, state.memory[i, 1:], state.kinds.parameters
+        opinion,
+        quality,
+        feasible_quality,
+        params.decision.own_vote,
+        state.memory[i, 1:],
+        state.tables.parameters,
     )
 
 
@@ -312,13 +317,13 @@ def hold(sets, i, opinion):
 @kernel
 def scarcest(params, state, i, quality):
     """Return the least quality over the sets of skills of which anything was seen (model.md 6.7)."""
-    least, floor = 2.0, params.quality_floor
-    for s in range(state.kinds.adds.shape[0]):
+    least, floor = 2.0, params.decision.quality_floor
+    for s in range(state.tables.adds.shape[0]):
         robots, tasks = int64(0), int64(0)
-        for kind in range(params.robot_classes):
-            robots += state.kinds.adds[s, kind] * state.seen[i, kind]
-        for kind in range(params.robot_classes, state.kinds.adds.shape[1]):
-            tasks += state.kinds.adds[s, kind] * state.seen[i, kind]
+        for kind in range(params.robots.classes):
+            robots += state.tables.adds[s, kind] * state.seen[i, kind]
+        for kind in range(params.robots.classes, state.tables.adds.shape[1]):
+            tasks += state.tables.adds[s, kind] * state.seen[i, kind]
         if robots + tasks > 0:
             least = min(least, quality(max(robots, floor), max(tasks, floor)))
     return quality(floor, floor) if least == 2.0 else least
@@ -329,12 +334,15 @@ def consider_commitment(params, agreed, sets, i, feasible, votes):
     """Let a robot commit if others have long agreed with its opinion."""
     opinion = opinion_of(sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
-    agrees = votes >= params.commit_heard and agreeing * params.commit_whole >= params.commit_share * votes
+    agrees = (
+        votes >= params.decision.commit.heard
+        and agreeing * params.decision.commit.whole >= params.decision.commit.share * votes
+    )
     if opinion == NO_OPINION or not agrees:
         agreed[i] = 0
         return
     agreed[i] += int32(1)
-    if agreed[i] >= params.commit_rounds:
+    if agreed[i] >= params.decision.commit.rounds:
         put(sets, COMMITTED, i, True)
 
 
@@ -370,7 +378,7 @@ def count_opinions(params, state):
         neutral += popcount(state.sets[NEUTRAL, w] & state.sets[COUNTED, w])
     state.clock[FEASIBLE_COUNT] = feasible
     state.clock[NEUTRAL_COUNT] = neutral
-    if params.commit:
+    if params.decision.commit.enabled:
         committed = committed_feasible = int64(0)
         for w in range(state.sets.shape[1]):
             counted = state.sets[COMMITTED, w] & state.sets[COUNTED, w]

@@ -131,10 +131,11 @@ def simulate_record(
         return reference.simulate(scenario, runs, seed, first_run, curves)
     load_engine(scenario)
     from feasibee.engine import runner
+    from feasibee.simulation.lowering import lower
 
     record = Record.empty(first_run, runs, scenario.run.steps + 1 if curves else 0)
     try:
-        runner.simulate(scenario, seed, record, threads, chunk, progress)
+        runner.simulate(lower(scenario, seed), record, threads, chunk, progress)
     except runner.RunError as failure:
         raise failure_of(scenario, seed, failure.run, failure.error) from None
     return record

@@ -69,28 +69,30 @@ class Swarm:
         self.scenario = check_scenario(scenario)
         room = None if room is None else whole("room", room, 0, 2**63)
         load_engine(self.scenario)
-        from feasibee.engine import layout, runner, translation
+        from feasibee.engine import layout, params, runner
+        from feasibee.simulation import lowering
 
         self._seed, self._run, self._room = seed, run, room
         self._layout = layout
-        self._params = translation.params_of(self.scenario, seed)._replace(stop_at_decision=False)
-        self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
-        self._kinds = translation.kinds_of(self.scenario, self._params)
-        self._packed = layout.packed(self._params)
-        self._unit = translation.unit_of(self.scenario)
+        lowered = lowering.lower(self.scenario, seed)
+        self._tables = lowered.tables
+        self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
+        self._packed = params.packed(self._params)
+        self._start, self._advance, *self._strategy = runner.engine_functions(lowered.strategy, lowered.fast)
+        self._unit = lowering.unit_of(self.scenario)
         self._record = Record.empty(run, 1, FIRST_STEPS)
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
         self._slots = slots
         memory = self.scenario.strategy.memory
-        needed = self._layout.size_of(self._params, self._kinds, slots)
+        needed = self._layout.size_of(self._params, self._tables, slots)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
                 f"this swarm takes {needed / 2**20:.0f} MiB: must fit {self._room // 2**20} MiB here; "
                 "take fewer robots, or a shorter radio.range"
             )
-        self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
+        self._state = self._layout.empty_state(self._params, self._tables, slots, memory)
         self._start(self._packed, self._state, self._run)
         self._play(0)  # notes down step 0
 
@@ -104,22 +106,12 @@ class Swarm:
                 self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
 
     def _play(self, until: int) -> None:
-        from feasibee.engine.runner import FAILURES
+        from feasibee.engine.runner import FAILURES, outcome_of
 
-        record = self._record
+        unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
         try:
             self._advance(
-                self._packed,
-                self._state,
-                until,
-                record.decision,
-                record.decision_step,
-                record.feasible_count[0],
-                record.infeasible_count[0],
-                record.account[0],
-                np.zeros(1, np.int64),
-                np.zeros(1, np.bool_),
-                *self._strategy,
+                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, *self._strategy
             )
         except FAILURES as error:
             raise failure_of(self.scenario, self._seed, self._run, error) from None
@@ -260,7 +252,7 @@ class Swarm:
 
     def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
         """Return fixed-point numbers as 65,536ths of the longer side."""
-        coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.walls else 16)
+        coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.arena.walls else 16)
         places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
         return places
 
