@@ -33,19 +33,19 @@ class Engine:
         start(packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
-        self.state.robots[[layout.X, layout.Y], :count] = fixed.T
+        self.state.robots[[layout.Robot.X, layout.Robot.Y], :count] = fixed.T
         if tasks:  # sorted into one cell: SIDE / 2 is the least range that needs no grid
             assert self.params.tasks.grid.bits == 0
             spots = (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32)
-            self.state.task_cells.points[[layout.X, layout.Y], : len(tasks)] = spots.T
-        self.state.robots[layout.PHASE_LEFT, :count] = LONG
+            self.state.task_cells.points[[layout.Point.X, layout.Point.Y], : len(tasks)] = spots.T
+        self.state.robots[layout.Robot.PHASE_LEFT, :count] = LONG
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
-            self.put(layout.OPINIONS, i, opinion == 1)
-            self.put(layout.NEUTRAL, i, opinion == -1)
-            self.put(layout.SAID, i, opinion == 1)
-            self.put(layout.SPEAKING, i, speaks and opinion >= 0)
-            self.put(layout.DISSEMINATING, i, speaks)
-            self.state.robots[layout.LABELS, i] = 4 * i + 2 * (opinion == 1) + speaks
+            self.put(layout.Set.FEASIBLE, i, opinion == 1)
+            self.put(layout.Set.NEUTRAL, i, opinion == -1)
+            self.put(layout.Set.SAYS_FEASIBLE, i, opinion == 1)
+            self.put(layout.Set.SPEAKING, i, speaks and opinion >= 0)
+            self.put(layout.Set.DISSEMINATING, i, speaks)
+            self.state.robots[layout.Robot.LABEL, i] = 4 * i + 2 * (opinion == 1) + speaks
 
     def put(self, kind, i, member):
         word = self.state.sets[kind]
@@ -57,20 +57,20 @@ class Engine:
 
     def tell(self, i, value):
         """Let a robot send a number."""
-        self.state.robots[layout.TOLD_VALUE, i] = value
+        self.state.robots[layout.Robot.SENT_VALUE, i] = value
 
     def told(self, i):
-        return int(self.state.robots[layout.TOLD_VALUE, i])
+        return int(self.state.robots[layout.Robot.SENT_VALUE, i])
 
     def rate(self, i, quality):
         """Give a robot a quality of *feasible*."""
         self.state.memory[i, 0] = quality
 
     def end_phase_of(self, i, after=1):
-        self.state.robots[layout.PHASE_LEFT, i] = after
+        self.state.robots[layout.Robot.PHASE_LEFT, i] = after
 
     def step(self):
-        until = self.state.clock[layout.STEP] + 1
+        until = self.state.clock[layout.Clock.STEP] + 1
         record = Record.empty(0, 1, 0)
         outcome, unwatched = (
             runner.outcome_of(record),
@@ -79,27 +79,27 @@ class Engine:
         self.advance(packed(self.params), self.state, outcome, 0, until, unwatched, *self.strategy)
 
     def seen(self, i):
-        return tuple(self.state.counts[[layout.ROBOTS_SEEN, layout.TASKS_SEEN], i])
+        return tuple(self.state.counts[[layout.Count.ROBOTS_SEEN, layout.Count.TASKS_SEEN], i])
 
     def opinion(self, i):
-        return -1 if self.has(layout.NEUTRAL, i) else int(self.has(layout.OPINIONS, i))
+        return -1 if self.has(layout.Set.NEUTRAL, i) else int(self.has(layout.Set.FEASIBLE, i))
 
     def speaks(self, i):
-        return self.has(layout.DISSEMINATING, i)
+        return self.has(layout.Set.DISSEMINATING, i)
 
     def committed(self, i):
-        return self.has(layout.COMMITTED, i)
+        return self.has(layout.Set.COMMITTED, i)
 
     def memory(self, i):
         return self.state.memory[i, 1:].tolist()
 
     @property
     def bits_sent(self):
-        return int(self.state.clock[layout.BITS])
+        return int(self.state.clock[layout.Clock.BITS])
 
     @property
     def ids(self):
-        return self.state.robots[layout.IDENTITY]
+        return self.state.robots[layout.Robot.IDENTITY]
 
 
 class Plain:
@@ -601,7 +601,7 @@ def known(swarm, i):
     if isinstance(swarm, Plain):
         robots, tasks = swarm.minds[i].knowledge.counted()
         return sum(robots), sum(tasks)
-    words, params = swarm.state.knowledge[layout.KNOWN, i], swarm.params
+    words, params = swarm.state.knowledge[layout.Copy.KNOWN, i], swarm.params
     if params.strategy.knowledge == Knowledge.TALLY:
         return tuple(words.reshape(params.robots.count, 2).sum(axis=0).tolist())
     side = -(-params.robots.count // 32)

@@ -12,7 +12,7 @@ from numba import int64, uint32, uint64
 
 from feasibee.engine.compile import kernel
 from feasibee.engine.intrinsics import popcount, within, within_on
-from feasibee.engine.layout import LABEL, X, Y
+from feasibee.engine.layout import Point
 
 
 @kernel
@@ -55,7 +55,7 @@ def fill(cells, grid, xs, ys, labels, count):
         start[0], start[1] = 0, count
         points = cells.points
         for i in range(count):
-            points[X, i], points[Y, i], points[LABEL, i] = xs[i], ys[i], labels[i]
+            points[Point.X, i], points[Point.Y, i], points[Point.LABEL, i] = xs[i], ys[i], labels[i]
         return
     for cell in range(side * (side + 1) + 2):
         start[cell] = 0
@@ -90,9 +90,9 @@ def place(cells, cell, x, y, label):
     """Append a point to its cell."""
     slot = cells.start[cell + 1]
     cells.start[cell + 1] = slot + 1
-    cells.points[X, slot] = x
-    cells.points[Y, slot] = y
-    cells.points[LABEL, slot] = label
+    cells.points[Point.X, slot] = x
+    cells.points[Point.Y, slot] = y
+    cells.points[Point.LABEL, slot] = label
 
 
 @kernel
@@ -130,7 +130,8 @@ def count_within(cells, bits, x, y, limit):
     total = 0
     while first < last:
         total += popcount(
-            within(cells.points[X], cells.points[Y], first, x, y, limit) & first_bits(last - first)
+            within(cells.points[Point.X], cells.points[Point.Y], first, x, y, limit)
+            & first_bits(last - first)
         )
         first += 32
     return total

@@ -6,33 +6,23 @@ from functools import cache
 
 from feasibee.engine import step
 from feasibee.engine.compile import entry, kernel
-from feasibee.engine.layout import (
-    BITS,
-    COMMITTED_FEASIBLE,
-    COMMITTED_INFEASIBLE,
-    FEASIBLE_COUNT,
-    FULL,
-    NEUTRAL_COUNT,
-    STEP,
-)
+from feasibee.engine.layout import Clock
 from feasibee.engine.signatures import ADVANCE, PLAY, START
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.model.record import BITS_SENT, COMMIT_STEP
-from feasibee.model.record import COMMITTED_FEASIBLE as FOR
-from feasibee.model.record import COMMITTED_INFEASIBLE as AGAINST
+from feasibee.model.record import BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE
 
 
 @kernel
 def record_step(params, state, outcome, row):
     """Record the counts at a run's present step, and its decision if it is the first (model.md 4.7)."""
-    now = state.clock[STEP]
+    now = state.clock[Clock.STEP]
     counted = params.robots.count - params.faults.byzantine
     quorum = params.decision.quorum
     if params.faults.stopped > 0 and now >= params.faults.stop_step:
         counted -= params.faults.stopped
         quorum = params.decision.quorum_stopped
-    feasible = state.clock[FEASIBLE_COUNT]
-    infeasible = counted - feasible - state.clock[NEUTRAL_COUNT]
+    feasible = state.clock[Clock.FEASIBLE_COUNT]
+    infeasible = counted - feasible - state.clock[Clock.NEUTRAL_COUNT]
     if outcome.feasible_count.shape[1] > 0:
         outcome.feasible_count[row, now] = feasible
         outcome.infeasible_count[row, now] = infeasible
@@ -43,7 +33,7 @@ def record_step(params, state, outcome, row):
         elif infeasible >= quorum:
             outcome.decision[row] = INFEASIBLE
             outcome.decision_step[row] = now
-    committed = state.clock[COMMITTED_FEASIBLE] + state.clock[COMMITTED_INFEASIBLE]
+    committed = state.clock[Clock.COMMITTED_FEASIBLE] + state.clock[Clock.COMMITTED_INFEASIBLE]
     if params.decision.commit.enabled and outcome.account[row, COMMIT_STEP] < 0 and committed >= quorum:
         outcome.account[row, COMMIT_STEP] = now
 
@@ -51,15 +41,15 @@ def record_step(params, state, outcome, row):
 @kernel
 def record_totals(state, outcome, row):
     """Record a run's totals."""
-    outcome.account[row, BITS_SENT] = state.clock[BITS]
-    outcome.account[row, FOR] = state.clock[COMMITTED_FEASIBLE]
-    outcome.account[row, AGAINST] = state.clock[COMMITTED_INFEASIBLE]
+    outcome.account[row, BITS_SENT] = state.clock[Clock.BITS]
+    outcome.account[row, COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_FEASIBLE]
+    outcome.account[row, COMMITTED_INFEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE]
 
 
 @kernel
 def has_next_step(params, state, outcome, row, until, control):
     """Return whether a run has a next step."""
-    if state.clock[STEP] >= until or state.clock[FULL] or control.cancelled[0]:
+    if state.clock[Clock.STEP] >= until or state.clock[Clock.FULL] or control.cancelled[0]:
         return False
     return not (params.run.stop_at_decision and outcome.decision[row] != UNDECIDED)
 
@@ -80,7 +70,7 @@ def advance_fast(params, state, outcome, row, until, control, quality, dissemina
     ``control.steps_done`` counts steps. Setting ``control.cancelled`` ends the run, as does a full inbox
     table.
     """
-    if state.clock[STEP] == 0:
+    if state.clock[Clock.STEP] == 0:
         record_step(params, state, outcome, row)
     while has_next_step(params, state, outcome, row, until, control):
         step.advance_fast(params, state, quality, dissemination, decide, say, value)
@@ -91,7 +81,7 @@ def advance_fast(params, state, outcome, row, until, control, quality, dissemina
 
 def advance_general(params, state, outcome, row, until, control, quality, dissemination, decide, say, value):
     """Simulate a run in the general engine; see `advance_fast`."""
-    if state.clock[STEP] == 0:
+    if state.clock[Clock.STEP] == 0:
         record_step(params, state, outcome, row)
     while has_next_step(params, state, outcome, row, until, control):
         step.advance_general(params, state, quality, dissemination, decide, say, value)
@@ -117,7 +107,7 @@ def play(
         advance(
             params, state, outcome, row, params.run.steps, control, quality, dissemination, decide, say, value
         )
-        if state.clock[FULL] or control.cancelled[0]:
+        if state.clock[Clock.FULL] or control.cancelled[0]:
             return row
     return outcome.decision.size
 

@@ -7,36 +7,23 @@ from numba import float64, int32, int64, uint32
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import choose
 from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.layout import (
-    FEASIBLE_VOTES,
-    FULL,
-    HEARD,
-    HEARD_FEASIBLE,
-    MESSAGES,
-    SAID,
-    SENDER,
-    SIGHT,
-    TOLD_VALUE,
-    VALUES,
-    VOTES,
-    WHEN,
-)
+from feasibee.engine.layout import Clock, Count, Link, Robot, Set, Slot
 from feasibee.model.codes import NO_OPINION
 
 
 @passage
 def hear_few(params, state, speaking):
     """Put what each robot hears from those noted beside it into its inbox."""
-    sight = state.few[SIGHT]
-    said = state.sets[SAID, 0]
+    sight = state.links[Link.SIGHT]
+    said = state.sets[Set.SAYS_FEASIBLE, 0]
     if params.decision.every_message:
-        votes, feasible_votes = state.counts[VOTES], state.counts[FEASIBLE_VOTES]
+        votes, feasible_votes = state.counts[Count.VOTES], state.counts[Count.FEASIBLE_VOTES]
         for i in range(32):
             spoken = uint32(sight[i] & speaking)
             votes[i] += popcount(spoken)
             feasible_votes[i] += popcount(uint32(spoken & said))
     else:
-        heard, feasible = state.few[HEARD], state.few[HEARD_FEASIBLE]
+        heard, feasible = state.links[Link.HEARD], state.links[Link.HEARD_FEASIBLE]
         for i in range(32):
             spoken = uint32(sight[i] & speaking)
             heard[i] |= spoken
@@ -46,7 +33,7 @@ def hear_few(params, state, speaking):
                 spoken = uint32(sight[i] & speaking)
                 while spoken:
                     j = lowest(spoken)
-                    state.inbox[VALUES, i, j] = state.robots[TOLD_VALUE, j]
+                    state.inbox[Slot.VALUE, i, j] = state.robots[Robot.SENT_VALUE, j]
                     spoken = uint32(spoken & uint32(spoken - uint32(1)))
 
 
@@ -55,10 +42,10 @@ def hear(params, state, i, message, value):
     """Put a message, the sender's label and value, into a robot's inbox."""
     opinion = int64(message >> int32(1)) & 1
     if params.decision.every_message:
-        state.counts[VOTES, i] += 1
-        state.counts[FEASIBLE_VOTES, i] += opinion
+        state.counts[Count.VOTES, i] += 1
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion
         return
-    inbox = state.inbox[SENDER, i]
+    inbox = state.inbox[Slot.SENDER, i]
     slots = inbox.size
     sender = message >> int32(2)
     place = int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8)) & (slots - 1)
@@ -66,19 +53,19 @@ def hear(params, state, i, message, value):
         place = (place + 1) & (slots - 1)
     known = inbox[place]
     if known >= 0:
-        state.counts[FEASIBLE_VOTES, i] += opinion - (int64(known >> int32(1)) & 1)
-    elif 4 * state.counts[VOTES, i] >= 3 * slots:
-        state.clock[FULL] = 1  # nearly full; the caller plays this run again with more room
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion - (int64(known >> int32(1)) & 1)
+    elif 4 * state.counts[Count.VOTES, i] >= 3 * slots:
+        state.clock[Clock.FULL] = 1  # nearly full; the caller plays this run again with more room
         return
     else:
-        state.counts[VOTES, i] += 1
-        state.counts[FEASIBLE_VOTES, i] += opinion
+        state.counts[Count.VOTES, i] += 1
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion
     inbox[place] = message
     if params.strategy.value_scale > 0.0:
-        state.inbox[VALUES, i, place] = value
+        state.inbox[Slot.VALUE, i, place] = value
     if params.decision.inbox_size > 0:
-        state.inbox[WHEN, i, place] = state.robots[MESSAGES, i]
-        state.robots[MESSAGES, i] += int32(1)
+        state.inbox[Slot.WHEN, i, place] = state.robots[Robot.MESSAGES, i]
+        state.robots[Robot.MESSAGES, i] += int32(1)
 
 
 @kernel
@@ -91,7 +78,7 @@ def read(params, state, i, word):
         return read_few(params, state, i, word)
     if params.decision.inbox_size > 0 or params.strategy.value_scale > 0.0:
         return read_table(params, state, i, word)
-    votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
+    votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
     opinion, _ = draw_message(word, feasible_votes, votes)
     return feasible_votes, votes, opinion, int64(0), int64(0)
 
@@ -99,7 +86,7 @@ def read(params, state, i, word):
 @kernel
 def read_few(params, state, i, word):
     """Read an inbox in a swarm of at most 32."""
-    heard, feasible = state.few[HEARD, i], state.few[HEARD_FEASIBLE, i]
+    heard, feasible = state.links[Link.HEARD, i], state.links[Link.HEARD_FEASIBLE, i]
     votes, feasible_votes = popcount(heard), popcount(feasible)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
@@ -108,9 +95,9 @@ def read_few(params, state, i, word):
         while drawn > 0:
             among = uint32(among & uint32(among - uint32(1)))
             drawn -= 1
-        value = int64(state.inbox[VALUES, i, lowest(among)])
+        value = int64(state.inbox[Slot.VALUE, i, lowest(among)])
         while heard:
-            total += state.inbox[VALUES, i, lowest(heard)]
+            total += state.inbox[Slot.VALUE, i, lowest(heard)]
             heard = uint32(heard & uint32(heard - uint32(1)))
     return feasible_votes, votes, opinion, value, total
 
@@ -118,7 +105,7 @@ def read_few(params, state, i, word):
 @subroutine
 def read_table(params, state, i, word):
     """Read an inbox table of which more matters than what is counted of it."""
-    votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
+    votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
     oldest = int64(0)
     if 0 < params.decision.inbox_size < votes:
         oldest = oldest_kept(params, state, i)
@@ -137,9 +124,9 @@ def read_table(params, state, i, word):
                 low = middle + 1
         for place in range(state.inbox.shape[2]):
             if keeps(params, state, i, place, oldest):
-                total += state.inbox[VALUES, i, place]
-                if state.inbox[SENDER, i, place] >> int32(2) == low:
-                    value = int64(state.inbox[VALUES, i, place])
+                total += state.inbox[Slot.VALUE, i, place]
+                if state.inbox[Slot.SENDER, i, place] >> int32(2) == low:
+                    value = int64(state.inbox[Slot.VALUE, i, place])
     return feasible_votes, votes, opinion, value, total
 
 
@@ -157,12 +144,12 @@ def draw_message(word, feasible_votes, votes):
 @subroutine
 def oldest_kept(params, state, i):
     """Return the number of the oldest message in an inbox that keeps so many of the newest."""
-    low, high = int64(0), int64(state.robots[MESSAGES, i])
+    low, high = int64(0), int64(state.robots[Robot.MESSAGES, i])
     while high - low > 1:
         middle = (low + high) >> 1
         since = 0
         for place in range(state.inbox.shape[2]):
-            if state.inbox[SENDER, i, place] >= 0 and state.inbox[WHEN, i, place] >= middle:
+            if state.inbox[Slot.SENDER, i, place] >= 0 and state.inbox[Slot.WHEN, i, place] >= middle:
                 since += 1
         if since >= params.decision.inbox_size:
             low = middle
@@ -176,7 +163,7 @@ def count(params, state, i, oldest, opinion, senders):
     """Return how many kept messages have an opinion and one of the first senders."""
     number = int64(0)
     for place in range(state.inbox.shape[2]):
-        message = state.inbox[SENDER, i, place]
+        message = state.inbox[Slot.SENDER, i, place]
         said = int64(message >> int32(1)) & 1
         if (
             keeps(params, state, i, place, oldest)
@@ -190,9 +177,9 @@ def count(params, state, i, oldest, opinion, senders):
 @kernel
 def keeps(params, state, i, place, oldest):
     """Tell whether a slot holds a message that is kept."""
-    if state.inbox[SENDER, i, place] < 0:
+    if state.inbox[Slot.SENDER, i, place] < 0:
         return False
-    return params.decision.inbox_size == 0 or state.inbox[WHEN, i, place] >= oldest
+    return params.decision.inbox_size == 0 or state.inbox[Slot.WHEN, i, place] >= oldest
 
 
 @kernel
@@ -205,10 +192,10 @@ def as_share(params, value):
 def empty(params, state, i):
     """Empty a robot's inbox (model.md 4.6)."""
     if params.together:
-        state.few[HEARD, i] = uint32(0)
-        state.few[HEARD_FEASIBLE, i] = uint32(0)
-    elif state.counts[VOTES, i] > 0 and not params.decision.every_message:
-        state.inbox[SENDER, i] = int32(-1)
-        state.robots[MESSAGES, i] = int32(0)
-    state.counts[VOTES, i] = 0
-    state.counts[FEASIBLE_VOTES, i] = 0
+        state.links[Link.HEARD, i] = uint32(0)
+        state.links[Link.HEARD_FEASIBLE, i] = uint32(0)
+    elif state.counts[Count.VOTES, i] > 0 and not params.decision.every_message:
+        state.inbox[Slot.SENDER, i] = int32(-1)
+        state.robots[Robot.MESSAGES, i] = int32(0)
+    state.counts[Count.VOTES, i] = 0
+    state.counts[Count.FEASIBLE_VOTES, i] = 0

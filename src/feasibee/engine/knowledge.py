@@ -16,22 +16,9 @@ from numba import float64, int32, int64, uint32, uint64
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import draw, philox
 from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.layout import (
-    BITS,
-    IDENTITY,
-    KNOWN,
-    LIARS,
-    ORDER,
-    REGISTERS,
-    RUN,
-    SAID,
-    SPEAKING,
-    STEP,
-    TOLD,
-)
+from feasibee.engine.layout import REGISTERS, Clock, Copy, Robot, Set
 from feasibee.engine.params import Knowledge, Lie
-from feasibee.model.purposes import IDENTITY as NAMING
-from feasibee.model.purposes import LIE
+from feasibee.model.purposes import IDENTITY, LIE
 
 POSITION_BITS = 32
 TOP = 15  # rank in a sketch
@@ -47,13 +34,13 @@ def has(words, i):
 @kernel
 def told(params, state, i):
     """Return the opinion in a robot's message, true or a lie (model.md 6.6)."""
-    said = int64(has(state.sets[SAID], i))
-    if not has(state.sets[LIARS], i):
+    said = int64(has(state.sets[Set.SAYS_FEASIBLE], i))
+    if not has(state.sets[Set.BYZANTINE], i):
         return said
     if params.faults.byzantine_says == Lie.OPPOSITE:
         return 1 - said
     if params.faults.byzantine_says == Lie.RANDOM:
-        return int64(draw(params, state.clock[RUN], i, state.clock[STEP] + 1, LIE) >> uint32(31))
+        return int64(draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, LIE) >> uint32(31))
     return int64(params.faults.byzantine_says == Lie.FEASIBLE)
 
 
@@ -61,29 +48,33 @@ def told(params, state, i):
 def name(params, state):
     """Give robots their ids, things their hashes, and each robot the knowledge of itself."""
     for i in range(params.robots.count):
-        state.robots[IDENTITY, i] = int32(i)
+        state.robots[Robot.IDENTITY, i] = int32(i)
     if params.radio.random_ids:
         find_namesakes(params, state)
     for thing in range(state.hashes.size):
-        holder = int64(state.robots[IDENTITY, thing]) if thing < params.robots.count else int64(thing)
-        words = philox(int64(0), holder, state.clock[RUN], int64(NAMING), params.seed.low, params.seed.high)
+        holder = int64(state.robots[Robot.IDENTITY, thing]) if thing < params.robots.count else int64(thing)
+        words = philox(
+            int64(0), holder, state.clock[Clock.RUN], int64(IDENTITY), params.seed.low, params.seed.high
+        )
         state.hashes[thing] = words[1]
     if params.strategy.knowledge:
         state.knowledge[:] = uint32(0)
         if params.strategy.knowledge != Knowledge.TALLY:
             for i in range(params.robots.count):
-                me = int64(state.robots[IDENTITY, i])
-                learn(params, state, int64(KNOWN), i, me, int64(state.tables.class_of[i]))
+                me = int64(state.robots[Robot.IDENTITY, i])
+                learn(params, state, int64(Copy.KNOWN), i, me, int64(state.tables.class_of[i]))
 
 
 @subroutine
 def find_namesakes(params, state):
     """Find for each robot the first that has the same id, by a hash table in the room of the counts."""
-    ids, table = state.robots[ORDER], state.counts
+    ids, table = state.robots[Robot.ORDER], state.counts
     size = 4 * table.shape[1]
     table[:] = 0
     for i in range(params.robots.count):
-        words = philox(int64(0), i, state.clock[RUN], int64(NAMING), params.seed.low, params.seed.high)
+        words = philox(
+            int64(0), i, state.clock[Clock.RUN], int64(IDENTITY), params.seed.low, params.seed.high
+        )
         ids[i] = int32(words[0] >> uint32(32 - params.radio.id_bits))
         place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
         holder = table[place & 3, place >> 2]
@@ -93,7 +84,7 @@ def find_namesakes(params, state):
         if holder == 0:
             table[place & 3, place >> 2] = i + 1
         else:
-            state.robots[IDENTITY, i] = int32(holder - 1)
+            state.robots[Robot.IDENTITY, i] = int32(holder - 1)
 
 
 @subroutine
@@ -101,7 +92,7 @@ def learn(params, state, row, i, thing, column):
     """Add a thing to what a robot knows, or tells; ``column`` is its class, robots' first."""
     words = state.knowledge[row, i]
     if params.strategy.knowledge == Knowledge.TALLY:
-        words[state.robots[IDENTITY, i] * state.tables.adds.shape[1] + column] += uint32(1)
+        words[state.robots[Robot.IDENTITY, i] * state.tables.adds.shape[1] + column] += uint32(1)
     elif params.strategy.knowledge == Knowledge.CENSUS:
         first, number = side_of(params, thing)
         words[first + (number >> 5)] |= uint32(uint32(1) << uint32(number & 31))
@@ -137,16 +128,16 @@ def side_of(params, thing):
 def publish(params, state):
     """Fix what each robot tells in this step, and count its bits."""
     for w in range(state.sets.shape[1]):
-        speaking = state.sets[SPEAKING, w]
-        state.clock[BITS] += popcount(speaking) * params.radio.message_bits
+        speaking = state.sets[Set.SPEAKING, w]
+        state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
         if params.strategy.knowledge:
             while speaking:
                 i = int64(32 * w + lowest(speaking))
                 for k in range(state.knowledge.shape[2]):
-                    state.knowledge[TOLD, i, k] = state.knowledge[KNOWN, i, k]
-                if has(state.sets[LIARS], i):
+                    state.knowledge[Copy.SENT, i, k] = state.knowledge[Copy.KNOWN, i, k]
+                if has(state.sets[Set.BYZANTINE], i):
                     lie(params, state, i)
-                state.clock[BITS] += length(params, state, i)
+                state.clock[Clock.BITS] += length(params, state, i)
                 speaking = uint32(speaking & uint32(speaking - uint32(1)))
 
 
@@ -157,12 +148,12 @@ def lie(params, state, i):
     column = int64(0) if feasible else params.robots.classes
     if params.strategy.knowledge == Knowledge.TALLY:
         classes = state.tables.adds.shape[1]
-        first = int64(state.robots[IDENTITY, i]) * classes
+        first = int64(state.robots[Robot.IDENTITY, i]) * classes
         own = uint32(0)
         for k in range(classes):
-            own += state.knowledge[TOLD, i, first + k]
-            state.knowledge[TOLD, i, first + k] = uint32(0)
-        state.knowledge[TOLD, i, first + column] = own
+            own += state.knowledge[Copy.SENT, i, first + k]
+            state.knowledge[Copy.SENT, i, first + k] = uint32(0)
+        state.knowledge[Copy.SENT, i, first + column] = own
         return
     thing = params.robots.count + params.tasks.count
     number = params.tasks.count
@@ -170,7 +161,7 @@ def lie(params, state, i):
         thing += params.tasks.count
         number = params.robots.count + 1
     for k in range(number):
-        learn(params, state, int64(TOLD), i, int64(thing + k), column)
+        learn(params, state, int64(Copy.SENT), i, int64(thing + k), column)
 
 
 @subroutine
@@ -178,16 +169,16 @@ def merge(params, state, i, sender):
     """Let a robot take in what it hears."""
     if params.strategy.knowledge == Knowledge.CENSUS:
         for k in range(state.knowledge.shape[2]):
-            state.knowledge[KNOWN, i, k] |= state.knowledge[TOLD, sender, k]
+            state.knowledge[Copy.KNOWN, i, k] |= state.knowledge[Copy.SENT, sender, k]
     else:
         own, end = int64(0), int64(0)
         if params.strategy.knowledge == Knowledge.TALLY:  # nobody knows its own row better
-            own = int64(state.robots[IDENTITY, i]) * state.tables.adds.shape[1]
+            own = int64(state.robots[Robot.IDENTITY, i]) * state.tables.adds.shape[1]
             end = own + state.tables.adds.shape[1]
         for k in range(state.knowledge.shape[2]):
-            heard = state.knowledge[TOLD, sender, k]
+            heard = state.knowledge[Copy.SENT, sender, k]
             if not own <= k < end:
-                state.knowledge[KNOWN, i, k] = max(heard, state.knowledge[KNOWN, i, k])
+                state.knowledge[Copy.KNOWN, i, k] = max(heard, state.knowledge[Copy.KNOWN, i, k])
 
 
 @subroutine
@@ -237,13 +228,13 @@ def count_census(params, state, row, i):
 def length(params, state, i):
     """Return the length of what a robot tells, in bits."""
     classes = state.tables.adds.shape[1]
-    words = state.knowledge[TOLD, i]
+    words = state.knowledge[Copy.SENT, i]
     if params.strategy.knowledge == Knowledge.SKETCH:
         return classes * REGISTERS * 4
     if params.strategy.knowledge == Knowledge.TALLY:
         rows, largest = rows_of(words, classes)
         return 5 + rows * (1 + params.radio.id_bits + classes * bit_length(int64(largest))) + 1
-    count_known(params, state, int64(TOLD), i)
+    count_known(params, state, int64(Copy.SENT), i)
     robot = 1 + params.radio.id_bits + bit_length(params.robots.classes - 1)
     task = 1 + POSITION_BITS + bit_length(classes - params.robots.classes - 1)
     bits = int64(2)

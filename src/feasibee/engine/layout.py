@@ -9,6 +9,7 @@ bit i % 32 of word i // 32. Arrays over robots are padded to whole words.
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -28,12 +29,101 @@ Words = NDArray[np.uint32]
 Floats = NDArray[np.float64]
 
 
+class Robot(IntEnum):
+    """Rows of `State.robots`."""
+
+    X = 0
+    Y = 1
+    STEP_X = 2  # velocity per step
+    STEP_Y = 3
+    WALK_LEFT = 4  # steps until the next heading
+    PHASE_LEFT = 5  # steps until the next phase
+    WALKS = 6  # headings drawn so far
+    PHASES = 7  # phases drawn so far
+    LABEL = 8  # see `feasibee.engine.bits.pack_label`
+    ORDER = 9  # a shuffle of the robots
+    SENT_VALUE = 10  # the value in its messages
+    AGREED = 11  # successive decisions with which its inbox agreed
+    MESSAGES = 12  # heard since the inbox was emptied
+    IDENTITY = 13  # the first robot with the same id
+
+
+class Set(IntEnum):
+    """Rows of `State.sets`: sets of robots."""
+
+    FEASIBLE = 0  # opinion 1
+    DISSEMINATING = 1
+    TURNING = 2  # heading ends with this step
+    ENDING = 3  # phase ends with this step
+    WORKING = 4  # not stopped
+    COUNTED = 5  # the decision is taken over these
+    BYZANTINE = 6
+    STUBBORN = 7
+    BLOCKED = 8  # stays in place in this step
+    SPEAKING = 9  # disseminating, and not silent
+    SAYS_FEASIBLE = 10
+    NEUTRAL = 11  # no opinion
+    COMMITTED = 12
+    LISTENING = 13  # hears in this step (general engine)
+
+
+class Count(IntEnum):
+    """Rows of `State.counts`."""
+
+    ROBOTS_SEEN = 0  # n_obs of this exploration
+    TASKS_SEEN = 1  # m_obs
+    VOTES = 2  # messages in the inbox
+    FEASIBLE_VOTES = 3  # messages with opinion 1
+
+
+class Link(IntEnum):
+    """Rows of `State.links`: for each robot a set of up to 32 robots."""
+
+    SIGHT = 0  # robots in sight
+    HEARD = 1  # senders in the inbox
+    HEARD_FEASIBLE = 2  # senders in the inbox with opinion 1
+
+
+class Slot(IntEnum):
+    """Tables of `State.inbox`."""
+
+    SENDER = 0  # label of the sender with its latest opinion, or -1
+    VALUE = 1  # in that message
+    WHEN = 2  # number of the message among all heard
+
+
+class Copy(IntEnum):
+    """Versions of a robot's knowledge in `State.knowledge`."""
+
+    KNOWN = 0
+    SENT = 1  # in the messages of this step
+
+
+class Point(IntEnum):
+    """Rows of `State.tasks` and of `Cells.points`."""
+
+    X = 0
+    Y = 1
+    LABEL = 2  # number of the task, or label of the robot: see `feasibee.engine.bits.pack_label`
+
+
+class Clock(IntEnum):
+    """Places in `State.clock`."""
+
+    RUN = 0  # number of the run
+    STEP = 1  # steps done
+    FULL = 2  # 1 when an inbox table ran full
+    FEASIBLE_COUNT = 3  # counted robots with opinion 1
+    NEUTRAL_COUNT = 4  # counted robots without an opinion
+    BITS = 5  # sent so far
+    COMMITTED_FEASIBLE = 6  # counted robots committed to opinion 1
+    COMMITTED_INFEASIBLE = 7
+
+
 class Cells(NamedTuple):
     """Points sorted into a square grid of cells; see `feasibee.engine.cells`."""
 
-    points: Annotated[
-        Int32s, "X, Y and LABEL", "place"
-    ]  # LABEL: which robot or task, and what a search needs
+    points: Annotated[Int32s, "Point", "place"]
     start: Annotated[Int64s, "cell"]  # first place of each cell; two more than there are cells
 
 
@@ -52,21 +142,21 @@ class State(NamedTuple):
     Few wide arrays, because every kernel that is passed the state compiles at the cost of its fields.
     """
 
-    robots: Annotated[Int32s, "X to IDENTITY", "robot"]
-    sets: Annotated[Words, "OPINIONS to LISTENING", "word of robots"]
-    counts: Annotated[Int64s, "ROBOTS_SEEN to FEASIBLE_VOTES", "robot"]
-    few: Annotated[Words, "SIGHT to HEARD_FEASIBLE", "robot"]  # up to 32 robots
+    robots: Annotated[Int32s, "Robot", "robot"]
+    sets: Annotated[Words, "Set", "word of robots"]
+    counts: Annotated[Int64s, "Count", "robot"]
+    links: Annotated[Words, "Link", "robot"]  # up to 32 robots
     seen: Annotated[Int64s, "robot", "class of robots, then of tasks"]  # no rows unless there are several
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
-    inbox: Annotated[Int32s, "SENDER to WHEN", "robot", "slot"]  # hash tables; if together, VALUES by sender
+    inbox: Annotated[Int32s, "Slot", "robot", "slot"]  # hash tables; if together, VALUE by sender
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
-    knowledge: Annotated[Words, "KNOWN and TOLD", "robot", "word"]  # see `feasibee.engine.knowledge`
+    knowledge: Annotated[Words, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
     hashes: Annotated[Words, "robot, then task, then invention"]  # for sketches
-    tasks: Annotated[Int32s, "X, Y and TASK_LABEL", "task"]
+    tasks: Annotated[Int32s, "Point", "task"]
     task_cells: Cells
     robot_cells: Cells
     tables: Tables
-    clock: Annotated[Int64s, "RUN to COMMITTED_INFEASIBLE"]
+    clock: Annotated[Int64s, "Clock"]
 
 
 class Outcome(NamedTuple):
@@ -95,63 +185,6 @@ class Lowered(NamedTuple):
     fast: bool  # whether the fast path simulates it, else the general engine
 
 
-X, Y = 0, 1  # place
-STEP_X, STEP_Y = 2, 3  # velocity, per step
-WALK_LEFT = 4  # steps until the next heading
-PHASE_LEFT = 5  # steps until the next phase
-WALKS = 6  # headings drawn so far
-PHASES = 7  # phases drawn so far
-LABELS = 8  # see `feasibee.engine.sensing.label`
-ORDER = 9  # a shuffle of the robots
-TOLD_VALUE = 10  # the value in its messages
-AGREED = 11  # decisions running with which its inbox agreed
-MESSAGES = 12  # heard since the inbox was emptied
-IDENTITY = 13  # the first robot that has its id
-
-OPINIONS = 0  # who holds opinion 1
-DISSEMINATING = 1
-TURNING = 2  # whose heading ends with this step
-ENDING = 3  # whose phase ends with this step
-WORKING = 4  # who hasn't stopped
-COUNTED = 5  # over whom the decision is taken
-LIARS = 6  # who is Byzantine
-STUBBORN = 7
-BLOCKED = 8  # who stays where it is in this step
-SPEAKING = 9  # who of those that disseminate has something to say
-SAID = 10  # who of these says *feasible*
-NEUTRAL = 11  # who has no opinion
-COMMITTED = 12  # who has committed to its opinion
-LISTENING = 13  # who hears in this step, with what is beyond the paper
-
-ROBOTS_SEEN = 0  # n_obs of this exploration
-TASKS_SEEN = 1  # m_obs
-VOTES = 2  # messages in the inbox
-FEASIBLE_VOTES = 3  # those with opinion 1
-
-SIGHT = 0  # who is in sight of each
-HEARD = 1  # who is in the inbox of each
-HEARD_FEASIBLE = 2  # those with opinion 1
-
-SENDER = 0  # label of the sender with its latest opinion, or -1
-VALUES = 1  # that it sent
-WHEN = 2  # the message's number among all heard
-
-KNOWN, TOLD = 0, 1
-
-TASK_LABEL = 2  # the task's number
-LABEL = 2  # of a point in a cell
-
-# The places in State.clock.
-RUN = 0  # number of the run
-STEP = 1  # steps done
-FULL = 2  # 1 when an inbox table ran full
-FEASIBLE_COUNT = 3  # counted robots with opinion 1
-NEUTRAL_COUNT = 4  # those without an opinion
-BITS = 5  # sent so far
-COMMITTED_FEASIBLE = 6  # counted robots that have committed to opinion 1
-COMMITTED_INFEASIBLE = 7
-
-
 def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> State:
     """Allocate a swarm.
 
@@ -166,27 +199,27 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
     inventions = things + 1 if params.faults.byzantine else 0
     values = params.strategy.value_scale > 0
     state = State(
-        robots=np.zeros((IDENTITY + 1, padded), np.int32),
-        sets=np.zeros((LISTENING + 1, words), np.uint32),
-        counts=np.zeros((FEASIBLE_VOTES + 1, padded), np.int64),
-        few=np.zeros((HEARD_FEASIBLE + 1, WORD), np.uint32),
+        robots=np.zeros((len(Robot), padded), np.int32),
+        sets=np.zeros((len(Set), words), np.uint32),
+        counts=np.zeros((len(Count), padded), np.int64),
+        links=np.zeros((len(Link), WORD), np.uint32),
         seen=np.zeros(
             (padded if params.sensing.by_class or params.strategy.knowledge else 0, classes), np.int64
         ),
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, padded, slots, values), -1, np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
-        knowledge=np.zeros((2, padded, knowledge_words(params, classes)), np.uint32),
+        knowledge=np.zeros((len(Copy), padded, knowledge_words(params, classes)), np.uint32),
         hashes=np.zeros(
             things + inventions if params.strategy.knowledge == Knowledge.SKETCH else 0, np.uint32
         ),
-        tasks=np.zeros((TASK_LABEL + 1, params.tasks.count), np.int32),
+        tasks=np.zeros((len(Point), params.tasks.count), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid.bits),
         tables=tables,
-        clock=np.zeros(COMMITTED_INFEASIBLE + 1, np.int64),
+        clock=np.zeros(len(Clock), np.int64),
     )
-    state.tasks[TASK_LABEL] = np.arange(params.tasks.count)
+    state.tasks[Point.LABEL] = np.arange(params.tasks.count)
     return state
 
 
@@ -222,4 +255,4 @@ def empty_cells(points: int, bits: int) -> Cells:
     """Allocate a grid with room for every point to stand in two strips and in their first column."""
     room = 4 * points + WORD
     cells = (2**bits + 1) * 2**bits
-    return Cells(np.zeros((LABEL + 1, room), np.int32), np.zeros(cells + 2, np.int64))
+    return Cells(np.zeros((len(Point), room), np.int32), np.zeros(cells + 2, np.int64))

@@ -10,29 +10,15 @@ from feasibee.engine.cells import block, first_bits, near, shortest
 from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import direction, duration, philox
 from feasibee.engine.intrinsics import lowest
-from feasibee.engine.layout import (
-    BLOCKED,
-    ENDING,
-    LABEL,
-    PHASE_LEFT,
-    RUN,
-    STEP_X,
-    STEP_Y,
-    TURNING,
-    WALK_LEFT,
-    WALKS,
-    WORKING,
-    X,
-    Y,
-)
+from feasibee.engine.layout import Clock, Point, Robot, Set
 from feasibee.model.purposes import WALK
 
 
 @kernel
 def move_freely(state):
     """Move all robots one step round a square torus, through each other (model.md 3.1)."""
-    xs, ys = state.robots[X], state.robots[Y]
-    steps_x, steps_y = state.robots[STEP_X], state.robots[STEP_Y]
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
     for w in range(state.sets.shape[1]):
         base = uint64(32 * w)
         for j in range(32):
@@ -44,7 +30,7 @@ def move_freely(state):
 @kernel
 def tick(state):
     """Let the timers advance; note whose heading and whose phase end with this step (model.md 3.3)."""
-    walks_left, phases_left = state.robots[WALK_LEFT], state.robots[PHASE_LEFT]
+    walks_left, phases_left = state.robots[Robot.WALK_LEFT], state.robots[Robot.PHASE_LEFT]
     for w in range(state.sets.shape[1]):
         turning = uint32(0)
         ending = uint32(0)
@@ -57,8 +43,8 @@ def tick(state):
             phases_left[i] = phase_left
             turning |= uint32((uint32(1) << uint32(j)) if walk_left == int32(0) else uint32(0))
             ending |= uint32((uint32(1) << uint32(j)) if phase_left == int32(0) else uint32(0))
-        state.sets[TURNING, w] = turning | state.sets[BLOCKED, w]
-        state.sets[ENDING, w] = ending
+        state.sets[Set.TURNING, w] = turning | state.sets[Set.BLOCKED, w]
+        state.sets[Set.ENDING, w] = ending
 
 
 @passage
@@ -69,27 +55,27 @@ def move_where_clear(params, state):
         return
     for w in range(state.sets.shape[1]):
         blocked = uint32(0)
-        left = state.sets[WORKING, w]
+        left = state.sets[Set.WORKING, w]
         while left:
             j = lowest(left)
             if not is_clear(params, state, int64(32 * w + j)):
                 blocked |= uint32(uint32(1) << uint32(j))
             left = uint32(left & uint32(left - uint32(1)))
-        state.sets[BLOCKED, w] = blocked
+        state.sets[Set.BLOCKED, w] = blocked
     for w in range(state.sets.shape[1]):
-        left = uint32(state.sets[WORKING, w] & ~state.sets[BLOCKED, w])
+        left = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.BLOCKED, w])
         while left:
             i = int64(32 * w + lowest(left))
             x, y = destination(params, state, i)
-            state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+            state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
             left = uint32(left & uint32(left - uint32(1)))
 
 
 @kernel
 def destination(params, state, i):
     """Return where a robot's step leads: round the torus, or maybe beyond a wall."""
-    x = int64(uint32(state.robots[X, i])) + int64(state.robots[STEP_X, i])
-    y = int64(uint32(state.robots[Y, i])) + int64(state.robots[STEP_Y, i])
+    x = int64(uint32(state.robots[Robot.X, i])) + int64(state.robots[Robot.STEP_X, i])
+    y = int64(uint32(state.robots[Robot.Y, i])) + int64(state.robots[Robot.STEP_Y, i])
     if not params.arena.walls:
         x, y = around(x, params.arena.width), around(y, params.arena.height)
     return x, y
@@ -116,8 +102,10 @@ def is_clear(params, state, i):
     if not params.robots.avoid_collisions:
         return True
     cells = state.robot_cells
-    first, last = block(cells, params.robots.grid, state.robots[X, i], state.robots[Y, i])
-    return is_clear_of(params, state, i, cells.points[X], cells.points[Y], cells.points[LABEL], first, last)
+    first, last = block(cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    return is_clear_of(
+        params, state, i, cells.points[Point.X], cells.points[Point.Y], cells.points[Point.LABEL], first, last
+    )
 
 
 @subroutine
@@ -125,7 +113,13 @@ def is_clear_of(params, state, i, xs, ys, labels, first, last):
     """Tell whether a robot meets none of those listed, whose places are those before the step."""
     while first < last:
         close = near(
-            params, xs, ys, first, state.robots[X, i], state.robots[Y, i], params.robots.meet_limit
+            params,
+            xs,
+            ys,
+            first,
+            state.robots[Robot.X, i],
+            state.robots[Robot.Y, i],
+            params.robots.meet_limit,
         ) & first_bits(last - first)
         while close:
             other = int64(labels[first + lowest(close)] >> int32(2))
@@ -139,16 +133,20 @@ def is_clear_of(params, state, i, xs, ys, labels, first, last):
 @kernel
 def collide(params, state, i, other):
     """Tell whether a robot that moves meets another that moves too, or that stays."""
-    way_x = int64(uint32(state.robots[X, other])) - int64(uint32(state.robots[X, i]))
-    way_y = int64(uint32(state.robots[Y, other])) - int64(uint32(state.robots[Y, i]))
+    way_x = int64(uint32(state.robots[Robot.X, other])) - int64(uint32(state.robots[Robot.X, i]))
+    way_y = int64(uint32(state.robots[Robot.Y, other])) - int64(uint32(state.robots[Robot.Y, i]))
     if not params.arena.walls:
         way_x, way_y = shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
-    dx, dy = -int64(state.robots[STEP_X, i]), -int64(state.robots[STEP_Y, i])
-    works = uint32(state.sets[WORKING, other >> 5] >> uint32(other & 31)) & uint32(1)
+    dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
+    works = uint32(state.sets[Set.WORKING, other >> 5] >> uint32(other & 31)) & uint32(1)
     if meet(params, way_x, way_y, dx, dy):
         return True
     return works and meet(
-        params, way_x, way_y, dx + int64(state.robots[STEP_X, other]), dy + int64(state.robots[STEP_Y, other])
+        params,
+        way_x,
+        way_y,
+        dx + int64(state.robots[Robot.STEP_X, other]),
+        dy + int64(state.robots[Robot.STEP_Y, other]),
     )
 
 
@@ -186,7 +184,7 @@ def product(a, b):
 def turn(params, state):
     """Give a new heading to each robot whose run has ended."""
     for w in range(state.sets.shape[1]):
-        left = state.sets[TURNING, w]
+        left = state.sets[Set.TURNING, w]
         while left:
             head(params, state, int64(32 * w + lowest(left)))
             left = uint32(left & uint32(left - uint32(1)))
@@ -196,10 +194,15 @@ def turn(params, state):
 def head(params, state, i):
     """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
     words = philox(
-        int64(state.robots[WALKS, i]), i, state.clock[RUN], int64(WALK), params.seed.low, params.seed.high
+        int64(state.robots[Robot.WALKS, i]),
+        i,
+        state.clock[Clock.RUN],
+        int64(WALK),
+        params.seed.low,
+        params.seed.high,
     )
-    state.robots[WALKS, i] += int32(1)
+    state.robots[Robot.WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
-    state.robots[STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))
-    state.robots[STEP_Y, i] = int32(int64(math.floor(params.robots.reach * sine + 0.5)))
-    state.robots[WALK_LEFT, i] = duration(words[1], params.walk.mean_run)
+    state.robots[Robot.STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))
+    state.robots[Robot.STEP_Y, i] = int32(int64(math.floor(params.robots.reach * sine + 0.5)))
+    state.robots[Robot.WALK_LEFT, i] = duration(words[1], params.walk.mean_run)

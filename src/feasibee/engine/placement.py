@@ -7,7 +7,7 @@ from numba import int32, int64, uint32
 from feasibee.engine.cells import first_bits, near
 from feasibee.engine.compile import kernel, subroutine
 from feasibee.engine.draws import choose, draw, philox, shuffle
-from feasibee.engine.layout import ORDER, RUN, X, Y
+from feasibee.engine.layout import Clock, Point, Robot
 from feasibee.engine.params import Placement
 from feasibee.model.codes import ATTEMPTS
 from feasibee.model.purposes import (
@@ -27,11 +27,15 @@ from feasibee.model.purposes import (
 def scatter(params, state):
     """Put robots and tasks anywhere, as in the paper."""
     for i in range(params.tasks.count):
-        x, y = anywhere(params, params.tasks.placement, state.clock[RUN], i, int64(0), int64(PLACE_TASK))
-        state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
+        x, y = anywhere(
+            params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), int64(PLACE_TASK)
+        )
+        state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
     for i in range(params.robots.count):
-        x, y = anywhere(params, params.robots.placement, state.clock[RUN], i, int64(0), int64(PLACE_ROBOT))
-        state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+        x, y = anywhere(
+            params, params.robots.placement, state.clock[Clock.RUN], i, int64(0), int64(PLACE_ROBOT)
+        )
+        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
 @subroutine
@@ -39,14 +43,14 @@ def place_tasks(params, state):
     """Put the tasks where they are."""
     for i in range(params.tasks.count):
         if params.tasks.placement.how == Placement.POINTS:
-            state.tasks[X, i], state.tasks[Y, i] = (
+            state.tasks[Point.X, i], state.tasks[Point.Y, i] = (
                 state.tables.points[params.robots.count + i, 0],
                 state.tables.points[params.robots.count + i, 1],
             )
         else:
             purposes = (int64(PLACE_TASK), int64(CENTRE_TASK), int64(CLUSTER_TASK), int64(SCATTER_TASK))
-            x, y = candidate(params, params.tasks.placement, state.clock[RUN], i, int64(0), purposes)
-            state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
+            x, y = candidate(params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), purposes)
+            state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
 @subroutine
@@ -54,7 +58,10 @@ def place_robots(params, state):
     """Put the robots where they start; apart if they avoid collisions, on a lattice if nothing else works."""
     for i in range(params.robots.count):
         if params.robots.placement.how == Placement.POINTS:
-            state.robots[X, i], state.robots[Y, i] = state.tables.points[i, 0], state.tables.points[i, 1]
+            state.robots[Robot.X, i], state.robots[Robot.Y, i] = (
+                state.tables.points[i, 0],
+                state.tables.points[i, 1],
+            )
         elif not place_robot(params, state, i):
             place_on_lattice(params, state)
             return
@@ -66,8 +73,8 @@ def place_robot(params, state, i):
     purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
     attempt = int64(0)
     while attempt < ATTEMPTS:
-        x, y = candidate(params, params.robots.placement, state.clock[RUN], i, attempt, purposes)
-        state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+        x, y = candidate(params, params.robots.placement, state.clock[Clock.RUN], i, attempt, purposes)
+        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
         if not params.robots.avoid_collisions or is_apart(params, state, i):
             return True
         attempt += 1
@@ -81,11 +88,11 @@ def is_apart(params, state, i):
     while first < i:
         overlapping = near(
             params,
-            state.robots[X],
-            state.robots[Y],
+            state.robots[Robot.X],
+            state.robots[Robot.Y],
             first,
-            state.robots[X, i],
-            state.robots[Y, i],
+            state.robots[Robot.X, i],
+            state.robots[Robot.Y, i],
             params.robots.apart_limit,
         )
         if overlapping & first_bits(i - first):
@@ -143,8 +150,8 @@ def place_on_lattice(params, state):
     """Put the robots side by side on a square lattice, spread over all of it, in random order."""
     step = 2 * params.robots.radius
     columns, rows = params.arena.width // step, params.arena.height // step
-    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots.count, SITE)
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, SITE)
     for i in range(params.robots.count):
-        site = int64(state.robots[ORDER, i]) * (columns * rows) // params.robots.count
-        state.robots[X, i] = int32(uint32(params.robots.radius + site % columns * step))
-        state.robots[Y, i] = int32(uint32(params.robots.radius + site // columns * step))
+        site = int64(state.robots[Robot.ORDER, i]) * (columns * rows) // params.robots.count
+        state.robots[Robot.X, i] = int32(uint32(params.robots.radius + site % columns * step))
+        state.robots[Robot.Y, i] = int32(uint32(params.robots.radius + site // columns * step))

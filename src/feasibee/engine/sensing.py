@@ -14,28 +14,7 @@ from feasibee.engine.draws import choose, draw, poisson
 from feasibee.engine.inbox import empty, hear, hear_few
 from feasibee.engine.intrinsics import lowest, popcount, within
 from feasibee.engine.knowledge import has, learn, merge, publish, told
-from feasibee.engine.layout import (
-    BITS,
-    DISSEMINATING,
-    IDENTITY,
-    KNOWN,
-    LABEL,
-    LABELS,
-    LIARS,
-    LISTENING,
-    PHASE_LEFT,
-    ROBOTS_SEEN,
-    RUN,
-    SAID,
-    SIGHT,
-    SPEAKING,
-    STEP,
-    TASKS_SEEN,
-    TOLD_VALUE,
-    WORKING,
-    X,
-    Y,
-)
+from feasibee.engine.layout import Clock, Copy, Count, Link, Point, Robot, Set
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING
 from feasibee.model.purposes import (
     FALSE_ROBOT,
@@ -61,16 +40,16 @@ def sense_fast(params, state):
 @passage
 def sense_few(params, state):
     """Sense in a swarm of at most 32."""
-    xs, ys = state.robots[X], state.robots[Y]
-    sight, seen = state.few[SIGHT], state.counts[ROBOTS_SEEN]
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
     swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
-    speaking, disseminating = state.sets[SPEAKING, 0], state.sets[DISSEMINATING, 0]
-    state.clock[BITS] += popcount(speaking) * params.radio.message_bits
+    speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
+    state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
     look_about(xs, ys, sight, swarm, params.robots.count, limit)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
-        state.counts[TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
+        state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
         looking = uint32(looking & uint32(looking - uint32(1)))
     for i in range(32):
         explores = int64(uint32(~disseminating >> uint32(i)) & uint32(1))
@@ -99,9 +78,9 @@ def sense_many(params, state):
     # Read once, not for each robot: the compiler must assume that what is written may change them.
     robot_bits, task_bits, limit = params.robots.grid.bits, params.tasks.grid.bits, params.sensing.limit
     for w in range(state.sets.shape[1]):
-        speaking = state.sets[SPEAKING, w]
-        state.clock[BITS] += popcount(speaking) * params.radio.message_bits
-        looking = uint32(~state.sets[DISSEMINATING, w] & state.sets[WORKING, w])
+        speaking = state.sets[Set.SPEAKING, w]
+        state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
+        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while speaking:
             speak(params, state, int64(32 * w + lowest(speaking)))
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
@@ -116,13 +95,13 @@ def sense_general(params, state):
     publish(params, state)
     fill_robots(params, state)
     for w in range(state.sets.shape[1]):
-        looking = uint32(~state.sets[DISSEMINATING, w] & state.sets[WORKING, w])
+        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while looking:
             look_closely(params, state, int64(32 * w + lowest(looking)))
             looking = uint32(looking & uint32(looking - uint32(1)))
     note_listeners(params, state)
     for w in range(state.sets.shape[1]):
-        speaking = state.sets[SPEAKING, w]
+        speaking = state.sets[Set.SPEAKING, w]
         while speaking:
             speak_maybe(params, state, int64(32 * w + lowest(speaking)))
             speaking = uint32(speaking & uint32(speaking - uint32(1)))
@@ -132,23 +111,30 @@ def sense_general(params, state):
 def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
-    fill(state.robot_cells, params.robots.grid, robots[X], robots[Y], robots[LABELS], params.robots.count)
+    fill(
+        state.robot_cells,
+        params.robots.grid,
+        robots[Robot.X],
+        robots[Robot.Y],
+        robots[Robot.LABEL],
+        params.robots.count,
+    )
 
 
 @kernel
 def label(sets, i):
     """Return who a robot is, what it says (bit 1), and whether it disseminates (bit 0)."""
-    said = int32(has(sets[SAID], i))
-    return int32(i << 2) | said << int32(1) | int32(has(sets[DISSEMINATING], i))
+    said = int32(has(sets[Set.SAYS_FEASIBLE], i))
+    return int32(i << 2) | said << int32(1) | int32(has(sets[Set.DISSEMINATING], i))
 
 
 @kernel
 def look(params, state, i, robot_bits, task_bits, limit):
     """Let a robot count the robots and tasks in sight."""
-    x, y = state.robots[X, i], state.robots[Y, i]
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     robots = count_within(state.robot_cells, robot_bits, x, y, limit)
-    state.counts[ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it is in its own sight
-    state.counts[TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
+    state.counts[Count.ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it is in its own sight
+    state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
 @passage
@@ -157,11 +143,11 @@ def look_closely(params, state, i):
 
     Where nothing of that is asked, things are only counted, which takes a third off a step.
     """
-    robots = look_at_robots(params, state, i, state.robots[X, i], state.robots[Y, i])
-    tasks = look_at_tasks(params, state, i, state.robots[X, i], state.robots[Y, i])
+    robots = look_at_robots(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    tasks = look_at_tasks(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
     if params.sensing.only_counts:
-        state.counts[ROBOTS_SEEN, i] += robots
-        state.counts[TASKS_SEEN, i] += tasks
+        state.counts[Count.ROBOTS_SEEN, i] += robots
+        state.counts[Count.TASKS_SEEN, i] += tasks
     if (
         params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0
     ):  # asked here, since a call isn't cheap
@@ -175,14 +161,14 @@ def look_at_robots(params, state, i, x, y):
     total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it is in its own sight
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.sensing.limit) & first_bits(
-            last - first
-        )
+        close = near(
+            params, points[Point.X], points[Point.Y], first, x, y, params.sensing.limit
+        ) & first_bits(last - first)
         if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
         while close:
-            other = int64(points[LABEL, first + lowest(close)] >> int32(2))
+            other = int64(points[Point.LABEL, first + lowest(close)] >> int32(2))
             if other == i:
                 visible = params.sensing.count_self == 1
             else:
@@ -191,7 +177,10 @@ def look_at_robots(params, state, i, x, y):
             if params.sensing.only_counts:
                 total += new
             elif new:
-                identity, kind = int64(state.robots[IDENTITY, other]), int64(state.tables.class_of[other])
+                identity, kind = (
+                    int64(state.robots[Robot.IDENTITY, other]),
+                    int64(state.tables.class_of[other]),
+                )
                 see(params, state, i, identity, kind, True)
             close = uint32(close & uint32(close - uint32(1)))
         first += 32
@@ -205,14 +194,14 @@ def look_at_tasks(params, state, i, x, y):
     total = int64(0)
     first, last = block(state.task_cells, params.tasks.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.sensing.limit) & first_bits(
-            last - first
-        )
+        close = near(
+            params, points[Point.X], points[Point.Y], first, x, y, params.sensing.limit
+        ) & first_bits(last - first)
         if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
         while close:
-            task = int64(points[LABEL, first + lowest(close)])
+            task = int64(points[Point.LABEL, first + lowest(close)])
             seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.sensing.miss)
             new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
             if params.sensing.only_counts:
@@ -230,22 +219,24 @@ def see(params, state, i, thing, kind, is_robot):
     """Count one thing of a class, or enter it in what the robot knows."""
     column = kind if is_robot else params.robots.classes + kind
     if params.strategy.knowledge:
-        learn(params, state, int64(KNOWN), i, thing, column)
+        learn(params, state, int64(Copy.KNOWN), i, thing, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
     elif is_robot:
-        state.counts[ROBOTS_SEEN, i] += 1
+        state.counts[Count.ROBOTS_SEEN, i] += 1
     else:
-        state.counts[TASKS_SEEN, i] += 1
+        state.counts[Count.TASKS_SEEN, i] += 1
 
 
 @subroutine
 def see_falsely(params, state, i):
     """Count what isn't there, each of the class of some thing of the swarm's."""
     if params.sensing.false_robots > 0.0:
-        word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_ROBOT)
+        word = draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, FALSE_ROBOT)
         for k in range(poisson(word, params.sensing.false_robots)):
-            word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_ROBOT_CLASS + PAIR * k)
+            word = draw(
+                params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, FALSE_ROBOT_CLASS + PAIR * k
+            )
             see(
                 params,
                 state,
@@ -255,11 +246,17 @@ def see_falsely(params, state, i):
                 True,
             )
     if params.sensing.false_tasks > 0.0:
-        word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_TASK)
+        word = draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, FALSE_TASK)
         for k in range(poisson(word, params.sensing.false_tasks)):
             kind = int64(0)
             if params.tasks.count > 0:
-                word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_TASK_CLASS + PAIR * k)
+                word = draw(
+                    params,
+                    state.clock[Clock.RUN],
+                    i,
+                    state.clock[Clock.STEP] + 1,
+                    FALSE_TASK_CLASS + PAIR * k,
+                )
                 kind = int64(state.tables.class_of[params.robots.count + choose(word, params.tasks.count)])
             see(params, state, i, int64(0), kind, False)
 
@@ -269,7 +266,7 @@ def happens(params, state, i, purpose, probability):
     """Tell whether something happens to a robot in this step; its probability is times 2**32."""
     if probability == 0:
         return False
-    return uint64(draw(params, state.clock[RUN], i, state.clock[STEP] + 1, purpose)) < probability
+    return uint64(draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, purpose)) < probability
 
 
 @kernel
@@ -286,14 +283,16 @@ def is_new(params, state, i, thing):
 @kernel
 def speak(params, state, i):
     """Send a robot's message to all that listen in radio range."""
-    x, y = state.robots[X, i], state.robots[Y, i]
-    message, value = state.robots[LABELS, i], state.robots[TOLD_VALUE, i]
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    message, value = state.robots[Robot.LABEL, i], state.robots[Robot.SENT_VALUE, i]
     points = state.robot_cells.points
     first, last = block_on_torus(state.robot_cells, params.robots.grid.bits, x, y)
     while first < last:
-        close = within(points[X], points[Y], first, x, y, params.radio.limit) & first_bits(last - first)
+        close = within(points[Point.X], points[Point.Y], first, x, y, params.radio.limit) & first_bits(
+            last - first
+        )
         while close:
-            receiver = points[LABEL, first + lowest(close)]
+            receiver = points[Point.LABEL, first + lowest(close)]
             if receiver != message and (params.decision.listens_for == ALWAYS or receiver & int32(1)):
                 hear(params, state, int64(receiver >> int32(2)), message, value)
             close = uint32(close & uint32(close - uint32(1)))
@@ -304,36 +303,38 @@ def speak(params, state, i):
 def note_listeners(params, state):
     """Note who hears in this step, whose time has been taken from its phase already."""
     for w in range(state.sets.shape[1]):
-        listening = state.sets[WORKING, w]
+        listening = state.sets[Set.WORKING, w]
         if params.decision.listens_for != ALWAYS:
-            listening &= state.sets[DISSEMINATING, w]
+            listening &= state.sets[Set.DISSEMINATING, w]
         if params.decision.listens_for > WHILE_DISSEMINATING:
             for j in range(32):
-                early = state.robots[PHASE_LEFT, 32 * w + j] >= params.decision.listens_for
+                early = state.robots[Robot.PHASE_LEFT, 32 * w + j] >= params.decision.listens_for
                 listening &= ~uint32(uint32(early) << uint32(j))
-        state.sets[LISTENING, w] = listening
+        state.sets[Set.LISTENING, w] = listening
 
 
 @kernel
 def speak_maybe(params, state, i):
     """Send a robot's message, true or false, to those in radio range that work and don't lose it."""
-    x, y = state.robots[X, i], state.robots[Y, i]
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     opinion = told(params, state, i)
-    message = int32(state.robots[IDENTITY, i] << int32(2)) | int32(2 * opinion + 1)
-    value = state.robots[TOLD_VALUE, i]
-    if has(state.sets[LIARS], i):
+    message = int32(state.robots[Robot.IDENTITY, i] << int32(2)) | int32(2 * opinion + 1)
+    value = state.robots[Robot.SENT_VALUE, i]
+    if has(state.sets[Set.BYZANTINE], i):
         value = int32(params.strategy.value_scale) if opinion else int32(0)
     points = state.robot_cells.points
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.radio.limit) & first_bits(last - first)
+        close = near(params, points[Point.X], points[Point.Y], first, x, y, params.radio.limit) & first_bits(
+            last - first
+        )
         if (
             params.robots.count <= 32
         ):  # they stand in their order, so that those who don't hear are dropped at once
-            close &= state.sets[LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
+            close &= state.sets[Set.LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
         while close:
-            j = int64(points[LABEL, first + lowest(close)] >> int32(2))
-            can_hear = j != i and has(state.sets[LISTENING], j)
+            j = int64(points[Point.LABEL, first + lowest(close)] >> int32(2))
+            can_hear = j != i and has(state.sets[Set.LISTENING], j)
             if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.radio.loss):
                 if params.strategy.knowledge:
                     merge(params, state, j, i)
@@ -356,7 +357,7 @@ def forget(params, state, i):
 @kernel
 def clear_counts(params, state, i):
     """Forget what was counted."""
-    state.counts[ROBOTS_SEEN, i] = 0
-    state.counts[TASKS_SEEN, i] = 0
+    state.counts[Count.ROBOTS_SEEN, i] = 0
+    state.counts[Count.TASKS_SEEN, i] = 0
     if state.seen.shape[0] > 0:
         state.seen[i] = 0

@@ -10,45 +10,7 @@ from feasibee.engine.compile import kernel, passage, subroutine
 from feasibee.engine.draws import draw, duration, philox, shuffle
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.knowledge import count_known, has, name
-from feasibee.engine.layout import (
-    AGREED,
-    BITS,
-    BLOCKED,
-    COMMITTED,
-    COMMITTED_FEASIBLE,
-    COMMITTED_INFEASIBLE,
-    COUNTED,
-    DISSEMINATING,
-    ENDING,
-    FEASIBLE_COUNT,
-    FULL,
-    KNOWN,
-    LABELS,
-    LIARS,
-    NEUTRAL,
-    NEUTRAL_COUNT,
-    OPINIONS,
-    ORDER,
-    PHASE_LEFT,
-    PHASES,
-    ROBOTS_SEEN,
-    RUN,
-    SAID,
-    SPEAKING,
-    STEP,
-    STEP_X,
-    STEP_Y,
-    STUBBORN,
-    TASK_LABEL,
-    TASKS_SEEN,
-    TOLD_VALUE,
-    VOTES,
-    WALK_LEFT,
-    WALKS,
-    WORKING,
-    X,
-    Y,
-)
+from feasibee.engine.layout import Clock, Copy, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_fast, sense_general
@@ -86,15 +48,15 @@ def start_general(params, state, run):
 @subroutine
 def clear(params, state, run):
     """Forget the run before."""
-    state.clock[RUN] = run
-    state.clock[STEP] = 0
-    state.clock[FULL] = 0
-    state.clock[BITS] = 0
+    state.clock[Clock.RUN] = run
+    state.clock[Clock.STEP] = 0
+    state.clock[Clock.FULL] = 0
+    state.clock[Clock.BITS] = 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
-        state.sets[WORKING, w] = first_bits(params.robots.count - 32 * w)
-        state.sets[COUNTED, w] = state.sets[WORKING, w]
+        state.sets[Set.WORKING, w] = first_bits(params.robots.count - 32 * w)
+        state.sets[Set.COUNTED, w] = state.sets[Set.WORKING, w]
 
 
 @passage
@@ -103,30 +65,30 @@ def make_ready(params, state):
     fill(
         state.task_cells,
         params.tasks.grid,
-        state.tasks[X],
-        state.tasks[Y],
-        state.tasks[TASK_LABEL],
+        state.tasks[Point.X],
+        state.tasks[Point.Y],
+        state.tasks[Point.LABEL],
         params.tasks.count,
     )
     for i in range(params.robots.count):
-        word = draw(params, state.clock[RUN], i, 0, FIRST_OPINION)
-        state.sets[OPINIONS, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
+        word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
+        state.sets[Set.FEASIBLE, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
         if params.strategy.starts_neutral:
             hold(state.sets, i, int64(NO_OPINION))
-        state.robots[WALKS, i] = 0
+        state.robots[Robot.WALKS, i] = 0
         head(params, state, i)
-        state.robots[PHASES, i] = 0
-        word = draw(params, state.clock[RUN], i, 0, PHASE)
+        state.robots[Robot.PHASES, i] = 0
+        word = draw(params, state.clock[Clock.RUN], i, 0, PHASE)
         enter_phase(state, i, duration(word, params.decision.exploration))
-        state.counts[VOTES, i] = 1  # makes sure that an inbox left by another run is emptied
+        state.counts[Count.VOTES, i] = 1  # makes sure that an inbox left by another run is emptied
         forget(params, state, i)
         clear_counts(params, state, i)
-        state.robots[AGREED, i] = 0
+        state.robots[Robot.AGREED, i] = 0
         state.memory[i] = 0.0
-    state.clock[COMMITTED_FEASIBLE] = state.clock[COMMITTED_INFEASIBLE] = 0
+    state.clock[Clock.COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE] = 0
     for i in range(params.robots.count, state.robots.shape[1]):
-        state.robots[WALK_LEFT, i] = NEVER
-        state.robots[PHASE_LEFT, i] = NEVER
+        state.robots[Robot.WALK_LEFT, i] = NEVER
+        state.robots[Robot.PHASE_LEFT, i] = NEVER
     count_opinions(params, state)
 
 
@@ -135,14 +97,14 @@ def draw_faults(params, state):
     """Draw which robots are faulty: the first of a shuffle stop, the next lie, the next are stubborn."""
     if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
-    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots.count, FAULT)
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
     for k in range(params.faults.byzantine):
-        i = int64(state.robots[ORDER, params.faults.stopped + k])
-        state.sets[LIARS, i >> 5] |= bit(i)
-        state.sets[COUNTED, i >> 5] &= ~bit(i)
+        i = int64(state.robots[Robot.ORDER, params.faults.stopped + k])
+        state.sets[Set.BYZANTINE, i >> 5] |= bit(i)
+        state.sets[Set.COUNTED, i >> 5] &= ~bit(i)
     for k in range(params.faults.stubborn):
-        i = int64(state.robots[ORDER, params.faults.stopped + params.faults.byzantine + k])
-        state.sets[STUBBORN, i >> 5] |= bit(i)
+        i = int64(state.robots[Robot.ORDER, params.faults.stopped + params.faults.byzantine + k])
+        state.sets[Set.STUBBORN, i >> 5] |= bit(i)
 
 
 @subroutine
@@ -151,17 +113,17 @@ def stop(params, state):
     if params.faults.stopped == 0:
         return
     for k in range(params.faults.stopped):
-        i = int64(state.robots[ORDER, k])
-        state.robots[WALK_LEFT, i] = NEVER
-        state.robots[PHASE_LEFT, i] = NEVER
-        state.robots[STEP_X, i] = 0
-        state.robots[STEP_Y, i] = 0
-        state.sets[WORKING, i >> 5] &= ~bit(i)
-        state.sets[COUNTED, i >> 5] &= ~bit(i)
-        state.sets[DISSEMINATING, i >> 5] &= ~bit(i)
-        state.sets[SPEAKING, i >> 5] &= ~bit(i)
-        state.sets[BLOCKED, i >> 5] &= ~bit(i)
-        state.robots[LABELS, i] = label(state.sets, i)
+        i = int64(state.robots[Robot.ORDER, k])
+        state.robots[Robot.WALK_LEFT, i] = NEVER
+        state.robots[Robot.PHASE_LEFT, i] = NEVER
+        state.robots[Robot.STEP_X, i] = 0
+        state.robots[Robot.STEP_Y, i] = 0
+        state.sets[Set.WORKING, i >> 5] &= ~bit(i)
+        state.sets[Set.COUNTED, i >> 5] &= ~bit(i)
+        state.sets[Set.DISSEMINATING, i >> 5] &= ~bit(i)
+        state.sets[Set.SPEAKING, i >> 5] &= ~bit(i)
+        state.sets[Set.BLOCKED, i >> 5] &= ~bit(i)
+        state.robots[Robot.LABEL, i] = label(state.sets, i)
     count_opinions(params, state)
 
 
@@ -178,7 +140,7 @@ def advance_fast(params, state, quality, dissemination, decide, say, value):
 @passage
 def advance_general(params, state, quality, dissemination, decide, say, value):
     """Do one step of any swarm."""
-    if params.faults.stopped > 0 and state.clock[STEP] + 1 == params.faults.stop_step:
+    if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         stop(params, state)
     move_where_clear(params, state)
     tick(state)
@@ -192,15 +154,15 @@ def finish(params, state, dissemination, decide, say, value):
     """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
-        left = state.sets[ENDING, w]
+        left = state.sets[Set.ENDING, w]
         while left:
             i = int64(32 * w + lowest(left))
-            if has(state.sets[DISSEMINATING], i):
+            if has(state.sets[Set.DISSEMINATING], i):
                 end_dissemination(params, state, i, decide)
             else:
                 end_exploration(params, state, i, dissemination, say, value)
             left = uint32(left & uint32(left - uint32(1)))
-    state.clock[STEP] += 1
+    state.clock[Clock.STEP] += 1
     count_opinions(params, state)
 
 
@@ -211,13 +173,13 @@ def end_exploration(params, state, i, dissemination, say, value):
     said = mind.opinion
     if params.strategy.says:
         said = say(mind)
-    put(state.sets, SPEAKING, i, 0 <= said <= 1)
-    put(state.sets, SAID, i, said == 1)
+    put(state.sets, Set.SPEAKING, i, 0 <= said <= 1)
+    put(state.sets, Set.SAYS_FEASIBLE, i, said == 1)
     if params.strategy.value_scale > 0.0:
         share = min(max(value(mind), 0.0), 1.0)
-        state.robots[TOLD_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
-    put(state.sets, DISSEMINATING, i, True)
-    word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
+        state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
+    put(state.sets, Set.DISSEMINATING, i, True)
+    word = draw(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
     mean = dissemination(mind.quality, params.decision.gain)
     enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
 
@@ -226,20 +188,25 @@ def end_exploration(params, state, i, dissemination, say, value):
 def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
     words = philox(
-        int64(state.robots[PHASES, i]), i, state.clock[RUN], int64(PHASE), params.seed.low, params.seed.high
+        int64(state.robots[Robot.PHASES, i]),
+        i,
+        state.clock[Clock.RUN],
+        int64(PHASE),
+        params.seed.low,
+        params.seed.high,
     )
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = decide(mind_of(params, state, i), received)
-    if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
+    if not (has(state.sets[Set.STUBBORN], i) or has(state.sets[Set.COMMITTED], i)):
         hold(state.sets, i, decided)
     if params.decision.commit.enabled:
-        consider_commitment(params, state.robots[AGREED], state.sets, i, feasible, votes)
+        consider_commitment(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
     forget(params, state, i)
-    put(state.sets, DISSEMINATING, i, False)
-    put(state.sets, SPEAKING, i, False)
+    put(state.sets, Set.DISSEMINATING, i, False)
+    put(state.sets, Set.SPEAKING, i, False)
     enter_phase(state, i, duration(words[0], params.decision.exploration))
 
 
@@ -247,7 +214,7 @@ def end_dissemination(params, state, i, decide):
 def rate_fast(params, state, quality):
     """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
     for w in range(state.sets.shape[1]):
-        left = uint32(state.sets[ENDING, w] & ~state.sets[DISSEMINATING, w])
+        left = uint32(state.sets[Set.ENDING, w] & ~state.sets[Set.DISSEMINATING, w])
         while left:
             rate(params, state, int64(32 * w + lowest(left)), quality)
             left = uint32(left & uint32(left - uint32(1)))
@@ -257,7 +224,7 @@ def rate_fast(params, state, quality):
 def rate(params, state, i, quality):
     """Find the quality of *feasible* from what a robot counted."""
     floor = params.decision.quality_floor
-    robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
+    robots, tasks = state.counts[Count.ROBOTS_SEEN, i], state.counts[Count.TASKS_SEEN, i]
     state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
 
 
@@ -265,13 +232,13 @@ def rate(params, state, i, quality):
 def rate_general(params, state, quality):
     """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
     for w in range(state.sets.shape[1]):
-        left = state.sets[ENDING, w]
+        left = state.sets[Set.ENDING, w]
         if not params.strategy.knowledge:
-            left = uint32(left & ~state.sets[DISSEMINATING, w])
+            left = uint32(left & ~state.sets[Set.DISSEMINATING, w])
         while left:
             i = int64(32 * w + lowest(left))
             if params.strategy.knowledge:
-                count_known(params, state, int64(KNOWN), i)
+                count_known(params, state, int64(Copy.KNOWN), i)
             if state.seen.shape[0] > 0:
                 state.memory[i, 0] = scarcest(params, state, i, quality)
             else:
@@ -302,16 +269,16 @@ def mind_of(params, state, i):
 @kernel
 def opinion_of(sets, i):
     """Return a robot's opinion."""
-    if has(sets[NEUTRAL], i):
+    if has(sets[Set.NEUTRAL], i):
         return int64(NO_OPINION)
-    return int64(has(sets[OPINIONS], i))
+    return int64(has(sets[Set.FEASIBLE], i))
 
 
 @kernel
 def hold(sets, i, opinion):
     """Give a robot an opinion, or none."""
-    put(sets, OPINIONS, i, opinion == 1)
-    put(sets, NEUTRAL, i, not 0 <= opinion <= 1)
+    put(sets, Set.FEASIBLE, i, opinion == 1)
+    put(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
 
 
 @kernel
@@ -343,15 +310,15 @@ def consider_commitment(params, agreed, sets, i, feasible, votes):
         return
     agreed[i] += int32(1)
     if agreed[i] >= params.decision.commit.rounds:
-        put(sets, COMMITTED, i, True)
+        put(sets, Set.COMMITTED, i, True)
 
 
 @kernel
 def enter_phase(state, i, lasts):
     """Let a robot begin a phase."""
-    state.robots[PHASES, i] += int32(1)
-    state.robots[PHASE_LEFT, i] = lasts
-    state.robots[LABELS, i] = label(state.sets, i)
+    state.robots[Robot.PHASES, i] += int32(1)
+    state.robots[Robot.PHASE_LEFT, i] = lasts
+    state.robots[Robot.LABEL, i] = label(state.sets, i)
 
 
 @kernel
@@ -374,15 +341,15 @@ def count_opinions(params, state):
     """Note how many counted robots hold opinion 1, how many none, and how many have committed."""
     feasible = neutral = int64(0)
     for w in range(state.sets.shape[1]):
-        feasible += popcount(state.sets[OPINIONS, w] & state.sets[COUNTED, w])
-        neutral += popcount(state.sets[NEUTRAL, w] & state.sets[COUNTED, w])
-    state.clock[FEASIBLE_COUNT] = feasible
-    state.clock[NEUTRAL_COUNT] = neutral
+        feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
+        neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
+    state.clock[Clock.FEASIBLE_COUNT] = feasible
+    state.clock[Clock.NEUTRAL_COUNT] = neutral
     if params.decision.commit.enabled:
         committed = committed_feasible = int64(0)
         for w in range(state.sets.shape[1]):
-            counted = state.sets[COMMITTED, w] & state.sets[COUNTED, w]
+            counted = state.sets[Set.COMMITTED, w] & state.sets[Set.COUNTED, w]
             committed += popcount(counted)
-            committed_feasible += popcount(counted & state.sets[OPINIONS, w])
-        state.clock[COMMITTED_FEASIBLE] = committed_feasible
-        state.clock[COMMITTED_INFEASIBLE] = committed - committed_feasible
+            committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
+        state.clock[Clock.COMMITTED_FEASIBLE] = committed_feasible
+        state.clock[Clock.COMMITTED_INFEASIBLE] = committed - committed_feasible

@@ -102,7 +102,7 @@ class Swarm:
         self._make_room_for(until)
         while self.step < until:
             self._play(until)
-            if self._state.clock[self._layout.FULL]:
+            if self._state.clock[self._layout.Clock.FULL]:
                 self._begin(2 * self._slots)  # an inbox needs more room: play the run again up to here
 
     def _play(self, until: int) -> None:
@@ -134,41 +134,43 @@ class Swarm:
     @property
     def step(self) -> int:
         """Steps done."""
-        return int(self._state.clock[self._layout.STEP])
+        return int(self._state.clock[self._layout.Clock.STEP])
 
     @property
     def positions(self) -> NDArray[np.float64]:
         """Where the robots are: float64, shape (robots, 2), in units, from 0 to the side."""
         count = self.scenario.robots.count
         return self._in_units(
-            self._state.robots[self._layout.X, :count], self._state.robots[self._layout.Y, :count]
+            self._state.robots[self._layout.Robot.X, :count], self._state.robots[self._layout.Robot.Y, :count]
         )
 
     @property
     def tasks(self) -> NDArray[np.float64]:
         """Where the tasks are: float64, shape (tasks, 2), in units."""
-        return self._in_units(self._state.tasks[self._layout.X], self._state.tasks[self._layout.Y])
+        return self._in_units(
+            self._state.tasks[self._layout.Point.X], self._state.tasks[self._layout.Point.Y]
+        )
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """What the robots think: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing."""
-        feasible = self._members(self._state.sets[self._layout.OPINIONS])
-        return feasible - self._members(self._state.sets[self._layout.NEUTRAL])
+        feasible = self._members(self._state.sets[self._layout.Set.FEASIBLE])
+        return feasible - self._members(self._state.sets[self._layout.Set.NEUTRAL])
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
         """Which robots broadcast their opinion: bool, shape (robots,); the others explore."""
-        return self._members(self._state.sets[self._layout.DISSEMINATING]).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.Set.DISSEMINATING]).astype(np.bool_)
 
     @property
     def feasible_count(self) -> int:
         """Number of counted robots with opinion 1."""
-        return int(self._state.clock[self._layout.FEASIBLE_COUNT])
+        return int(self._state.clock[self._layout.Clock.FEASIBLE_COUNT])
 
     @property
     def infeasible_count(self) -> int:
         """Number of counted robots with opinion 0."""
-        neutral = int(self._state.clock[self._layout.NEUTRAL_COUNT])
+        neutral = int(self._state.clock[self._layout.Clock.NEUTRAL_COUNT])
         return int(self.counted.sum()) - self.feasible_count - neutral
 
     @property
@@ -189,12 +191,12 @@ class Swarm:
     @property
     def committed(self) -> NDArray[np.bool_]:
         """Which robots have committed to their opinion: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.COMMITTED]).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.Set.COMMITTED]).astype(np.bool_)
 
     @property
     def bits_sent(self) -> int:
         """Length of all messages so far."""
-        return int(self._state.clock[self._layout.BITS])
+        return int(self._state.clock[self._layout.Clock.BITS])
 
     @property
     def decision(self) -> int:
@@ -210,14 +212,14 @@ class Swarm:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Which robots the decision is taken over: bool, shape (robots,); honest, and still working."""
-        return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.Set.COUNTED]).astype(np.bool_)
 
     @property
     def headings(self) -> NDArray[np.float64]:
         """Where robots go: float64, shape (robots,), in radians; 0 for those that stand still for good."""
         count, robots = self.scenario.robots.count, self._state.robots
         angles: NDArray[np.float64] = np.arctan2(
-            robots[self._layout.STEP_Y, :count], robots[self._layout.STEP_X, :count]
+            robots[self._layout.Robot.STEP_Y, :count], robots[self._layout.Robot.STEP_X, :count]
         )
         return angles
 
@@ -225,18 +227,18 @@ class Swarm:
         """Return this step for a screen."""
         count, robots, layout = self.scenario.robots.count, self._state.robots, self._layout
         sets = (
-            layout.OPINIONS,
-            layout.NEUTRAL,
-            layout.DISSEMINATING,
-            layout.COMMITTED,
-            layout.COUNTED,
-            layout.WORKING,
-            layout.LIARS,
-            layout.STUBBORN,
+            layout.Set.FEASIBLE,
+            layout.Set.NEUTRAL,
+            layout.Set.DISSEMINATING,
+            layout.Set.COMMITTED,
+            layout.Set.COUNTED,
+            layout.Set.WORKING,
+            layout.Set.BYZANTINE,
+            layout.Set.STUBBORN,
         )  # in the order of MARKS
         members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
-        x, y = (self._coarse(robots[axis, :count]) for axis in (layout.X, layout.Y))
-        steps = robots[[layout.STEP_X, layout.STEP_Y], :count].astype(np.float32)
+        x, y = (self._coarse(robots[axis, :count]) for axis in (layout.Robot.X, layout.Robot.Y))
+        steps = robots[[layout.Robot.STEP_X, layout.Robot.STEP_Y], :count].astype(np.float32)
         turns = np.arctan2(steps[1], steps[0]) * np.float32(128 / np.pi)
         return Snapshot(
             x,
@@ -248,7 +250,7 @@ class Swarm:
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return where the tasks are, x and y, in the units of a snapshot."""
         tasks = self._state.tasks
-        return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
+        return self._coarse(tasks[self._layout.Point.X]), self._coarse(tasks[self._layout.Point.Y])
 
     def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
         """Return fixed-point numbers as 65,536ths of the longer side."""
