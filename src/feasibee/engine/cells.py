@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from numba import int64, uint32, uint64
 
-from feasibee.engine.compile import kernel
+from feasibee.engine.bits import first_bits
+from feasibee.engine.compile import inlined
 from feasibee.engine.intrinsics import popcount, within, within_on
 from feasibee.engine.layout import Point
 
 
-@kernel
+@inlined
 def shortest(difference, side):
     """Return a difference on a torus the short way round."""
     if 2 * difference >= side:
@@ -25,7 +26,7 @@ def shortest(difference, side):
     return difference
 
 
-@kernel
+@inlined
 def near(params, xs, ys, first, x, y, limit):
     """Return which of the 32 points from ``first`` on are near a place, on any arena."""
     if params.arena.wraps:
@@ -33,20 +34,14 @@ def near(params, xs, ys, first, x, y, limit):
     return within_on(xs, ys, first, x, y, limit, params.arena.width, params.arena.height)
 
 
-@kernel
-def first_bits(count):
-    """Return the set of the first ``count`` of 32, or of all of them."""
-    return uint32((uint64(1) << uint64(min(count, 32))) - uint64(1))
-
-
-@kernel
+@inlined
 def cell_of(coordinate, scale):
     """Return the column of an x or the row of a y, by the scale of that axis."""
     return int64((uint64(uint32(coordinate)) * scale) >> uint64(52))
 
 
-@kernel
-def fill(cells, grid, xs, ys, labels, count):
+@inlined
+def sort_into_cells(cells, grid, xs, ys, labels, count):
     """Sort points and their labels into the cells of all strips: count, add up, place."""
     # Read once: the compiler must assume that writing to the cells changes the grid.
     side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
@@ -85,7 +80,7 @@ def fill(cells, grid, xs, ys, labels, count):
             place(cells, lower + side, xs[i], ys[i], labels[i])
 
 
-@kernel
+@inlined
 def place(cells, cell, x, y, label):
     """Append a point to its cell."""
     slot = cells.start[cell + 1]
@@ -95,7 +90,7 @@ def place(cells, cell, x, y, label):
     cells.points[Point.LABEL, slot] = label
 
 
-@kernel
+@inlined
 def block(cells, grid, x, y):
     """Return first and last place (the last excluded) of the points in the block nearest to a place."""
     if grid.bits == 0:
@@ -111,7 +106,7 @@ def block(cells, grid, x, y):
     return cells.start[cell], cells.start[cell + 2]
 
 
-@kernel
+@inlined
 def block_on_torus(cells, bits, x, y):
     """Return the same on a square torus, where the side is 2**32: by shifts."""
     side = 1 << bits
@@ -123,7 +118,7 @@ def block_on_torus(cells, bits, x, y):
     return cells.start[cell], cells.start[cell + min(2, side)]
 
 
-@kernel
+@inlined
 def count_within(cells, bits, x, y, limit):
     """Return how many points lie within the limit of a place on a square torus."""
     first, last = block_on_torus(cells, bits, x, y)

@@ -29,19 +29,19 @@ on_compile: ContextVar[Callable[[str], None]] = ContextVar("on_compile", default
 CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": True}
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that kernels call; inlined, since passing the state costs more than most do."""
     compiled: Callable[..., Any] = numba.njit(forceinline=True, **OPTIONS)(function)
     return compiled
 
 
-def passage(function: Callable[..., Any]) -> Callable[..., Any]:
+def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile as part of the one function that calls it: a long one, which would else be compiled twice."""
     compiled: Callable[..., Any] = numba.njit(inline="always", **OPTIONS)(function)
     return compiled
 
 
-def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
+def called(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner.
 
     numba makes a copy for each constant that is passed, hence ``int64(KNOWN)`` in place of ``KNOWN`` there.

@@ -15,11 +15,12 @@ import math
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.layout import Clock
 from feasibee.model.codes import LONGEST
 
 
-@subroutine
+@called
 def philox(counter0, counter1, counter2, counter3, key0, key1):
     """Return the four 32-bit words of Philox4x32-10 (Salmon et al., section 4.3)."""
     c0, c1, c2, c3 = uint32(counter0), uint32(counter1), uint32(counter2), uint32(counter3)
@@ -38,14 +39,14 @@ def philox(counter0, counter1, counter2, counter3, key0, key1):
     return c0, c1, c2, c3
 
 
-@subroutine
+@called
 def duration(word, mean):
     """Return max(1, ceil(x)) for the exponential x = -mean log u, u = (word + 1) / 2**32 (model.md 3.4)."""
     length = -mean * math.log((float64(word) + 1.0) * (1.0 / 4294967296.0))
     return int32(max(1.0, math.ceil(min(length, float64(LONGEST)))))
 
 
-@subroutine
+@called
 def direction(word):
     """Return cosine and sine of the angle 2 pi word / 2**32.
 
@@ -83,7 +84,7 @@ def direction(word):
     return sine, -cosine
 
 
-@kernel
+@inlined
 def draw(params, run, robot, counter, purpose):
     """Return the first word of a coordinate."""
     return philox(
@@ -91,13 +92,25 @@ def draw(params, run, robot, counter, purpose):
     )[0]
 
 
-@kernel
+@inlined
+def draw_now(params, state, robot, purpose):
+    """Return the first word of a coordinate whose counter is the step that is under way."""
+    return draw(params, state.clock[Clock.RUN], robot, state.clock[Clock.STEP] + 1, purpose)
+
+
+@inlined
+def coin(word):
+    """Return 0 or 1, equally likely."""
+    return int64(word >> uint32(31))
+
+
+@inlined
 def choose(word, count):
     """Return a number below ``count``, each as likely as the others."""
     return int64((uint64(word) * uint64(count)) >> uint64(32))
 
 
-@subroutine
+@called
 def poisson(word, mean):
     """Return a Poisson number by going up its distribution function."""
     number = 0
@@ -110,7 +123,7 @@ def poisson(word, mean):
     return number
 
 
-@subroutine
+@called
 def shuffle(params, run, order, count, purpose):
     """Put 0 to ``count`` - 1 into random order (Fisher and Yates)."""
     for k in range(count):

@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import cache
 
 from feasibee.engine import step
-from feasibee.engine.compile import entry, kernel
+from feasibee.engine.compile import entry, inlined
 from feasibee.engine.layout import Clock
 from feasibee.engine.signatures import ADVANCE, PLAY, START
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE
 
 
-@kernel
+@inlined
 def record_step(params, state, outcome, row):
     """Record the counts at a run's present step, and its decision if it is the first (model.md 4.7)."""
     now = state.clock[Clock.STEP]
@@ -38,7 +38,7 @@ def record_step(params, state, outcome, row):
         outcome.account[row, COMMIT_STEP] = now
 
 
-@kernel
+@inlined
 def record_totals(state, outcome, row):
     """Record a run's totals."""
     outcome.account[row, BITS_SENT] = state.clock[Clock.BITS]
@@ -46,7 +46,7 @@ def record_totals(state, outcome, row):
     outcome.account[row, COMMITTED_INFEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE]
 
 
-@kernel
+@inlined
 def has_next_step(params, state, outcome, row, until, control):
     """Return whether a run has a next step."""
     if state.clock[Clock.STEP] >= until or state.clock[Clock.FULL] or control.cancelled[0]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from numba import float64, int32, int64, uint32
 
-from feasibee.engine.compile import kernel, passage, subroutine
+from feasibee.engine.bits import says_feasible, sender_of, without_lowest
+from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.layout import Clock, Count, Link, Robot, Set, Slot
 from feasibee.model.codes import NO_OPINION
 
 
-@passage
-def hear_few(params, state, speaking):
+@spliced
+def receive_together(params, state, speaking):
     """Put what each robot hears from those noted beside it into its inbox."""
     sight = state.links[Link.SIGHT]
     said = state.sets[Set.SAYS_FEASIBLE, 0]
@@ -34,26 +35,26 @@ def hear_few(params, state, speaking):
                 while spoken:
                     j = lowest(spoken)
                     state.inbox[Slot.VALUE, i, j] = state.robots[Robot.SENT_VALUE, j]
-                    spoken = uint32(spoken & uint32(spoken - uint32(1)))
+                    spoken = without_lowest(spoken)
 
 
-@kernel
-def hear(params, state, i, message, value):
+@inlined
+def receive(params, state, i, message, value):
     """Put a message, the sender's label and value, into a robot's inbox."""
-    opinion = int64(message >> int32(1)) & 1
+    opinion = says_feasible(message)
     if params.decision.every_message:
         state.counts[Count.VOTES, i] += 1
         state.counts[Count.FEASIBLE_VOTES, i] += opinion
         return
     inbox = state.inbox[Slot.SENDER, i]
     slots = inbox.size
-    sender = message >> int32(2)
-    place = int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8)) & (slots - 1)
-    while inbox[place] >= 0 and inbox[place] >> int32(2) != sender:
+    sender = sender_of(message)
+    place = scrambled(sender) & (slots - 1)
+    while inbox[place] >= 0 and sender_of(inbox[place]) != sender:
         place = (place + 1) & (slots - 1)
     known = inbox[place]
     if known >= 0:
-        state.counts[Count.FEASIBLE_VOTES, i] += opinion - (int64(known >> int32(1)) & 1)
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion - says_feasible(known)
     elif 4 * state.counts[Count.VOTES, i] >= 3 * slots:
         state.clock[Clock.FULL] = 1  # nearly full; the caller plays this run again with more room
         return
@@ -68,14 +69,20 @@ def hear(params, state, i, message, value):
         state.robots[Robot.MESSAGES, i] += int32(1)
 
 
-@kernel
+@inlined
+def scrambled(sender):
+    """Return a hash of a sender, of 24 bits (Knuth's multiplicative hash)."""
+    return int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8))
+
+
+@inlined
 def read(params, state, i, word):
     """Return the votes for *feasible*, all votes, what one drawn of them says and its value, and all values.
 
     The draw is among those that say *feasible*, in the order of their senders, and then the others.
     """
     if params.together and not params.decision.every_message:
-        return read_few(params, state, i, word)
+        return read_together(params, state, i, word)
     if params.decision.inbox_size > 0 or params.strategy.value_scale > 0.0:
         return read_table(params, state, i, word)
     votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
@@ -83,8 +90,8 @@ def read(params, state, i, word):
     return feasible_votes, votes, opinion, int64(0), int64(0)
 
 
-@kernel
-def read_few(params, state, i, word):
+@inlined
+def read_together(params, state, i, word):
     """Read an inbox in a swarm of at most 32."""
     heard, feasible = state.links[Link.HEARD, i], state.links[Link.HEARD_FEASIBLE, i]
     votes, feasible_votes = popcount(heard), popcount(feasible)
@@ -93,16 +100,16 @@ def read_few(params, state, i, word):
     if params.strategy.value_scale > 0.0 and votes > 0:
         among = feasible if opinion == 1 else uint32(heard & ~feasible)
         while drawn > 0:
-            among = uint32(among & uint32(among - uint32(1)))
+            among = without_lowest(among)
             drawn -= 1
         value = int64(state.inbox[Slot.VALUE, i, lowest(among)])
         while heard:
             total += state.inbox[Slot.VALUE, i, lowest(heard)]
-            heard = uint32(heard & uint32(heard - uint32(1)))
+            heard = without_lowest(heard)
     return feasible_votes, votes, opinion, value, total
 
 
-@subroutine
+@called
 def read_table(params, state, i, word):
     """Read an inbox table of which more matters than what is counted of it."""
     votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
@@ -117,7 +124,7 @@ def read_table(params, state, i, word):
         # The sender is the least number up to which more than `drawn` have that opinion.
         low, high = int64(0), params.robots.count - 1
         while low < high:
-            middle = (low + high) >> 1
+            middle = (low + high) // 2
             if count(params, state, i, oldest, opinion, middle + 1) > drawn:
                 high = middle
             else:
@@ -125,12 +132,12 @@ def read_table(params, state, i, word):
         for place in range(state.inbox.shape[2]):
             if keeps(params, state, i, place, oldest):
                 total += state.inbox[Slot.VALUE, i, place]
-                if state.inbox[Slot.SENDER, i, place] >> int32(2) == low:
+                if sender_of(state.inbox[Slot.SENDER, i, place]) == low:
                     value = int64(state.inbox[Slot.VALUE, i, place])
     return feasible_votes, votes, opinion, value, total
 
 
-@kernel
+@inlined
 def draw_message(word, feasible_votes, votes):
     """Return what a message drawn at random says, and which of those that say so it is."""
     if votes == 0:
@@ -141,12 +148,12 @@ def draw_message(word, feasible_votes, votes):
     return int64(0), drawn - feasible_votes
 
 
-@subroutine
+@called
 def oldest_kept(params, state, i):
     """Return the number of the oldest message in an inbox that keeps so many of the newest."""
     low, high = int64(0), int64(state.robots[Robot.MESSAGES, i])
     while high - low > 1:
-        middle = (low + high) >> 1
+        middle = (low + high) // 2
         since = 0
         for place in range(state.inbox.shape[2]):
             if state.inbox[Slot.SENDER, i, place] >= 0 and state.inbox[Slot.WHEN, i, place] >= middle:
@@ -158,23 +165,22 @@ def oldest_kept(params, state, i):
     return low
 
 
-@subroutine
+@called
 def count(params, state, i, oldest, opinion, senders):
     """Return how many kept messages have an opinion and one of the first senders."""
     number = int64(0)
     for place in range(state.inbox.shape[2]):
         message = state.inbox[Slot.SENDER, i, place]
-        said = int64(message >> int32(1)) & 1
         if (
             keeps(params, state, i, place, oldest)
-            and said == opinion
-            and int64(message >> int32(2)) < senders
+            and says_feasible(message) == opinion
+            and sender_of(message) < senders
         ):
             number += 1
     return number
 
 
-@kernel
+@inlined
 def keeps(params, state, i, place, oldest):
     """Tell whether a slot holds a message that is kept."""
     if state.inbox[Slot.SENDER, i, place] < 0:
@@ -182,13 +188,13 @@ def keeps(params, state, i, place, oldest):
     return params.decision.inbox_size == 0 or state.inbox[Slot.WHEN, i, place] >= oldest
 
 
-@kernel
+@inlined
 def as_share(params, value):
     """Return the number that a message holds as a share."""
     return float64(value) / params.strategy.value_scale if params.strategy.value_scale > 0.0 else 0.0
 
 
-@kernel
+@inlined
 def empty(params, state, i):
     """Empty a robot's inbox (model.md 4.6)."""
     if params.together:

@@ -13,8 +13,9 @@ import math
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.compile import kernel, passage, subroutine
-from feasibee.engine.draws import draw, philox
+from feasibee.engine.bits import bit, contains, lowest_member, without_lowest
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import coin, draw_now, philox
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.layout import REGISTERS, Clock, Copy, Robot, Set
 from feasibee.engine.params import Knowledge, Lie
@@ -25,32 +26,26 @@ TOP = 15  # rank in a sketch
 SCALE = 65536.0  # of the estimates of sketches
 
 
-@kernel
-def has(words, i):
-    """Tell whether a set has robot i."""
-    return uint32(words[i >> 5] >> uint32(i & 31)) & uint32(1) == uint32(1)
-
-
-@kernel
-def told(params, state, i):
+@inlined
+def sent_opinion(params, state, i):
     """Return the opinion in a robot's message, true or a lie (model.md 6.6)."""
-    said = int64(has(state.sets[Set.SAYS_FEASIBLE], i))
-    if not has(state.sets[Set.BYZANTINE], i):
+    said = int64(contains(state.sets[Set.SAYS_FEASIBLE], i))
+    if not contains(state.sets[Set.BYZANTINE], i):
         return said
     if params.faults.byzantine_says == Lie.OPPOSITE:
         return 1 - said
     if params.faults.byzantine_says == Lie.RANDOM:
-        return int64(draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, LIE) >> uint32(31))
+        return coin(draw_now(params, state, i, LIE))
     return int64(params.faults.byzantine_says == Lie.FEASIBLE)
 
 
-@subroutine
-def name(params, state):
+@called
+def assign_identities(params, state):
     """Give robots their ids, things their hashes, and each robot the knowledge of itself."""
     for i in range(params.robots.count):
         state.robots[Robot.IDENTITY, i] = int32(i)
     if params.radio.random_ids:
-        find_namesakes(params, state)
+        find_equal_ids(params, state)
     for thing in range(state.hashes.size):
         holder = int64(state.robots[Robot.IDENTITY, thing]) if thing < params.robots.count else int64(thing)
         words = philox(
@@ -65,8 +60,8 @@ def name(params, state):
                 learn(params, state, int64(Copy.KNOWN), i, me, int64(state.tables.class_of[i]))
 
 
-@subroutine
-def find_namesakes(params, state):
+@called
+def find_equal_ids(params, state):
     """Find for each robot the first that has the same id, by a hash table in the room of the counts."""
     ids, table = state.robots[Robot.ORDER], state.counts
     size = 4 * table.shape[1]
@@ -87,7 +82,7 @@ def find_namesakes(params, state):
             state.robots[Robot.IDENTITY, i] = int32(holder - 1)
 
 
-@subroutine
+@called
 def learn(params, state, row, i, thing, column):
     """Add a thing to what a robot knows, or tells; ``column`` is its class, robots' first."""
     words = state.knowledge[row, i]
@@ -95,7 +90,7 @@ def learn(params, state, row, i, thing, column):
         words[state.robots[Robot.IDENTITY, i] * state.tables.adds.shape[1] + column] += uint32(1)
     elif params.strategy.knowledge == Knowledge.CENSUS:
         first, number = side_of(params, thing)
-        words[first + (number >> 5)] |= uint32(uint32(1) << uint32(number & 31))
+        words[first + (number >> 5)] |= bit(number)
     else:
         mark = state.hashes[thing]
         rest = uint32(mark >> uint32(7))
@@ -106,7 +101,7 @@ def learn(params, state, row, i, thing, column):
         words[register] = max(words[register], rank)
 
 
-@kernel
+@inlined
 def side_of(params, thing):
     """Return the first word of a thing's side of a census, and its number there."""
     number = int64(thing)
@@ -124,7 +119,7 @@ def side_of(params, thing):
     return first + ((params.tasks.count + 31) >> 5), number - params.tasks.count
 
 
-@passage
+@spliced
 def publish(params, state):
     """Fix what each robot tells in this step, and count its bits."""
     for w in range(state.sets.shape[1]):
@@ -132,19 +127,19 @@ def publish(params, state):
         state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
         if params.strategy.knowledge:
             while speaking:
-                i = int64(32 * w + lowest(speaking))
+                i = lowest_member(w, speaking)
                 for k in range(state.knowledge.shape[2]):
                     state.knowledge[Copy.SENT, i, k] = state.knowledge[Copy.KNOWN, i, k]
-                if has(state.sets[Set.BYZANTINE], i):
+                if contains(state.sets[Set.BYZANTINE], i):
                     lie(params, state, i)
                 state.clock[Clock.BITS] += length(params, state, i)
-                speaking = uint32(speaking & uint32(speaking - uint32(1)))
+                speaking = without_lowest(speaking)
 
 
-@subroutine
+@called
 def lie(params, state, i):
     """Let a liar tell of robots, or tasks, that there aren't; or, in a tally, call one what is the other."""
-    feasible = told(params, state, i)
+    feasible = sent_opinion(params, state, i)
     column = int64(0) if feasible else params.robots.classes
     if params.strategy.knowledge == Knowledge.TALLY:
         classes = state.tables.adds.shape[1]
@@ -164,7 +159,7 @@ def lie(params, state, i):
         learn(params, state, int64(Copy.SENT), i, int64(thing + k), column)
 
 
-@subroutine
+@called
 def merge(params, state, i, sender):
     """Let a robot take in what it hears."""
     if params.strategy.knowledge == Knowledge.CENSUS:
@@ -181,7 +176,7 @@ def merge(params, state, i, sender):
                 state.knowledge[Copy.KNOWN, i, k] = max(heard, state.knowledge[Copy.KNOWN, i, k])
 
 
-@subroutine
+@called
 def count_known(params, state, row, i):
     """Count what a robot knows, or tells, by class: sightings, things, or their estimates times 2**16."""
     classes = state.tables.adds.shape[1]
@@ -201,7 +196,7 @@ def count_known(params, state, row, i):
         count_census(params, state, row, i)
 
 
-@subroutine
+@called
 def count_census(params, state, row, i):
     """Count the bits of a census, by side and class; what liars invented is of the first class."""
     words = state.knowledge[row, i]
@@ -221,10 +216,10 @@ def count_census(params, state, row, i):
                 state.seen[i, params.robots.classes + kind] += 1
             else:
                 state.seen[i, state.tables.class_of[number]] += 1
-            left = uint32(left & uint32(left - uint32(1)))
+            left = without_lowest(left)
 
 
-@subroutine
+@called
 def length(params, state, i):
     """Return the length of what a robot tells, in bits."""
     classes = state.tables.adds.shape[1]
@@ -243,7 +238,7 @@ def length(params, state, i):
     return bits
 
 
-@subroutine
+@called
 def rows_of(words, classes):
     """Return how many rows of a tally aren't zero, and the largest number in it."""
     rows, largest = int64(0), uint32(0)
@@ -256,7 +251,7 @@ def rows_of(words, classes):
     return rows, largest
 
 
-@kernel
+@inlined
 def bit_length(number):
     """Return how many binary digits a number has; none for 0."""
     digits = int64(0)
@@ -266,7 +261,7 @@ def bit_length(number):
     return digits
 
 
-@subroutine
+@called
 def estimate(words, first):
     """Return the estimated size of a sketch (Ertl 2017, algorithm 6)."""
     # How many registers have each rank, in bytes: none has more than 128.
@@ -291,7 +286,7 @@ def estimate(words, first):
     return 0.7213475204444817 * REGISTERS * REGISTERS / z
 
 
-@kernel
+@inlined
 def sigma(x):
     """Return x + the sum of 2**(k - 1) x**(2**k) over k >= 1."""
     power, weight, total, last = x, 1.0, x, -1.0
@@ -303,7 +298,7 @@ def sigma(x):
     return total
 
 
-@kernel
+@inlined
 def tau(x):
     """Return (1 - x - the sum of 2**-k (1 - x**(2**-k))**2 over k >= 1) / 3."""
     if x in (0.0, 1.0):

@@ -6,15 +6,24 @@ import math
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import block, first_bits, near, shortest
-from feasibee.engine.compile import kernel, passage, subroutine
+from feasibee.engine.bits import (
+    bit,
+    bit_if,
+    contains,
+    first_bits,
+    lowest_member,
+    sender_of,
+    without_lowest,
+)
+from feasibee.engine.cells import block, near, shortest
+from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import direction, duration, philox
 from feasibee.engine.intrinsics import lowest
 from feasibee.engine.layout import Clock, Point, Robot, Set
 from feasibee.model.purposes import WALK
 
 
-@kernel
+@inlined
 def move_freely(state):
     """Move all robots one step round a square torus, through each other (model.md 3.1)."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
@@ -27,7 +36,7 @@ def move_freely(state):
             ys[i] += steps_y[i]
 
 
-@kernel
+@inlined
 def tick(state):
     """Let the timers advance; note whose heading and whose phase end with this step (model.md 3.3)."""
     walks_left, phases_left = state.robots[Robot.WALK_LEFT], state.robots[Robot.PHASE_LEFT]
@@ -41,13 +50,13 @@ def tick(state):
             phase_left = int32(phases_left[i] - int32(1))
             walks_left[i] = walk_left
             phases_left[i] = phase_left
-            turning |= uint32((uint32(1) << uint32(j)) if walk_left == int32(0) else uint32(0))
-            ending |= uint32((uint32(1) << uint32(j)) if phase_left == int32(0) else uint32(0))
+            turning |= bit_if(walk_left == int32(0), j)
+            ending |= bit_if(phase_left == int32(0), j)
         state.sets[Set.TURNING, w] = turning | state.sets[Set.BLOCKED, w]
         state.sets[Set.ENDING, w] = ending
 
 
-@passage
+@spliced
 def move_where_clear(params, state):
     """Move each robot whose way is clear; the others are blocked, stay, and will turn (model.md 6.2)."""
     if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
@@ -57,21 +66,21 @@ def move_where_clear(params, state):
         blocked = uint32(0)
         left = state.sets[Set.WORKING, w]
         while left:
-            j = lowest(left)
-            if not is_clear(params, state, int64(32 * w + j)):
-                blocked |= uint32(uint32(1) << uint32(j))
-            left = uint32(left & uint32(left - uint32(1)))
+            i = lowest_member(w, left)
+            if not is_clear(params, state, i):
+                blocked |= bit(i)
+            left = without_lowest(left)
         state.sets[Set.BLOCKED, w] = blocked
     for w in range(state.sets.shape[1]):
         left = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.BLOCKED, w])
         while left:
-            i = int64(32 * w + lowest(left))
+            i = lowest_member(w, left)
             x, y = destination(params, state, i)
             state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
-            left = uint32(left & uint32(left - uint32(1)))
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def destination(params, state, i):
     """Return where a robot's step leads: round the torus, or maybe beyond a wall."""
     x = int64(uint32(state.robots[Robot.X, i])) + int64(state.robots[Robot.STEP_X, i])
@@ -81,7 +90,7 @@ def destination(params, state, i):
     return x, y
 
 
-@kernel
+@inlined
 def around(coordinate, side):
     """Return a coordinate that is off by less than a side brought back onto the torus."""
     if coordinate < 0:
@@ -91,7 +100,7 @@ def around(coordinate, side):
     return coordinate
 
 
-@kernel
+@inlined
 def is_clear(params, state, i):
     """Tell whether a robot's disc keeps clear of the walls, and of all others whether they move or stay."""
     if params.arena.walls:
@@ -108,7 +117,7 @@ def is_clear(params, state, i):
     )
 
 
-@subroutine
+@called
 def is_clear_of(params, state, i, xs, ys, labels, first, last):
     """Tell whether a robot meets none of those listed, whose places are those before the step."""
     while first < last:
@@ -122,15 +131,15 @@ def is_clear_of(params, state, i, xs, ys, labels, first, last):
             params.robots.meet_limit,
         ) & first_bits(last - first)
         while close:
-            other = int64(labels[first + lowest(close)] >> int32(2))
+            other = sender_of(labels[first + lowest(close)])
             if other != i and collide(params, state, i, other):
                 return False
-            close = uint32(close & uint32(close - uint32(1)))
+            close = without_lowest(close)
         first += 32
     return True
 
 
-@kernel
+@inlined
 def collide(params, state, i, other):
     """Tell whether a robot that moves meets another that moves too, or that stays."""
     way_x = int64(uint32(state.robots[Robot.X, other])) - int64(uint32(state.robots[Robot.X, i]))
@@ -138,10 +147,9 @@ def collide(params, state, i, other):
     if not params.arena.walls:
         way_x, way_y = shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
     dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
-    works = uint32(state.sets[Set.WORKING, other >> 5] >> uint32(other & 31)) & uint32(1)
     if meet(params, way_x, way_y, dx, dy):
         return True
-    return works and meet(
+    return contains(state.sets[Set.WORKING], other) and meet(
         params,
         way_x,
         way_y,
@@ -150,7 +158,7 @@ def collide(params, state, i, other):
     )
 
 
-@subroutine
+@called
 def meet(params, way_x, way_y, dx, dy):
     """Tell whether two discs overlap at some moment of a step, exactly.
 
@@ -169,7 +177,7 @@ def meet(params, way_x, way_y, dx, dy):
     return high < least_high or (high == least_high and low < least_low)
 
 
-@subroutine
+@called
 def product(a, b):
     """Return the 128 bits of a product of two words of 64."""
     mask = uint64(0xFFFFFFFF)
@@ -180,17 +188,17 @@ def product(a, b):
     return a1 * b1 + (middle >> uint64(32)) + (other >> uint64(32)), (other << uint64(32)) | (low & mask)
 
 
-@kernel
+@inlined
 def turn(params, state):
     """Give a new heading to each robot whose run has ended."""
     for w in range(state.sets.shape[1]):
         left = state.sets[Set.TURNING, w]
         while left:
-            head(params, state, int64(32 * w + lowest(left)))
-            left = uint32(left & uint32(left - uint32(1)))
+            head(params, state, lowest_member(w, left))
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def head(params, state, i):
     """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
     words = philox(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32
 
-from feasibee.engine.cells import first_bits, near
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.bits import first_bits
+from feasibee.engine.cells import near
+from feasibee.engine.compile import called, inlined
 from feasibee.engine.draws import choose, draw, philox, shuffle
 from feasibee.engine.layout import Clock, Point, Robot
 from feasibee.engine.params import Placement
@@ -23,7 +24,7 @@ from feasibee.model.purposes import (
 )
 
 
-@subroutine
+@called
 def scatter(params, state):
     """Put robots and tasks anywhere, as in the paper."""
     for i in range(params.tasks.count):
@@ -38,7 +39,7 @@ def scatter(params, state):
         state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
-@subroutine
+@called
 def place_tasks(params, state):
     """Put the tasks where they are."""
     for i in range(params.tasks.count):
@@ -53,7 +54,7 @@ def place_tasks(params, state):
             state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
-@subroutine
+@called
 def place_robots(params, state):
     """Put the robots where they start; apart if they avoid collisions, on a lattice if nothing else works."""
     for i in range(params.robots.count):
@@ -67,7 +68,7 @@ def place_robots(params, state):
             return
 
 
-@subroutine
+@called
 def place_robot(params, state, i):
     """Find a place for a robot that is apart from those before it; tell whether there was one."""
     purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
@@ -81,7 +82,7 @@ def place_robot(params, state, i):
     return False
 
 
-@kernel
+@inlined
 def is_apart(params, state, i):
     """Tell whether a robot's disc overlaps none of those before it."""
     first = 0
@@ -101,7 +102,7 @@ def is_apart(params, state, i):
     return True
 
 
-@subroutine
+@called
 def candidate(params, placing, run, i, attempt, purposes):
     """Return the place drawn for a thing at an attempt; one beyond a wall is brought back to it."""
     uniform, centre, cluster, scatter = purposes
@@ -125,7 +126,7 @@ def candidate(params, placing, run, i, attempt, purposes):
     return x, y
 
 
-@subroutine
+@called
 def anywhere(params, placing, run, i, attempt, purpose):
     """Return a uniform place."""
     words = philox(attempt, i, run, purpose, params.seed.low, params.seed.high)
@@ -135,7 +136,7 @@ def anywhere(params, placing, run, i, attempt, purpose):
     )
 
 
-@subroutine
+@called
 def normal(params, run, i, counter, purpose, scale):
     """Return a normal deviation: the sum of the twelve words of three draws, less its mean, times a scale."""
     total = int64(0)
@@ -145,7 +146,7 @@ def normal(params, run, i, counter, purpose, scale):
     return (((total - 6 * 4294967296) >> 8) * scale) >> 24
 
 
-@subroutine
+@called
 def place_on_lattice(params, state):
     """Put the robots side by side on a square lattice, spread over all of it, in random order."""
     step = 2 * params.robots.radius

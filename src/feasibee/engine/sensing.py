@@ -8,12 +8,25 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import block, block_on_torus, count_within, fill, first_bits, near
-from feasibee.engine.compile import kernel, passage, subroutine
-from feasibee.engine.draws import choose, draw, poisson
-from feasibee.engine.inbox import empty, hear, hear_few
+from feasibee.engine.bits import (
+    bit,
+    bit_if,
+    contains,
+    first_bits,
+    has_bit,
+    is_disseminating,
+    lowest_member,
+    pack_label,
+    sender_of,
+    set_member,
+    without_lowest,
+)
+from feasibee.engine.cells import block, block_on_torus, count_within, near, sort_into_cells
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import choose, draw_now, poisson
+from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount, within
-from feasibee.engine.knowledge import has, learn, merge, publish, told
+from feasibee.engine.knowledge import learn, merge, publish, sent_opinion
 from feasibee.engine.layout import Clock, Copy, Count, Link, Point, Robot, Set
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING
 from feasibee.model.purposes import (
@@ -28,51 +41,50 @@ from feasibee.model.purposes import (
 )
 
 
-@passage
+@spliced
 def sense_fast(params, state):
     """Let every robot observe, if it explores, and hear."""
     if params.together:
-        sense_few(params, state)
+        sense_together(params, state)
     else:
-        sense_many(params, state)
+        sense_in_cells(params, state)
 
 
-@passage
-def sense_few(params, state):
+@spliced
+def sense_together(params, state):
     """Sense in a swarm of at most 32."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
     swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
     speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
     state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
-    look_about(xs, ys, sight, swarm, params.robots.count, limit)
+    find_neighbours(xs, ys, sight, swarm, params.robots.count, limit)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
         state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
-        looking = uint32(looking & uint32(looking - uint32(1)))
+        looking = without_lowest(looking)
     for i in range(32):
-        explores = int64(uint32(~disseminating >> uint32(i)) & uint32(1))
+        explores = int64(has_bit(~disseminating, i))
         seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
     if params.radio.limit != params.sensing.limit:
-        look_about(xs, ys, sight, swarm, params.robots.count, params.radio.limit)
+        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio.limit)
     if params.decision.listens_for != ALWAYS:
         for i in range(params.robots.count):
-            if uint32(disseminating >> uint32(i)) & uint32(1) == 0:
+            if not has_bit(disseminating, i):
                 sight[i] = uint32(0)
-    hear_few(params, state, speaking)
+    receive_together(params, state, speaking)
 
 
-@kernel
-def look_about(xs, ys, sight, swarm, robots, limit):
+@inlined
+def find_neighbours(xs, ys, sight, swarm, robots, limit):
     """Note who is near each robot."""
     for i in range(robots):
-        others = uint32(swarm & ~uint32(uint32(1) << uint32(i)))
-        sight[i] = others & within(xs, ys, 0, xs[i], ys[i], limit)
+        sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
 
 
-@subroutine
-def sense_many(params, state):
+@called
+def sense_in_cells(params, state):
     """Sense in a swarm of any size, with nothing beyond the paper."""
     fill_robots(params, state)
     # Read once, not for each robot: the compiler must assume that what is written may change them.
@@ -82,14 +94,14 @@ def sense_many(params, state):
         state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
         looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while speaking:
-            speak(params, state, int64(32 * w + lowest(speaking)))
-            speaking = uint32(speaking & uint32(speaking - uint32(1)))
+            broadcast(params, state, lowest_member(w, speaking))
+            speaking = without_lowest(speaking)
         while looking:
-            look(params, state, int64(32 * w + lowest(looking)), robot_bits, task_bits, limit)
-            looking = uint32(looking & uint32(looking - uint32(1)))
+            observe_fast(params, state, lowest_member(w, looking), robot_bits, task_bits, limit)
+            looking = without_lowest(looking)
 
 
-@passage
+@spliced
 def sense_general(params, state):
     """Sense in any swarm (model.md 6.3, 6.5, 6.6): what a robot sees in a step it knows before it hears."""
     publish(params, state)
@@ -97,21 +109,21 @@ def sense_general(params, state):
     for w in range(state.sets.shape[1]):
         looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while looking:
-            look_closely(params, state, int64(32 * w + lowest(looking)))
-            looking = uint32(looking & uint32(looking - uint32(1)))
-    note_listeners(params, state)
+            observe_general(params, state, lowest_member(w, looking))
+            looking = without_lowest(looking)
+    find_listeners(params, state)
     for w in range(state.sets.shape[1]):
         speaking = state.sets[Set.SPEAKING, w]
         while speaking:
-            speak_maybe(params, state, int64(32 * w + lowest(speaking)))
-            speaking = uint32(speaking & uint32(speaking - uint32(1)))
+            broadcast_with_loss(params, state, lowest_member(w, speaking))
+            speaking = without_lowest(speaking)
 
 
-@kernel
+@inlined
 def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
-    fill(
+    sort_into_cells(
         state.robot_cells,
         params.robots.grid,
         robots[Robot.X],
@@ -121,15 +133,14 @@ def fill_robots(params, state):
     )
 
 
-@kernel
-def label(sets, i):
+@inlined
+def label_of(sets, i):
     """Return who a robot is, what it says (bit 1), and whether it disseminates (bit 0)."""
-    said = int32(has(sets[Set.SAYS_FEASIBLE], i))
-    return int32(i << 2) | said << int32(1) | int32(has(sets[Set.DISSEMINATING], i))
+    return pack_label(i, contains(sets[Set.SAYS_FEASIBLE], i), contains(sets[Set.DISSEMINATING], i))
 
 
-@kernel
-def look(params, state, i, robot_bits, task_bits, limit):
+@inlined
+def observe_fast(params, state, i, robot_bits, task_bits, limit):
     """Let a robot count the robots and tasks in sight."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     robots = count_within(state.robot_cells, robot_bits, x, y, limit)
@@ -137,25 +148,25 @@ def look(params, state, i, robot_bits, task_bits, limit):
     state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
-@passage
-def look_closely(params, state, i):
+@spliced
+def observe_general(params, state, i):
     """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
 
     Where nothing of that is asked, things are only counted, which takes a third off a step.
     """
-    robots = look_at_robots(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
-    tasks = look_at_tasks(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    robots = observe_robots(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    tasks = observe_tasks(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
     if params.sensing.only_counts:
         state.counts[Count.ROBOTS_SEEN, i] += robots
         state.counts[Count.TASKS_SEEN, i] += tasks
     if (
         params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0
     ):  # asked here, since a call isn't cheap
-        see_falsely(params, state, i)
+        count_false_sightings(params, state, i)
 
 
-@passage
-def look_at_robots(params, state, i, x, y):
+@spliced
+def observe_robots(params, state, i, x, y):
     """Let a robot look at the robots in sight; return how many it counts, if it only counts."""
     points = state.robot_cells.points
     total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it is in its own sight
@@ -168,7 +179,7 @@ def look_at_robots(params, state, i, x, y):
             total += popcount(close)
             close = uint32(0)
         while close:
-            other = int64(points[Point.LABEL, first + lowest(close)] >> int32(2))
+            other = sender_of(points[Point.LABEL, first + lowest(close)])
             if other == i:
                 visible = params.sensing.count_self == 1
             else:
@@ -181,14 +192,14 @@ def look_at_robots(params, state, i, x, y):
                     int64(state.robots[Robot.IDENTITY, other]),
                     int64(state.tables.class_of[other]),
                 )
-                see(params, state, i, identity, kind, True)
-            close = uint32(close & uint32(close - uint32(1)))
+                count_sighting(params, state, i, identity, kind, True)
+            close = without_lowest(close)
         first += 32
     return total
 
 
-@passage
-def look_at_tasks(params, state, i, x, y):
+@spliced
+def observe_tasks(params, state, i, x, y):
     """Let a robot look at the tasks in sight; return how many it counts, if it only counts."""
     points = state.task_cells.points
     total = int64(0)
@@ -208,14 +219,14 @@ def look_at_tasks(params, state, i, x, y):
                 total += new
             elif new:
                 kind = int64(state.tables.class_of[params.robots.count + task])
-                see(params, state, i, params.robots.count + task, kind, False)
-            close = uint32(close & uint32(close - uint32(1)))
+                count_sighting(params, state, i, params.robots.count + task, kind, False)
+            close = without_lowest(close)
         first += 32
     return total
 
 
-@kernel
-def see(params, state, i, thing, kind, is_robot):
+@inlined
+def count_sighting(params, state, i, thing, kind, is_robot):
     """Count one thing of a class, or enter it in what the robot knows."""
     column = kind if is_robot else params.robots.classes + kind
     if params.strategy.knowledge:
@@ -228,16 +239,14 @@ def see(params, state, i, thing, kind, is_robot):
         state.counts[Count.TASKS_SEEN, i] += 1
 
 
-@subroutine
-def see_falsely(params, state, i):
+@called
+def count_false_sightings(params, state, i):
     """Count what isn't there, each of the class of some thing of the swarm's."""
     if params.sensing.false_robots > 0.0:
-        word = draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, FALSE_ROBOT)
+        word = draw_now(params, state, i, FALSE_ROBOT)
         for k in range(poisson(word, params.sensing.false_robots)):
-            word = draw(
-                params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, FALSE_ROBOT_CLASS + PAIR * k
-            )
-            see(
+            word = draw_now(params, state, i, FALSE_ROBOT_CLASS + PAIR * k)
+            count_sighting(
                 params,
                 state,
                 i,
@@ -246,42 +255,35 @@ def see_falsely(params, state, i):
                 True,
             )
     if params.sensing.false_tasks > 0.0:
-        word = draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, FALSE_TASK)
+        word = draw_now(params, state, i, FALSE_TASK)
         for k in range(poisson(word, params.sensing.false_tasks)):
             kind = int64(0)
             if params.tasks.count > 0:
-                word = draw(
-                    params,
-                    state.clock[Clock.RUN],
-                    i,
-                    state.clock[Clock.STEP] + 1,
-                    FALSE_TASK_CLASS + PAIR * k,
-                )
+                word = draw_now(params, state, i, FALSE_TASK_CLASS + PAIR * k)
                 kind = int64(state.tables.class_of[params.robots.count + choose(word, params.tasks.count)])
-            see(params, state, i, int64(0), kind, False)
+            count_sighting(params, state, i, int64(0), kind, False)
 
 
-@kernel
+@inlined
 def happens(params, state, i, purpose, probability):
     """Tell whether something happens to a robot in this step; its probability is times 2**32."""
     if probability == 0:
         return False
-    return uint64(draw(params, state.clock[Clock.RUN], i, state.clock[Clock.STEP] + 1, purpose)) < probability
+    return uint64(draw_now(params, state, i, purpose)) < probability
 
 
-@kernel
+@inlined
 def is_new(params, state, i, thing):
     """Tell whether a thing in view counts: always, or if it isn't remembered, which it is from now on."""
     if not params.sensing.unique:
         return True
-    bit = uint32(uint32(1) << uint32(thing & 31))
-    known = state.remembered[i, thing >> 5]
-    state.remembered[i, thing >> 5] = known | bit
-    return known & bit == 0
+    known = contains(state.remembered[i], thing)
+    set_member(state.remembered, i, thing, True)
+    return not known
 
 
-@kernel
-def speak(params, state, i):
+@inlined
+def broadcast(params, state, i):
     """Send a robot's message to all that listen in radio range."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     message, value = state.robots[Robot.LABEL, i], state.robots[Robot.SENT_VALUE, i]
@@ -293,14 +295,14 @@ def speak(params, state, i):
         )
         while close:
             receiver = points[Point.LABEL, first + lowest(close)]
-            if receiver != message and (params.decision.listens_for == ALWAYS or receiver & int32(1)):
-                hear(params, state, int64(receiver >> int32(2)), message, value)
-            close = uint32(close & uint32(close - uint32(1)))
+            if receiver != message and (params.decision.listens_for == ALWAYS or is_disseminating(receiver)):
+                receive(params, state, sender_of(receiver), message, value)
+            close = without_lowest(close)
         first += 32
 
 
-@passage
-def note_listeners(params, state):
+@spliced
+def find_listeners(params, state):
     """Note who hears in this step, whose time has been taken from its phase already."""
     for w in range(state.sets.shape[1]):
         listening = state.sets[Set.WORKING, w]
@@ -309,18 +311,18 @@ def note_listeners(params, state):
         if params.decision.listens_for > WHILE_DISSEMINATING:
             for j in range(32):
                 early = state.robots[Robot.PHASE_LEFT, 32 * w + j] >= params.decision.listens_for
-                listening &= ~uint32(uint32(early) << uint32(j))
+                listening &= ~bit_if(early, j)
         state.sets[Set.LISTENING, w] = listening
 
 
-@kernel
-def speak_maybe(params, state, i):
+@inlined
+def broadcast_with_loss(params, state, i):
     """Send a robot's message, true or false, to those in radio range that work and don't lose it."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    opinion = told(params, state, i)
-    message = int32(state.robots[Robot.IDENTITY, i] << int32(2)) | int32(2 * opinion + 1)
+    opinion = sent_opinion(params, state, i)
+    message = pack_label(state.robots[Robot.IDENTITY, i], opinion, True)
     value = state.robots[Robot.SENT_VALUE, i]
-    if has(state.sets[Set.BYZANTINE], i):
+    if contains(state.sets[Set.BYZANTINE], i):
         value = int32(params.strategy.value_scale) if opinion else int32(0)
     points = state.robot_cells.points
     first, last = block(state.robot_cells, params.robots.grid, x, y)
@@ -331,20 +333,20 @@ def speak_maybe(params, state, i):
         if (
             params.robots.count <= 32
         ):  # they stand in their order, so that those who don't hear are dropped at once
-            close &= state.sets[Set.LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
+            close &= state.sets[Set.LISTENING, 0] & ~bit(i)
         while close:
-            j = int64(points[Point.LABEL, first + lowest(close)] >> int32(2))
-            can_hear = j != i and has(state.sets[Set.LISTENING], j)
+            j = sender_of(points[Point.LABEL, first + lowest(close)])
+            can_hear = j != i and contains(state.sets[Set.LISTENING], j)
             if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.radio.loss):
                 if params.strategy.knowledge:
                     merge(params, state, j, i)
                 if params.decision.commit.enabled or not params.strategy.knowledge:
-                    hear(params, state, j, message, value)
-            close = uint32(close & uint32(close - uint32(1)))
+                    receive(params, state, j, message, value)
+            close = without_lowest(close)
         first += 32
 
 
-@kernel
+@inlined
 def forget(params, state, i):
     """Empty a robot's inbox, and its counts unless evidence is kept (model.md 4.6)."""
     empty(params, state, i)
@@ -354,7 +356,7 @@ def forget(params, state, i):
         state.remembered[i] = uint32(0)
 
 
-@kernel
+@inlined
 def clear_counts(params, state, i):
     """Forget what was counted."""
     state.counts[Count.ROBOTS_SEEN, i] = 0

@@ -5,15 +5,16 @@ from __future__ import annotations
 from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
-from feasibee.engine.cells import fill, first_bits
-from feasibee.engine.compile import kernel, passage, subroutine
-from feasibee.engine.draws import draw, duration, philox, shuffle
-from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.knowledge import count_known, has, name
+from feasibee.engine.bits import contains, first_bits, lowest_member, set_member, without_lowest
+from feasibee.engine.cells import sort_into_cells
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import coin, draw, duration, philox, shuffle
+from feasibee.engine.intrinsics import popcount
+from feasibee.engine.knowledge import assign_identities, count_known
 from feasibee.engine.layout import Clock, Copy, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.placement import place_robots, place_tasks, scatter
-from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_fast, sense_general
+from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
 from feasibee.strategies.contract import Inbox, Mind
@@ -21,23 +22,23 @@ from feasibee.strategies.contract import Inbox, Mind
 NEVER = 2**31 - 1
 
 
-@passage
+@spliced
 def start_fast(params, state, run):
     """Put the swarm of a run at step 0, with nothing beyond the paper (model.md 1.2, 1.3, 4.1)."""
     clear(params, state, run)
     scatter(params, state)
-    make_ready(params, state)
+    prepare_robots(params, state)
 
 
-@passage
+@spliced
 def start_general(params, state, run):
     """Put any swarm at step 0 (model.md 6)."""
     clear(params, state, run)
-    name(params, state)
+    assign_identities(params, state)
     place_tasks(params, state)
     place_robots(params, state)
     draw_faults(params, state)  # last: `stop` relies on the shuffle that it leaves
-    make_ready(params, state)
+    prepare_robots(params, state)
     if params.sensing.unique:
         state.remembered[:] = uint32(0)
     if params.faults.stop_step == 0:
@@ -45,7 +46,7 @@ def start_general(params, state, run):
     fill_robots(params, state)
 
 
-@subroutine
+@called
 def clear(params, state, run):
     """Forget the run before."""
     state.clock[Clock.RUN] = run
@@ -59,10 +60,10 @@ def clear(params, state, run):
         state.sets[Set.COUNTED, w] = state.sets[Set.WORKING, w]
 
 
-@passage
-def make_ready(params, state):
+@spliced
+def prepare_robots(params, state):
     """Give the robots that stand in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
-    fill(
+    sort_into_cells(
         state.task_cells,
         params.tasks.grid,
         state.tasks[Point.X],
@@ -72,9 +73,9 @@ def make_ready(params, state):
     )
     for i in range(params.robots.count):
         word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
-        state.sets[Set.FEASIBLE, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
+        set_opinion(state.sets, i, coin(word))
         if params.strategy.starts_neutral:
-            hold(state.sets, i, int64(NO_OPINION))
+            set_opinion(state.sets, i, int64(NO_OPINION))
         state.robots[Robot.WALKS, i] = 0
         head(params, state, i)
         state.robots[Robot.PHASES, i] = 0
@@ -92,7 +93,7 @@ def make_ready(params, state):
     count_opinions(params, state)
 
 
-@subroutine
+@called
 def draw_faults(params, state):
     """Draw which robots are faulty: the first of a shuffle stop, the next lie, the next are stubborn."""
     if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
@@ -100,14 +101,14 @@ def draw_faults(params, state):
     shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
     for k in range(params.faults.byzantine):
         i = int64(state.robots[Robot.ORDER, params.faults.stopped + k])
-        state.sets[Set.BYZANTINE, i >> 5] |= bit(i)
-        state.sets[Set.COUNTED, i >> 5] &= ~bit(i)
+        set_member(state.sets, Set.BYZANTINE, i, True)
+        set_member(state.sets, Set.COUNTED, i, False)
     for k in range(params.faults.stubborn):
         i = int64(state.robots[Robot.ORDER, params.faults.stopped + params.faults.byzantine + k])
-        state.sets[Set.STUBBORN, i >> 5] |= bit(i)
+        set_member(state.sets, Set.STUBBORN, i, True)
 
 
-@subroutine
+@called
 def stop(params, state):
     """Let the robots with that fault stop, once and for all (model.md 6.6)."""
     if params.faults.stopped == 0:
@@ -118,16 +119,16 @@ def stop(params, state):
         state.robots[Robot.PHASE_LEFT, i] = NEVER
         state.robots[Robot.STEP_X, i] = 0
         state.robots[Robot.STEP_Y, i] = 0
-        state.sets[Set.WORKING, i >> 5] &= ~bit(i)
-        state.sets[Set.COUNTED, i >> 5] &= ~bit(i)
-        state.sets[Set.DISSEMINATING, i >> 5] &= ~bit(i)
-        state.sets[Set.SPEAKING, i >> 5] &= ~bit(i)
-        state.sets[Set.BLOCKED, i >> 5] &= ~bit(i)
-        state.robots[Robot.LABEL, i] = label(state.sets, i)
+        set_member(state.sets, Set.WORKING, i, False)
+        set_member(state.sets, Set.COUNTED, i, False)
+        set_member(state.sets, Set.DISSEMINATING, i, False)
+        set_member(state.sets, Set.SPEAKING, i, False)
+        set_member(state.sets, Set.BLOCKED, i, False)
+        state.robots[Robot.LABEL, i] = label_of(state.sets, i)
     count_opinions(params, state)
 
 
-@passage
+@spliced
 def advance_fast(params, state, quality, dissemination, decide, say, value):
     """Do one step, with nothing beyond the paper (model.md 3.1 to 3.3)."""
     move_freely(state)
@@ -137,7 +138,7 @@ def advance_fast(params, state, quality, dissemination, decide, say, value):
     finish(params, state, dissemination, decide, say, value)
 
 
-@passage
+@spliced
 def advance_general(params, state, quality, dissemination, decide, say, value):
     """Do one step of any swarm."""
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
@@ -149,42 +150,42 @@ def advance_general(params, state, quality, dissemination, decide, say, value):
     finish(params, state, dissemination, decide, say, value)
 
 
-@passage
+@spliced
 def finish(params, state, dissemination, decide, say, value):
     """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
         left = state.sets[Set.ENDING, w]
         while left:
-            i = int64(32 * w + lowest(left))
-            if has(state.sets[Set.DISSEMINATING], i):
+            i = lowest_member(w, left)
+            if contains(state.sets[Set.DISSEMINATING], i):
                 end_dissemination(params, state, i, decide)
             else:
                 end_exploration(params, state, i, dissemination, say, value)
-            left = uint32(left & uint32(left - uint32(1)))
+            left = without_lowest(left)
     state.clock[Clock.STEP] += 1
     count_opinions(params, state)
 
 
-@passage
+@spliced
 def end_exploration(params, state, i, dissemination, say, value):
     """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
     if params.strategy.says:
         said = say(mind)
-    put(state.sets, Set.SPEAKING, i, 0 <= said <= 1)
-    put(state.sets, Set.SAYS_FEASIBLE, i, said == 1)
+    set_member(state.sets, Set.SPEAKING, i, 0 <= said <= 1)
+    set_member(state.sets, Set.SAYS_FEASIBLE, i, said == 1)
     if params.strategy.value_scale > 0.0:
         share = min(max(value(mind), 0.0), 1.0)
         state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
-    put(state.sets, Set.DISSEMINATING, i, True)
+    set_member(state.sets, Set.DISSEMINATING, i, True)
     word = draw(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
     mean = dissemination(mind.quality, params.decision.gain)
     enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
 
 
-@passage
+@spliced
 def end_dissemination(params, state, i, decide):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
     words = philox(
@@ -200,27 +201,27 @@ def end_dissemination(params, state, i, decide):
     chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = decide(mind_of(params, state, i), received)
-    if not (has(state.sets[Set.STUBBORN], i) or has(state.sets[Set.COMMITTED], i)):
-        hold(state.sets, i, decided)
+    if not (contains(state.sets[Set.STUBBORN], i) or contains(state.sets[Set.COMMITTED], i)):
+        set_opinion(state.sets, i, decided)
     if params.decision.commit.enabled:
         consider_commitment(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
     forget(params, state, i)
-    put(state.sets, Set.DISSEMINATING, i, False)
-    put(state.sets, Set.SPEAKING, i, False)
+    set_member(state.sets, Set.DISSEMINATING, i, False)
+    set_member(state.sets, Set.SPEAKING, i, False)
     enter_phase(state, i, duration(words[0], params.decision.exploration))
 
 
-@passage
+@spliced
 def rate_fast(params, state, quality):
     """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
     for w in range(state.sets.shape[1]):
         left = uint32(state.sets[Set.ENDING, w] & ~state.sets[Set.DISSEMINATING, w])
         while left:
-            rate(params, state, int64(32 * w + lowest(left)), quality)
-            left = uint32(left & uint32(left - uint32(1)))
+            rate(params, state, lowest_member(w, left), quality)
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def rate(params, state, i, quality):
     """Find the quality of *feasible* from what a robot counted."""
     floor = params.decision.quality_floor
@@ -228,7 +229,7 @@ def rate(params, state, i, quality):
     state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
 
 
-@passage
+@spliced
 def rate_general(params, state, quality):
     """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
     for w in range(state.sets.shape[1]):
@@ -236,17 +237,17 @@ def rate_general(params, state, quality):
         if not params.strategy.knowledge:
             left = uint32(left & ~state.sets[Set.DISSEMINATING, w])
         while left:
-            i = int64(32 * w + lowest(left))
+            i = lowest_member(w, left)
             if params.strategy.knowledge:
                 count_known(params, state, int64(Copy.KNOWN), i)
             if state.seen.shape[0] > 0:
                 state.memory[i, 0] = scarcest(params, state, i, quality)
             else:
                 rate(params, state, i, quality)
-            left = uint32(left & uint32(left - uint32(1)))
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def mind_of(params, state, i):
     """Return what a robot knows of itself."""
     quality = state.memory[i, 0]
@@ -266,22 +267,22 @@ def mind_of(params, state, i):
     )
 
 
-@kernel
+@inlined
 def opinion_of(sets, i):
     """Return a robot's opinion."""
-    if has(sets[Set.NEUTRAL], i):
+    if contains(sets[Set.NEUTRAL], i):
         return int64(NO_OPINION)
-    return int64(has(sets[Set.FEASIBLE], i))
+    return int64(contains(sets[Set.FEASIBLE], i))
 
 
-@kernel
-def hold(sets, i, opinion):
+@inlined
+def set_opinion(sets, i, opinion):
     """Give a robot an opinion, or none."""
-    put(sets, Set.FEASIBLE, i, opinion == 1)
-    put(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
+    set_member(sets, Set.FEASIBLE, i, opinion == 1)
+    set_member(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
 
 
-@kernel
+@inlined
 def scarcest(params, state, i, quality):
     """Return the least quality over the sets of skills of which anything was seen (model.md 6.7)."""
     least, floor = 2.0, params.decision.quality_floor
@@ -296,7 +297,7 @@ def scarcest(params, state, i, quality):
     return quality(floor, floor) if least == 2.0 else least
 
 
-@subroutine
+@called
 def consider_commitment(params, agreed, sets, i, feasible, votes):
     """Let a robot commit if others have long agreed with its opinion."""
     opinion = opinion_of(sets, i)
@@ -310,33 +311,18 @@ def consider_commitment(params, agreed, sets, i, feasible, votes):
         return
     agreed[i] += int32(1)
     if agreed[i] >= params.decision.commit.rounds:
-        put(sets, Set.COMMITTED, i, True)
+        set_member(sets, Set.COMMITTED, i, True)
 
 
-@kernel
+@inlined
 def enter_phase(state, i, lasts):
     """Let a robot begin a phase."""
     state.robots[Robot.PHASES, i] += int32(1)
     state.robots[Robot.PHASE_LEFT, i] = lasts
-    state.robots[Robot.LABEL, i] = label(state.sets, i)
+    state.robots[Robot.LABEL, i] = label_of(state.sets, i)
 
 
-@kernel
-def bit(i):
-    """Return robot i's bit in its word."""
-    return uint32(uint32(1) << uint32(i & 31))
-
-
-@kernel
-def put(sets, kind, i, member):
-    """Put a robot in a set, or take it out."""
-    if member:
-        sets[kind, i >> 5] |= bit(i)
-    else:
-        sets[kind, i >> 5] &= ~bit(i)
-
-
-@kernel
+@inlined
 def count_opinions(params, state):
     """Note how many counted robots hold opinion 1, how many none, and how many have committed."""
     feasible = neutral = int64(0)
