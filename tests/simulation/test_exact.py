@@ -29,7 +29,7 @@ class Engine:
         lowered = lower(scenario, 0)
         self.params = lowered.params
         self.state = layout.empty_state(self.params, lowered.tables, 64, lowered.strategy.memory)
-        start, self.advance, *self.strategy = runner.engine_functions(lowered.strategy, lowered.fast)
+        start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast)
         start(packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
@@ -76,7 +76,7 @@ class Engine:
             runner.outcome_of(record),
             layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)),
         )
-        self.advance(packed(self.params), self.state, outcome, 0, until, unwatched, *self.strategy)
+        self.advance(packed(self.params), self.state, outcome, 0, until, unwatched, self.functions)
 
     def seen(self, i):
         return tuple(self.state.counts[[layout.Count.ROBOTS_SEEN, layout.Count.TASKS_SEEN], i])

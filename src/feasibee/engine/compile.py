@@ -14,7 +14,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy
-from numba.core import compiler, serialize
+from numba.core import compiler, serialize, types
 from numba.core.typeinfer import register_dispatcher
 
 from feasibee.cache import cache_root, own_folder, read_sealed, write_sealed
@@ -78,6 +78,39 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
         return dispatcher
 
     return decorate
+
+
+class Pointer(types.WrapperAddressProtocol):
+    """A compiled function as a typed function pointer, for Python to pass to an `entry`, in a tuple too.
+
+    A bare compiled function in a tuple has a type of its own, which the code kept on disk doesn't fit.
+
+    Parameters
+    ----------
+    function : callable
+        What `entry` returned.
+    signature : numba signature
+        Types of its arguments and of what it returns.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        self.function = function  # keeps the code loaded
+        self._signature = signature
+        compiled: Any = function
+        result = compiled.get_compile_result(signature)
+        self._address = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the function."""
+        return self.function(*arguments)
+
+    def __wrapper_address__(self) -> int:
+        """Return the address of the code, which numba asks for."""
+        return int(self._address)
+
+    def signature(self) -> Any:
+        """Return the signature, by which numba knows the type."""
+        return self._signature
 
 
 class Kept:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from feasibee.engine import step
-from feasibee.engine.compile import entry, inlined
+from feasibee.engine.compile import Pointer, entry, inlined
 from feasibee.engine.layout import Clock
 from feasibee.engine.signatures import ADVANCE, PLAY, START
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
@@ -64,7 +64,7 @@ def start_general(params, state, run):
     step.start_general(params, state, run)
 
 
-def advance_fast(params, state, outcome, row, until, control, quality, dissemination, decide, say, value):
+def advance_fast(params, state, outcome, row, until, control, functions):
     """Simulate a run on the fast path, up to step ``until`` or to its end, into a row of the outcome.
 
     ``control.steps_done`` counts steps. Setting ``control.cancelled`` ends the run, as does a full inbox
@@ -73,27 +73,25 @@ def advance_fast(params, state, outcome, row, until, control, quality, dissemina
     if state.clock[Clock.STEP] == 0:
         record_step(params, state, outcome, row)
     while has_next_step(params, state, outcome, row, until, control):
-        step.advance_fast(params, state, quality, dissemination, decide, say, value)
+        step.advance_fast(params, state, functions)
         record_step(params, state, outcome, row)
         control.steps_done[0] += 1
     record_totals(state, outcome, row)
 
 
-def advance_general(params, state, outcome, row, until, control, quality, dissemination, decide, say, value):
+def advance_general(params, state, outcome, row, until, control, functions):
     """Simulate a run in the general engine; see `advance_fast`."""
     if state.clock[Clock.STEP] == 0:
         record_step(params, state, outcome, row)
     while has_next_step(params, state, outcome, row, until, control):
-        step.advance_general(params, state, quality, dissemination, decide, say, value)
+        step.advance_general(params, state, functions)
         record_step(params, state, outcome, row)
         control.steps_done[0] += 1
     record_totals(state, outcome, row)
 
 
 @entry(PLAY)
-def play(
-    params, state, outcome, first_run, control, start, advance, quality, dissemination, decide, say, value
-):
+def play(params, state, outcome, first_run, control, start, advance, functions):
     """Simulate the runs from ``first_run`` on, one for each row of the outcome; return how many are complete.
 
     Fewer are complete than asked for when an inbox table ran full (the caller gives more room and goes on),
@@ -104,9 +102,7 @@ def play(
         outcome.decision[row] = UNDECIDED
         outcome.decision_step[row] = -1
         outcome.account[row, COMMIT_STEP] = -1
-        advance(
-            params, state, outcome, row, params.run.steps, control, quality, dissemination, decide, say, value
-        )
+        advance(params, state, outcome, row, params.run.steps, control, functions)
         if state.clock[Clock.FULL] or control.cancelled[0]:
             return row
     return outcome.decision.size
@@ -116,5 +112,7 @@ def play(
 def world_functions(fast):
     """Compile how a run starts and goes on, on the fast path or in the general engine."""
     if fast:
-        return entry(START)(start_fast), entry(ADVANCE)(advance_fast)
-    return entry(START)(start_general), entry(ADVANCE)(advance_general)
+        start, advance = start_fast, advance_fast
+    else:
+        start, advance = start_general, advance_general
+    return Pointer(entry(START)(start), START), Pointer(entry(ADVANCE)(advance), ADVANCE)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,6 +174,16 @@ class Control(NamedTuple):
 
     steps_done: Annotated[Int64s, "one"]
     cancelled: Annotated[NDArray[np.bool_], "one"]
+
+
+class Functions(NamedTuple):
+    """The compiled functions of a strategy, as pointers; see `feasibee.strategies.contract.Strategy`."""
+
+    quality: Any
+    dissemination: Any
+    decide: Any
+    say: Any
+    value: Any
 
 
 class Lowered(NamedTuple):

@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from feasibee.engine import entrypoints
-from feasibee.engine.compile import careful, entry
+from feasibee.engine.compile import Pointer, careful, entry
 from feasibee.engine.guards import guarded
-from feasibee.engine.layout import Control, Lowered, Outcome, empty_state
+from feasibee.engine.layout import Control, Functions, Lowered, Outcome, empty_state
 from feasibee.engine.params import Params, packed
 from feasibee.engine.signatures import STRATEGY
 from feasibee.errors import FeasibeeError
@@ -42,27 +42,32 @@ class RunError(Exception):
 POLL = 0.1  # seconds between two looks at the progress
 
 
-Functions = tuple[Callable[..., Any], ...]
+class Engine(NamedTuple):
+    """The compiled functions for a scenario: start a run, advance it, and those of its strategy."""
+
+    start: Callable[..., Any]
+    advance: Callable[..., Any]
+    functions: Functions
 
 
-def engine_functions(strategy: Strategy, fast: bool) -> Functions:
+def engine_functions(strategy: Strategy, fast: bool) -> Engine:
     """Compile the functions that start and advance a run, and those of the strategy."""
-    return (*entrypoints.world_functions(fast), *strategy_functions(strategy))
+    return Engine(*entrypoints.world_functions(fast), strategy_functions(strategy))
 
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
-    return tuple(_compiled(strategy, name) for name in STRATEGY)
+    return Functions(*(_compiled(strategy, name) for name in Functions._fields))
 
 
-def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
-    function, signature = getattr(strategy, name), STRATEGY[name]
+def _compiled(strategy: Strategy, name: str) -> Pointer:
+    function, signature = getattr(strategy, name), getattr(STRATEGY, name)
     own = _own_function(strategy, name)
     if own is function:
-        return entry(signature)(function)
+        return Pointer(entry(signature)(function), signature)
     try:
-        return entry(signature, strategy.source)(guarded(name, careful(own)))
+        return Pointer(entry(signature, strategy.source)(guarded(name, careful(own))), signature)
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
 
@@ -116,14 +121,14 @@ def simulate(
     RunError
         If the strategy raises an error.
     """
-    functions = engine_functions(lowered.strategy, lowered.fast)
+    engine = engine_functions(lowered.strategy, lowered.fast)
     parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
     done = np.zeros((len(parts), 1), np.int64)
     cancel = np.zeros(1, np.bool_)
     slots = [FIRST_SLOTS]
     with ThreadPoolExecutor(threads) as pool:
         futures = [
-            pool.submit(_play, lowered, part, functions, Control(done[row], cancel), slots)
+            pool.submit(_play, lowered, part, engine, Control(done[row], cancel), slots)
             for row, part in enumerate(parts)
         ]
         try:
@@ -173,7 +178,7 @@ def outcome_of(record: Record) -> Outcome:
     return Outcome(*(getattr(record, name) for name in Outcome._fields))
 
 
-def _play(lowered: Lowered, record: Record, functions: Functions, control: Control, slots: list[int]) -> None:
+def _play(lowered: Lowered, record: Record, engine: Engine, control: Control, slots: list[int]) -> None:
     """Play one chunk; when an inbox table runs full, play that run again with twice the room.
 
     ``slots[0]`` is the room that has sufficed so far, for all chunks; it changes no result.
@@ -188,13 +193,13 @@ def _play(lowered: Lowered, record: Record, functions: Functions, control: Contr
                 outcome_of(rest),
                 rest.first_run,
                 control,
-                *functions,
+                *engine,
             )
         except FAILURES as error:
             if rest.runs == 1:
                 raise RunError(rest.first_run, error) from error
             for row in range(rest.runs):  # one at a time, to find the run that fails
-                _play(lowered, rest.part(row, row + 1), functions, control, slots)
+                _play(lowered, rest.part(row, row + 1), engine, control, slots)
             raise
         if complete < record.runs:
             slots[0] *= 2

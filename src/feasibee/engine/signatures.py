@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, get_args, get_origin, get_type_hints
 import numpy as np
 from numba import float64, from_dtype, int64, types
 
-from feasibee.engine.layout import Control, Outcome, State
+from feasibee.engine.layout import Control, Functions, Outcome, State
 from feasibee.engine.params import PARAMS as RECORD
 from feasibee.strategies.contract import Inbox, Mind
 
@@ -35,20 +35,20 @@ CONTROL: Final = tuple_type(Control)
 FLOATS: Final = types.Array(float64, 1, "C")
 MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
 INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)
-STRATEGY: Final = {
-    "quality": float64(int64, int64),
-    "dissemination": float64(float64, float64),
-    "decide": int64(MIND, INBOX),
-    "say": int64(MIND),
-    "value": float64(MIND),
-}
-"""Signatures of the functions of a strategy, in the order of `feasibee.engine.step`."""
-FUNCTIONS: Final = tuple(types.FunctionType(each) for each in STRATEGY.values())
+STRATEGY: Final = Functions(
+    quality=float64(int64, int64),
+    dissemination=float64(float64, float64),
+    decide=int64(MIND, INBOX),
+    say=int64(MIND),
+    value=float64(MIND),
+)
+"""Signatures of the functions of a strategy."""
+FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
 START: Final = types.void(PARAMS, STATE, int64)
 """Put the swarm of a run at step 0."""
-ADVANCE: Final = types.void(PARAMS, STATE, OUTCOME, int64, int64, CONTROL, *FUNCTIONS)
+ADVANCE: Final = types.void(PARAMS, STATE, OUTCOME, int64, int64, CONTROL, FUNCTIONS)
 """Simulate a run up to a step: the row of its outcome, and the step."""
 PLAY: Final = int64(
-    PARAMS, STATE, OUTCOME, int64, CONTROL, types.FunctionType(START), types.FunctionType(ADVANCE), *FUNCTIONS
+    PARAMS, STATE, OUTCOME, int64, CONTROL, types.FunctionType(START), types.FunctionType(ADVANCE), FUNCTIONS
 )
 """Simulate many runs from a first one on; return how many are complete."""

@@ -129,29 +129,29 @@ def stop(params, state):
 
 
 @spliced
-def advance_fast(params, state, quality, dissemination, decide, say, value):
+def advance_fast(params, state, functions):
     """Do one step, with nothing beyond the paper (model.md 3.1 to 3.3)."""
     move_freely(state)
     tick(state)
     sense_fast(params, state)
-    rate_fast(params, state, quality)
-    finish(params, state, dissemination, decide, say, value)
+    rate_fast(params, state, functions.quality)
+    finish(params, state, functions)
 
 
 @spliced
-def advance_general(params, state, quality, dissemination, decide, say, value):
+def advance_general(params, state, functions):
     """Do one step of any swarm."""
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         stop(params, state)
     move_where_clear(params, state)
     tick(state)
     sense_general(params, state)
-    rate_general(params, state, quality)
-    finish(params, state, dissemination, decide, say, value)
+    rate_general(params, state, functions.quality)
+    finish(params, state, functions)
 
 
 @spliced
-def finish(params, state, dissemination, decide, say, value):
+def finish(params, state, functions):
     """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
@@ -159,34 +159,34 @@ def finish(params, state, dissemination, decide, say, value):
         while left:
             i = lowest_member(w, left)
             if contains(state.sets[Set.DISSEMINATING], i):
-                end_dissemination(params, state, i, decide)
+                end_dissemination(params, state, i, functions)
             else:
-                end_exploration(params, state, i, dissemination, say, value)
+                end_exploration(params, state, i, functions)
             left = without_lowest(left)
     state.clock[Clock.STEP] += 1
     count_opinions(params, state)
 
 
 @spliced
-def end_exploration(params, state, i, dissemination, say, value):
+def end_exploration(params, state, i, functions):
     """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
     if params.strategy.says:
-        said = say(mind)
+        said = functions.say(mind)
     set_member(state.sets, Set.SPEAKING, i, 0 <= said <= 1)
     set_member(state.sets, Set.SAYS_FEASIBLE, i, said == 1)
     if params.strategy.value_scale > 0.0:
-        share = min(max(value(mind), 0.0), 1.0)
+        share = min(max(functions.value(mind), 0.0), 1.0)
         state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
     set_member(state.sets, Set.DISSEMINATING, i, True)
     word = draw(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
-    mean = dissemination(mind.quality, params.decision.gain)
+    mean = functions.dissemination(mind.quality, params.decision.gain)
     enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
 
 
 @spliced
-def end_dissemination(params, state, i, decide):
+def end_dissemination(params, state, i, functions):
     """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
     words = philox(
         int64(state.robots[Robot.PHASES, i]),
@@ -200,7 +200,7 @@ def end_dissemination(params, state, i, decide):
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
-    decided = decide(mind_of(params, state, i), received)
+    decided = functions.decide(mind_of(params, state, i), received)
     if not (contains(state.sets[Set.STUBBORN], i) or contains(state.sets[Set.COMMITTED], i)):
         set_opinion(state.sets, i, decided)
     if params.decision.commit.enabled:

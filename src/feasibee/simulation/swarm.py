@@ -78,7 +78,7 @@ class Swarm:
         self._tables = lowered.tables
         self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
         self._packed = params.packed(self._params)
-        self._start, self._advance, *self._strategy = runner.engine_functions(lowered.strategy, lowered.fast)
+        self._start, self._advance, self._functions = runner.engine_functions(lowered.strategy, lowered.fast)
         self._unit = lowering.unit_of(self.scenario)
         self._record = Record.empty(run, 1, FIRST_STEPS)
         self._begin(runner.FIRST_SLOTS)
@@ -111,7 +111,7 @@ class Swarm:
         unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
         try:
             self._advance(
-                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, *self._strategy
+                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, self._functions
             )
         except FAILURES as error:
             raise failure_of(self.scenario, self._seed, self._run, error) from None
