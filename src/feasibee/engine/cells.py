@@ -27,11 +27,23 @@ def shortest(difference, side):
 
 
 @inlined
-def near(params, xs, ys, first, x, y, limit):
-    """Return which of the 32 points from ``first`` on are near a place, on any arena."""
-    if params.arena.wraps:
-        return within(xs, ys, first, x, y, limit)
-    return within_on(xs, ys, first, x, y, limit, params.arena.width, params.arena.height)
+def near(params, points, first, last, x, y, limit):
+    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near a place, on any arena.
+
+    ``points`` has the coordinates in its rows `Point.X` and `Point.Y`.
+    """
+    xs, ys, arena = points[Point.X], points[Point.Y], params.arena
+    if arena.wraps:
+        close = within(xs, ys, first, x, y, limit)
+    else:
+        close = within_on(xs, ys, first, x, y, limit, (arena.width, arena.height))
+    return close & first_bits(last - first)
+
+
+@inlined
+def near_on_torus(points, first, last, x, y, limit):
+    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near, on a square torus."""
+    return within(points[Point.X], points[Point.Y], first, x, y, limit) & first_bits(last - first)
 
 
 @inlined
@@ -124,9 +136,6 @@ def count_within(cells, bits, x, y, limit):
     first, last = block_on_torus(cells, bits, x, y)
     total = 0
     while first < last:
-        total += popcount(
-            within(cells.points[Point.X], cells.points[Point.Y], first, x, y, limit)
-            & first_bits(last - first)
-        )
+        total += popcount(near_on_torus(cells.points, first, last, x, y, limit))
         first += 32
     return total

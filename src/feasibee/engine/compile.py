@@ -31,8 +31,7 @@ CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": Tr
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that kernels call; inlined, since passing the state costs more than most do."""
-    compiled: Callable[..., Any] = numba.njit(forceinline=True, **OPTIONS)(function)
-    return compiled
+    return one_copy(numba.njit(forceinline=True, **OPTIONS)(function))
 
 
 def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -46,8 +45,20 @@ def called(function: Callable[..., Any]) -> Callable[..., Any]:
 
     numba makes a copy for each constant that is passed, hence ``int64(KNOWN)`` in place of ``KNOWN`` there.
     """
-    compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
-    return compiled
+    return one_copy(numba.njit(**OPTIONS)(function))
+
+
+def one_copy(compiled: Any) -> Callable[..., Any]:
+    """Make calls with constants share one compiled copy; numba would compile another for each constant."""
+    template_of = compiled.get_call_template
+
+    def get_call_template(arguments: Any, keywords: Any) -> Any:
+        plain = tuple(types.unliteral(each) for each in arguments)
+        return template_of(plain, {name: types.unliteral(each) for name, each in keywords.items()})
+
+    compiled.get_call_template = get_call_template
+    function: Callable[..., Any] = compiled
+    return function
 
 
 def careful(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -55,18 +55,16 @@ def within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: An
 
 
 @intrinsic
-def within_on(
-    _typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
-) -> Any:
-    """Return the same on a torus whose sides differ, so that 32 bits don't wrap by themselves.
+def within_on(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, sides: Any) -> Any:
+    """Return the set that `within` returns, on a torus whose sides differ.
 
-    A loop that LLVM made into vectors itself cost a fifth more of a step on such a torus.
+    There 32 bits don't wrap by themselves. A loop that LLVM vectorized itself cost a fifth more of a step.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         def square(coordinates: Any, axis: int) -> Any:
             centre = builder.zext(spread(builder, arguments[3 + axis], INTS), LONGS)
-            side = spread(builder, arguments[6 + axis], LONGS)
+            side = spread(builder, builder.extract_value(arguments[6], axis), LONGS)
             ahead = builder.sub(builder.zext(coordinates, LONGS), centre)
             back = builder.neg(ahead)
             straight = builder.select(builder.icmp_signed(">", ahead, back), ahead, back)
@@ -78,8 +76,8 @@ def within_on(
 
         return near_points(context, builder, signature.args, arguments, square)
 
-    sides = (types.int64, types.int64)
-    return types.uint32(xs, ys, types.int64, types.int32, types.int32, types.uint64, *sides), generate
+    pair = types.UniTuple(types.int64, 2)
+    return types.uint32(xs, ys, types.int64, types.int32, types.int32, types.uint64, pair), generate
 
 
 def near_points(context: Any, builder: Any, kinds: Any, arguments: Any, square: Any) -> Any:

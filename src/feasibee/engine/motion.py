@@ -10,7 +10,6 @@ from feasibee.engine.bits import (
     bit,
     bit_if,
     contains,
-    first_bits,
     lowest_member,
     sender_of,
     without_lowest,
@@ -110,28 +109,20 @@ def is_clear(params, state, i):
             return False
     if not params.robots.avoid_collisions:
         return True
-    cells = state.robot_cells
-    first, last = block(cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i])
-    return is_clear_of(
-        params, state, i, cells.points[Point.X], cells.points[Point.Y], cells.points[Point.LABEL], first, last
+    first, last = block(
+        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
     )
+    return is_clear_of(params, state, i, first, last)
 
 
 @called
-def is_clear_of(params, state, i, xs, ys, labels, first, last):
-    """Tell whether a robot meets none of those listed, whose places are those before the step."""
+def is_clear_of(params, state, i, first, last):
+    """Return whether a robot meets none of the robots at these places of the cells, during the step."""
+    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
     while first < last:
-        close = near(
-            params,
-            xs,
-            ys,
-            first,
-            state.robots[Robot.X, i],
-            state.robots[Robot.Y, i],
-            params.robots.meet_limit,
-        ) & first_bits(last - first)
+        close = near(params, points, first, last, x, y, params.robots.meet_limit)
         while close:
-            other = sender_of(labels[first + lowest(close)])
+            other = sender_of(points[Point.LABEL, first + lowest(close)])
             if other != i and collide(params, state, i, other):
                 return False
             close = without_lowest(close)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32
 
-from feasibee.engine.bits import first_bits
 from feasibee.engine.cells import near
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.draws import choose, draw, philox, shuffle
@@ -85,18 +84,10 @@ def place_robot(params, state, i):
 @inlined
 def is_apart(params, state, i):
     """Tell whether a robot's disc overlaps none of those before it."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     first = 0
     while first < i:
-        overlapping = near(
-            params,
-            state.robots[Robot.X],
-            state.robots[Robot.Y],
-            first,
-            state.robots[Robot.X, i],
-            state.robots[Robot.Y, i],
-            params.robots.apart_limit,
-        )
-        if overlapping & first_bits(i - first):
+        if near(params, state.robots, first, i, x, y, params.robots.apart_limit):
             return False
         first += 32
     return True

@@ -21,7 +21,7 @@ from feasibee.engine.bits import (
     set_member,
     without_lowest,
 )
-from feasibee.engine.cells import block, block_on_torus, count_within, near, sort_into_cells
+from feasibee.engine.cells import block, block_on_torus, count_within, near, near_on_torus, sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose, draw_now, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
@@ -172,9 +172,7 @@ def observe_robots(params, state, i, x, y):
     total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it is in its own sight
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(
-            params, points[Point.X], points[Point.Y], first, x, y, params.sensing.limit
-        ) & first_bits(last - first)
+        close = near(params, points, first, last, x, y, params.sensing.limit)
         if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
@@ -205,9 +203,7 @@ def observe_tasks(params, state, i, x, y):
     total = int64(0)
     first, last = block(state.task_cells, params.tasks.grid, x, y)
     while first < last:
-        close = near(
-            params, points[Point.X], points[Point.Y], first, x, y, params.sensing.limit
-        ) & first_bits(last - first)
+        close = near(params, points, first, last, x, y, params.sensing.limit)
         if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
@@ -290,9 +286,7 @@ def broadcast(params, state, i):
     points = state.robot_cells.points
     first, last = block_on_torus(state.robot_cells, params.robots.grid.bits, x, y)
     while first < last:
-        close = within(points[Point.X], points[Point.Y], first, x, y, params.radio.limit) & first_bits(
-            last - first
-        )
+        close = near_on_torus(points, first, last, x, y, params.radio.limit)
         while close:
             receiver = points[Point.LABEL, first + lowest(close)]
             if receiver != message and (params.decision.listens_for == ALWAYS or is_disseminating(receiver)):
@@ -327,9 +321,7 @@ def broadcast_with_loss(params, state, i):
     points = state.robot_cells.points
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[Point.X], points[Point.Y], first, x, y, params.radio.limit) & first_bits(
-            last - first
-        )
+        close = near(params, points, first, last, x, y, params.radio.limit)
         if (
             params.robots.count <= 32
         ):  # they stand in their order, so that those who don't hear are dropped at once
