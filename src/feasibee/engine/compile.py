@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import llvmlite
 import numba
@@ -172,18 +173,37 @@ class Kept:
         return cache_folder() / f"{self._name}-{digest.hexdigest()[:16]}.nbc"
 
 
+IMPORTS: Final = re.compile(r"^from (feasibee[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+PACKAGE: Final = Path(__file__).parent.parent
+
+
+def sources() -> list[Path]:
+    """Return the files that the engine is compiled from: its modules, and all that they import from here."""
+    found: set[Path] = set()
+    new = set(PACKAGE.glob("engine/*.py"))
+    while new:
+        found |= new
+        new = {each for file in new for each in _imported_by(file)} - found
+    return sorted(found)
+
+
+def _imported_by(file: Path) -> Iterator[Path]:
+    """Yield the files of this package that a file imports, by its import statements."""
+    for module, names in IMPORTS.findall(file.read_text(encoding="utf-8")):
+        folder = PACKAGE.parent.joinpath(*module.split("."))
+        files = (folder.with_suffix(".py"), *(folder / f"{name}.py" for name in re.findall(r"\w+", names)))
+        yield from (each for each in files if each.is_file())
+
+
 @cache
 def cache_folder() -> Path:
-    """Return the folder of the compiled code, named after all that it was compiled from.
+    """Return the folder of the compiled code, named by a hash of its sources and of the compilers' versions.
 
-    A file's name tells its function's own source, not the kernels that it calls. Strategies call none.
-    ``FEASIBEE_CACHE`` moves the folder.
+    A strategy's own text is part of a file's name: see `Kept`. ``FEASIBEE_CACHE`` moves the folder.
     """
-    package = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    shared = ("model/codes.py", "model/purposes.py", "model/record.py", "strategies/contract.py")
-    for source in (*sorted(package.glob("engine/*.py")), *(package / name for name in shared)):
-        digest.update(source.name.encode())
+    for source in sources():
+        digest.update(source.relative_to(PACKAGE).as_posix().encode())
         digest.update(source.read_bytes())
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
         digest.update(version.encode())
