@@ -1,9 +1,9 @@
 """Cell lists: which of many points lie near a place, at a cost that doesn't grow with their number.
 
-The grid is as wide as the torus, 2**bits cells a side. A half cell is at least the range, so all that is in
-range of a place lies in the block of two by two cells nearest to it. Strip r holds the points of rows r and
-r + 1, sorted by column, and repeats the first column at its end: so each block is one stretch of
-consecutive points, without a wrap, at the price of every point standing twice.
+The grid is as wide as the arena, 2**bits cells a side. A half cell is at least the range. So all points in
+range of a place lie in the nearest block of two by two cells. Strip r holds the points of rows r and r + 1,
+sorted by column, and repeats the first column at its end. So each block is one stretch of consecutive
+points without a wrap, and every point is stored twice.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ def cell_of(coordinate, scale):
 
 @inlined
 def sort_into_cells(cells, grid, xs, ys, labels, count):
-    """Sort points and their labels into the cells of all strips: count, add up, place."""
+    """Sort points and their labels into the cells of all strips: count, sum up, store."""
     # Read once: the compiler must assume that writing to the cells changes the grid.
     side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
     start = cells.start
-    if side == 1:  # one cell holds all, in their order; sorting them took a tenth of a step beyond the paper
+    if side == 1:  # one cell holds all, in their order; sorting took 10 % of a step
         start[0], start[1] = 0, count
         points = cells.points
         for i in range(count):
@@ -104,7 +104,7 @@ def place(cells, cell, x, y, label):
 
 @inlined
 def block(cells, grid, x, y):
-    """Return first and last place (the last excluded) of the points in the block nearest to a place."""
+    """Return first and last place (the last excluded) of the points in the nearest block of cells."""
     if grid.bits == 0:
         return int64(0), cells.start[1]
     side = 1 << grid.bits
@@ -120,7 +120,7 @@ def block(cells, grid, x, y):
 
 @inlined
 def block_on_torus(cells, bits, x, y):
-    """Return the same on a square torus, where the side is 2**32: by shifts."""
+    """Return what `block` returns, on a square torus, where the side is 2**32: by shifts."""
     side = 1 << bits
     shift = uint64(32 - bits)
     half = int64(1) << int64(31 - bits)
@@ -132,7 +132,7 @@ def block_on_torus(cells, bits, x, y):
 
 @inlined
 def count_within(cells, bits, x, y, limit):
-    """Return how many points lie within the limit of a place on a square torus."""
+    """Return the number of points within a range of a place on a square torus."""
     first, last = block_on_torus(cells, bits, x, y)
     total = 0
     while first < last:

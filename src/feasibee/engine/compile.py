@@ -1,4 +1,4 @@
-"""The one compile decorator. Nothing else in the package says ``njit``."""
+"""The decorators that compile. No other module of the package names numba's."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from feasibee.cache import cache_root, own_folder, read_sealed, write_sealed
 
 CompileResult: Any = compiler.CompileResult
 dumps: Any = serialize.dumps
-# No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
-# function would otherwise touch every array's count atomically, which doubled the cost of a step.
+unliteral: Any = types.unliteral
+# Compiled code allocates nothing, so numba's reference counting is off. With it, passing the state to a
+# function counts each array's references atomically, which doubled the time of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
 on_compile: ContextVar[Callable[[str], None]] = ContextVar("on_compile", default=lambda name: None)
 """Called with the name of an entry whose code isn't on disk, before it is compiled."""
@@ -31,31 +32,37 @@ CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": Tr
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that kernels call; inlined, since passing the state costs more than most do."""
+    """Compile a helper, inlined by LLVM where it is called.
+
+    Passing the state costs more than most helpers do.
+    """
     return one_copy(numba.njit(forceinline=True, **OPTIONS)(function))
 
 
 def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile as part of the one function that calls it: a long one, which would else be compiled twice."""
+    """Compile as part of the one function that calls it, for long ones.
+
+    Inlined by LLVM instead, a long function would be compiled twice.
+    """
     compiled: Callable[..., Any] = numba.njit(inline="always", **OPTIONS)(function)
     return compiled
 
 
 def called(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner.
-
-    numba makes a copy for each constant that is passed, hence ``int64(KNOWN)`` in place of ``KNOWN`` there.
-    """
+    """Compile a helper that is called: where a call costs little, one copy compiles sooner."""
     return one_copy(numba.njit(**OPTIONS)(function))
 
 
 def one_copy(compiled: Any) -> Callable[..., Any]:
-    """Make calls with constants share one compiled copy; numba would compile another for each constant."""
+    """Make calls with constants share one compiled copy.
+
+    numba compiles another copy for each constant that is passed: ten of `draw`, eight of `set_member`.
+    """
     template_of = compiled.get_call_template
 
     def get_call_template(arguments: Any, keywords: Any) -> Any:
-        plain = tuple(types.unliteral(each) for each in arguments)
-        return template_of(plain, {name: types.unliteral(each) for name, each in keywords.items()})
+        plain = tuple(unliteral(each) for each in arguments)
+        return template_of(plain, {name: unliteral(each) for name, each in keywords.items()})
 
     compiled.get_call_template = get_call_template
     function: Callable[..., Any] = compiled
@@ -63,20 +70,20 @@ def one_copy(compiled: Any) -> Callable[..., Any]:
 
 
 def careful(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a user's function, which raises what Python would; `entry` keeps what calls it."""
+    """Compile a user's function, which raises what Python would; `entry` keeps the code of its caller."""
     compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
     return compiled
 
 
 def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Compile a function that Python calls, for one signature, and keep the code on disk.
+    """Compile a function that Python calls, for one signature, and keep its code on disk.
 
     Parameters
     ----------
     signature : numba signature
         Types of its arguments and of what it returns.
     text : str
-        Text of the user's file that it comes of, if any. It raises what Python would then.
+        Text of the user's file that the function comes from, if any. It then raises what Python would.
     """
     options = CAREFUL if text else OPTIONS
 
@@ -126,16 +133,16 @@ class Pointer(types.WrapperAddressProtocol):
 
 
 class Kept:
-    """Compiled code of a function on disk, in a sealed file for each signature and kind of processor.
+    """Compiled code of a function on disk, in a sealed file per signature and kind of processor.
 
-    It stands in for numba's own cache, which runs whatever it finds: a damaged file ended the program.
+    It replaces numba's own cache, which runs any file that it finds: a damaged one crashed the process.
 
     Parameters
     ----------
     function : callable
         The function as Python has it.
     text : str
-        Text of the user's file that it comes of; by default that of the file that defines it.
+        Text of the user's file that the function comes from; by default that of the file that defines it.
     """
 
     def __init__(self, function: Callable[..., Any], text: str) -> None:
@@ -143,7 +150,7 @@ class Kept:
         source = text.encode() or Path(code.co_filename).read_bytes()
         enclosed = tuple(cell.cell_contents for cell in function.__closure__ or ())
         self._name = function.__name__
-        place = (function.__module__, code.co_firstlineno)  # the code, when loaded, looks its module up
+        place = (function.__module__, code.co_firstlineno)  # loaded code looks its module up
         self._made_from = (source, bool(text), *place, code.co_code, dumps(enclosed))
 
     @property
@@ -152,7 +159,7 @@ class Kept:
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the code for a signature; None if it is missing or damaged."""
+        """Return the code for a signature, or None if it is missing or damaged."""
         target_context.refresh()
         data = read_sealed(self._path(sig, target_context.codegen()))
         if data is None:
@@ -161,7 +168,7 @@ class Kept:
         return CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the code for a signature, unless it holds addresses of this process."""
+        """Write the code for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
             write_sealed(self._path(sig, data.codegen), dumps(data._reduce()))
 

@@ -1,8 +1,8 @@
 """Random numbers as coordinates, and the quantities drawn from them.
 
-A draw is Philox4x32-10 of the key (seed) and the counter (how many before, robot, run, purpose). There is
-no generator and no state. Only IEEE sums and products are used, so that a heading is the same on every
-platform; the logarithm of a duration is rounded up to whole steps, which hides its last bit.
+A draw is Philox4x32-10 of the key (seed) and the counter (number of the draw, robot, run, purpose). There is
+no generator and no state. Headings use IEEE sums and products only, so they are the same on every platform
+that follows IEEE 754. The logarithm of a duration is rounded up to whole steps, which hides its last bit.
 
 References
 ----------
@@ -86,7 +86,7 @@ def direction(word):
 
 @inlined
 def draw(params, run, robot, counter, purpose):
-    """Return the first word of a coordinate."""
+    """Return the first word of the draw at a coordinate."""
     return philox(
         int64(counter), int64(robot), int64(run), int64(purpose), params.seed.low, params.seed.high
     )[0]
@@ -94,25 +94,25 @@ def draw(params, run, robot, counter, purpose):
 
 @inlined
 def draw_now(params, state, robot, purpose):
-    """Return the first word of a coordinate whose counter is the step that is under way."""
+    """Return the first word of a draw whose counter is the number of the present step."""
     return draw(params, state.clock[Clock.RUN], robot, state.clock[Clock.STEP] + 1, purpose)
 
 
 @inlined
 def coin(word):
-    """Return 0 or 1, equally likely."""
+    """Return 0 or 1 with equal probability."""
     return int64(word >> uint32(31))
 
 
 @inlined
 def choose(word, count):
-    """Return a number below ``count``, each as likely as the others."""
+    """Return a number below ``count``, uniformly."""
     return int64((uint64(word) * uint64(count)) >> uint64(32))
 
 
 @called
 def poisson(word, mean):
-    """Return a Poisson number by going up its distribution function."""
+    """Return a Poisson number by inverting its distribution function."""
     number = 0
     probability = math.exp(-mean)
     below = probability
@@ -125,7 +125,7 @@ def poisson(word, mean):
 
 @called
 def shuffle(params, run, order, count, purpose):
-    """Put 0 to ``count`` - 1 into random order (Fisher and Yates)."""
+    """Write 0 to ``count`` - 1 in random order (Fisher and Yates)."""
     for k in range(count):
         order[k] = k
     for k in range(count):

@@ -1,4 +1,4 @@
-"""The functions that Python calls: play many runs at once, or one swarm step by step."""
+"""The functions that Python calls: play many runs, or one swarm step by step."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def play(params, state, outcome, first_run, control, start, advance, functions):
 
 @cache
 def world_functions(fast):
-    """Compile how a run starts and goes on, on the fast path or in the general engine."""
+    """Compile the start and the steps of a run, on the fast path or in the general engine."""
     if fast:
         start, advance = start_fast, advance_fast
     else:

@@ -1,4 +1,4 @@
-"""What robots have heard (model.md 4.5): up to 32 robots as sets, else as one small hash table a robot."""
+"""Inboxes (model.md 4.5): sets for up to 32 robots on the fast path, else a small hash table per robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from feasibee.model.codes import NO_OPINION
 
 @spliced
 def receive_together(params, state, speaking):
-    """Put what each robot hears from those noted beside it into its inbox."""
+    """Add the messages of the robots in each robot's sight to its inbox."""
     sight = state.links[Link.SIGHT]
     said = state.sets[Set.SAYS_FEASIBLE, 0]
     if params.decision.every_message:
@@ -40,7 +40,7 @@ def receive_together(params, state, speaking):
 
 @inlined
 def receive(params, state, i, message, value):
-    """Put a message, the sender's label and value, into a robot's inbox."""
+    """Add a message, the sender's label and value, to a robot's inbox."""
     opinion = says_feasible(message)
     if params.decision.every_message:
         state.counts[Count.VOTES, i] += 1
@@ -56,7 +56,7 @@ def receive(params, state, i, message, value):
     if known >= 0:
         state.counts[Count.FEASIBLE_VOTES, i] += opinion - says_feasible(known)
     elif 4 * state.counts[Count.VOTES, i] >= 3 * slots:
-        state.clock[Clock.FULL] = 1  # nearly full; the caller plays this run again with more room
+        state.clock[Clock.FULL] = 1  # nearly full: the runner plays this run again with more room
         return
     else:
         state.counts[Count.VOTES, i] += 1
@@ -77,9 +77,10 @@ def scrambled(sender):
 
 @inlined
 def read(params, state, i, word):
-    """Return the votes for *feasible*, all votes, what one drawn of them says and its value, and all values.
+    """Return what `decide` needs of an inbox.
 
-    The draw is among those that say *feasible*, in the order of their senders, and then the others.
+    These are the votes for *feasible*, all votes, the opinion and value of a message drawn at random, and the
+    sum of all values. The messages for *feasible* come first in the draw, each group by its senders.
     """
     if params.together and not params.decision.every_message:
         return read_together(params, state, i, word)
@@ -92,7 +93,7 @@ def read(params, state, i, word):
 
 @inlined
 def read_together(params, state, i, word):
-    """Read an inbox in a swarm of at most 32."""
+    """Read an inbox in a swarm of at most 32 on the fast path."""
     heard, feasible = state.links[Link.HEARD, i], state.links[Link.HEARD_FEASIBLE, i]
     votes, feasible_votes = popcount(heard), popcount(feasible)
     opinion, drawn = draw_message(word, feasible_votes, votes)
@@ -111,7 +112,7 @@ def read_together(params, state, i, word):
 
 @called
 def read_table(params, state, i, word):
-    """Read an inbox table of which more matters than what is counted of it."""
+    """Read an inbox whose running counts do not suffice: it keeps the newest only, or has values."""
     votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
     oldest = int64(0)
     if 0 < params.decision.inbox_size < votes:
@@ -121,7 +122,7 @@ def read_table(params, state, i, word):
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
     if params.strategy.value_scale > 0.0 and votes > 0:
-        # The sender is the least number up to which more than `drawn` have that opinion.
+        # Find the least sender up to which more than `drawn` messages have this opinion.
         low, high = int64(0), params.robots.count - 1
         while low < high:
             middle = (low + high) // 2
@@ -139,7 +140,7 @@ def read_table(params, state, i, word):
 
 @inlined
 def draw_message(word, feasible_votes, votes):
-    """Return what a message drawn at random says, and which of those that say so it is."""
+    """Return the opinion of a message drawn at random, and its place among those of this opinion."""
     if votes == 0:
         return int64(NO_OPINION), int64(0)
     drawn = choose(word, votes)
@@ -150,7 +151,7 @@ def draw_message(word, feasible_votes, votes):
 
 @called
 def oldest_kept(params, state, i):
-    """Return the number of the oldest message in an inbox that keeps so many of the newest."""
+    """Return the number of the oldest message that an inbox of limited size keeps."""
     low, high = int64(0), int64(state.robots[Robot.MESSAGES, i])
     while high - low > 1:
         middle = (low + high) // 2
@@ -167,7 +168,7 @@ def oldest_kept(params, state, i):
 
 @called
 def count(params, state, i, oldest, opinion, senders):
-    """Return how many kept messages have an opinion and one of the first senders."""
+    """Return the number of kept messages with this opinion and a sender below ``senders``."""
     number = int64(0)
     for place in range(state.inbox.shape[2]):
         message = state.inbox[Slot.SENDER, i, place]
@@ -182,7 +183,7 @@ def count(params, state, i, oldest, opinion, senders):
 
 @inlined
 def keeps(params, state, i, place, oldest):
-    """Tell whether a slot holds a message that is kept."""
+    """Return whether a slot holds a message that counts."""
     if state.inbox[Slot.SENDER, i, place] < 0:
         return False
     return params.decision.inbox_size == 0 or state.inbox[Slot.WHEN, i, place] >= oldest
@@ -190,7 +191,7 @@ def keeps(params, state, i, place, oldest):
 
 @inlined
 def as_share(params, value):
-    """Return the number that a message holds as a share."""
+    """Return a message's integer value, or a sum of such values, as a share of the largest value."""
     return float64(value) / params.strategy.value_scale if params.strategy.value_scale > 0.0 else 0.0
 
 

@@ -137,9 +137,9 @@ class Tables(NamedTuple):
 
 
 class State(NamedTuple):
-    """One swarm at one step. Robots are padded to whole words.
+    """One swarm at one step; robots are padded to whole words.
 
-    Few wide arrays, because every kernel that is passed the state compiles at the cost of its fields.
+    The arrays are few and wide: each kernel that is passed the state takes longer to compile for each field.
     """
 
     robots: Annotated[Int32s, "Robot", "robot"]
@@ -170,7 +170,7 @@ class Outcome(NamedTuple):
 
 
 class Control(NamedTuple):
-    """How a thread that plays runs and the one that waits for it talk."""
+    """Counters by which a thread that plays runs and the waiting thread communicate."""
 
     steps_done: Annotated[Int64s, "one"]
     cancelled: Annotated[NDArray[np.bool_], "one"]
@@ -187,7 +187,7 @@ class Functions(NamedTuple):
 
 
 class Lowered(NamedTuple):
-    """A scenario and a seed as the engine takes them."""
+    """A scenario and a seed in the form that the engine takes."""
 
     params: Params
     tables: Tables
@@ -234,7 +234,7 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
 
 
 def size_of(params: Params, tables: Tables, slots: int) -> int:
-    """Return about how many bytes a swarm takes: of the arrays that grow faster than robots and tasks."""
+    """Return about how many bytes a swarm takes, without arrays of fixed size per robot or task."""
     words = -(-params.robots.count // WORD)
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
@@ -251,7 +251,7 @@ def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple
 
 
 def knowledge_words(params: Params, classes: int) -> int:
-    """Return how many words a robot's knowledge takes."""
+    """Return the number of words of a robot's knowledge."""
     if params.strategy.knowledge == Knowledge.TALLY:
         return params.robots.count * classes
     if params.strategy.knowledge == Knowledge.CENSUS:
@@ -262,7 +262,7 @@ def knowledge_words(params: Params, classes: int) -> int:
 
 
 def empty_cells(points: int, bits: int) -> Cells:
-    """Allocate a grid with room for every point to stand in two strips and in their first column."""
+    """Allocate a grid where every point may be stored in two strips, and in their first column."""
     room = 4 * points + WORD
     cells = (2**bits + 1) * 2**bits
     return Cells(np.zeros((len(Point), room), np.int32), np.zeros(cells + 2, np.int64))

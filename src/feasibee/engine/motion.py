@@ -1,4 +1,4 @@
-"""How robots move: straight runs of exponential duration, headings uniform (model.md 2, 6.1, 6.2)."""
+"""Motion: straight runs of exponential duration, uniform headings, bodies (model.md 2, 6.1, 6.2)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from feasibee.model.purposes import WALK
 
 @inlined
 def move_freely(state):
-    """Move all robots one step round a square torus, through each other (model.md 3.1)."""
+    """Move all robots one step on a square torus, through each other (model.md 3.1)."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
     for w in range(state.sets.shape[1]):
@@ -37,7 +37,7 @@ def move_freely(state):
 
 @inlined
 def tick(state):
-    """Let the timers advance; note whose heading and whose phase end with this step (model.md 3.3)."""
+    """Advance the timers; store whose heading and whose phase end with this step (model.md 3.3)."""
     walks_left, phases_left = state.robots[Robot.WALK_LEFT], state.robots[Robot.PHASE_LEFT]
     for w in range(state.sets.shape[1]):
         turning = uint32(0)
@@ -57,9 +57,9 @@ def tick(state):
 
 @spliced
 def move_where_clear(params, state):
-    """Move each robot whose way is clear; the others are blocked, stay, and will turn (model.md 6.2)."""
+    """Move each robot whose way is clear; the others stay and will turn (model.md 6.2)."""
     if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
-        move_freely(state)  # those that have stopped have no speed
+        move_freely(state)  # stopped robots have speed 0
         return
     for w in range(state.sets.shape[1]):
         blocked = uint32(0)
@@ -81,7 +81,7 @@ def move_where_clear(params, state):
 
 @inlined
 def destination(params, state, i):
-    """Return where a robot's step leads: round the torus, or maybe beyond a wall."""
+    """Return where a robot's step leads: on the torus, or possibly beyond a wall."""
     x = int64(uint32(state.robots[Robot.X, i])) + int64(state.robots[Robot.STEP_X, i])
     y = int64(uint32(state.robots[Robot.Y, i])) + int64(state.robots[Robot.STEP_Y, i])
     if not params.arena.walls:
@@ -91,7 +91,7 @@ def destination(params, state, i):
 
 @inlined
 def around(coordinate, side):
-    """Return a coordinate that is off by less than a side brought back onto the torus."""
+    """Return a coordinate less than a side off the torus, wrapped onto it."""
     if coordinate < 0:
         coordinate += side
     if coordinate >= side:
@@ -101,7 +101,7 @@ def around(coordinate, side):
 
 @inlined
 def is_clear(params, state, i):
-    """Tell whether a robot's disc keeps clear of the walls, and of all others whether they move or stay."""
+    """Return whether a robot's step keeps its disc clear of walls and of all other robots."""
     if params.arena.walls:
         x, y = destination(params, state, i)
         margin = params.robots.radius
@@ -117,7 +117,7 @@ def is_clear(params, state, i):
 
 @called
 def is_clear_of(params, state, i, first, last):
-    """Return whether a robot meets none of the robots at these places of the cells, during the step."""
+    """Return whether a robot's step keeps clear of the robots in a stretch of the cells."""
     points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
     while first < last:
         close = near(params, points, first, last, x, y, params.robots.meet_limit)
@@ -132,7 +132,7 @@ def is_clear_of(params, state, i, first, last):
 
 @inlined
 def collide(params, state, i, other):
-    """Tell whether a robot that moves meets another that moves too, or that stays."""
+    """Return whether a moving robot meets another, which may move too or stay."""
     way_x = int64(uint32(state.robots[Robot.X, other])) - int64(uint32(state.robots[Robot.X, i]))
     way_y = int64(uint32(state.robots[Robot.Y, other])) - int64(uint32(state.robots[Robot.Y, i]))
     if not params.arena.walls:
@@ -151,18 +151,18 @@ def collide(params, state, i, other):
 
 @called
 def meet(params, way_x, way_y, dx, dy):
-    """Tell whether two discs overlap at some moment of a step, exactly.
+    """Return whether two discs overlap at some moment of a step, exactly.
 
     ``way`` is the difference of their places at the start, ``d`` that of their steps.
     """
     along = way_x * dx + way_y * dy
     length = dx * dx + dy * dy
-    if along >= 0:  # they part
+    if along >= 0:  # the distance grows
         return uint64(way_x * way_x + way_y * way_y) < params.robots.apart_limit
-    if -along >= length:  # they come closer until the end
+    if -along >= length:  # the distance shrinks until the end
         end_x, end_y = way_x + dx, way_y + dy
         return uint64(end_x * end_x + end_y * end_y) < params.robots.apart_limit
-    across = uint64(abs(way_x * dy - way_y * dx))  # they pass
+    across = uint64(abs(way_x * dy - way_y * dx))  # the least distance is within the step
     high, low = product(across, across)
     least_high, least_low = product(params.robots.apart_limit, uint64(length))
     return high < least_high or (high == least_high and low < least_low)
@@ -170,7 +170,7 @@ def meet(params, way_x, way_y, dx, dy):
 
 @called
 def product(a, b):
-    """Return the 128 bits of a product of two words of 64."""
+    """Return the high and low 64 bits of the product of two 64-bit words."""
     mask = uint64(0xFFFFFFFF)
     a0, a1, b0, b1 = a & mask, a >> uint64(32), b & mask, b >> uint64(32)
     low = a0 * b0
@@ -181,7 +181,7 @@ def product(a, b):
 
 @inlined
 def turn(params, state):
-    """Give a new heading to each robot whose run has ended."""
+    """Draw a new heading for each robot whose straight run has ended."""
     for w in range(state.sets.shape[1]):
         left = state.sets[Set.TURNING, w]
         while left:
@@ -191,7 +191,7 @@ def turn(params, state):
 
 @inlined
 def head(params, state, i):
-    """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
+    """Draw a robot's next heading and its duration (model.md 2.1)."""
     words = philox(
         int64(state.robots[Robot.WALKS, i]),
         i,

@@ -1,4 +1,4 @@
-"""Where robots and tasks stand at the start (model.md 1.2, 1.3, 6.4)."""
+"""Placement of robots and tasks at the start (model.md 1.2, 1.3, 6.4)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from feasibee.model.purposes import (
 
 @called
 def scatter(params, state):
-    """Put robots and tasks anywhere, as in the paper."""
+    """Place robots and tasks uniformly, on the fast path."""
     for i in range(params.tasks.count):
         x, y = anywhere(
             params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), int64(PLACE_TASK)
@@ -40,7 +40,7 @@ def scatter(params, state):
 
 @called
 def place_tasks(params, state):
-    """Put the tasks where they are."""
+    """Place the tasks, in the general engine."""
     for i in range(params.tasks.count):
         if params.tasks.placement.how == Placement.POINTS:
             state.tasks[Point.X, i], state.tasks[Point.Y, i] = (
@@ -55,7 +55,7 @@ def place_tasks(params, state):
 
 @called
 def place_robots(params, state):
-    """Put the robots where they start; apart if they avoid collisions, on a lattice if nothing else works."""
+    """Place the robots, in the general engine: apart if they avoid collisions, if need be on a lattice."""
     for i in range(params.robots.count):
         if params.robots.placement.how == Placement.POINTS:
             state.robots[Robot.X, i], state.robots[Robot.Y, i] = (
@@ -69,7 +69,7 @@ def place_robots(params, state):
 
 @called
 def place_robot(params, state, i):
-    """Find a place for a robot that is apart from those before it; tell whether there was one."""
+    """Draw a place for a robot until it is apart from those before it; return whether one was found."""
     purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
     attempt = int64(0)
     while attempt < ATTEMPTS:
@@ -83,7 +83,7 @@ def place_robot(params, state, i):
 
 @inlined
 def is_apart(params, state, i):
-    """Tell whether a robot's disc overlaps none of those before it."""
+    """Return whether a robot's disc overlaps none of the robots before it."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     first = 0
     while first < i:
@@ -95,7 +95,7 @@ def is_apart(params, state, i):
 
 @called
 def candidate(params, placing, run, i, attempt, purposes):
-    """Return the place drawn for a thing at an attempt; one beyond a wall is brought back to it."""
+    """Return the place drawn for a robot or task at an attempt; within walls, clipped to the arena."""
     uniform, centre, cluster, scatter = purposes
     if placing.how == Placement.UNIFORM:
         return anywhere(params, placing, run, i, attempt, uniform)
@@ -104,7 +104,7 @@ def candidate(params, placing, run, i, attempt, purposes):
     if placing.how != Placement.CORNER:
         chosen = choose(draw(params, run, i, 0, cluster), placing.clusters)
         x, y = anywhere(params, placing, run, chosen, int64(0), centre)
-    spread = placing.spread * (1 + attempt // 32)  # the more have failed, the wider
+    spread = placing.spread * (1 + attempt // 32)  # wider after each 32 failed attempts
     dx = normal(params, run, i, 6 * attempt, scatter, spread)
     dy = normal(params, run, i, 6 * attempt + 3, scatter, spread)
     if placing.how == Placement.CORNER:
@@ -129,7 +129,10 @@ def anywhere(params, placing, run, i, attempt, purpose):
 
 @called
 def normal(params, run, i, counter, purpose, scale):
-    """Return a normal deviation: the sum of the twelve words of three draws, less its mean, times a scale."""
+    """Return a nearly normal deviate with standard deviation ``scale``.
+
+    It is the sum of the twelve words of three draws, less its mean.
+    """
     total = int64(0)
     for part in range(3):
         words = philox(counter + part, i, run, purpose, params.seed.low, params.seed.high)
@@ -139,7 +142,7 @@ def normal(params, run, i, counter, purpose, scale):
 
 @called
 def place_on_lattice(params, state):
-    """Put the robots side by side on a square lattice, spread over all of it, in random order."""
+    """Place the robots on a square lattice over the whole arena, in random order."""
     step = 2 * params.robots.radius
     columns, rows = params.arena.width // step, params.arena.height // step
     shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, SITE)

@@ -1,4 +1,4 @@
-"""Many runs over threads, in chunks; what each run gives doesn't depend on either."""
+"""Runs over threads, in chunks; the outcome of a run depends on neither."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core.errors import NumbaError
-from numpy.typing import NDArray
 
 from feasibee.engine import entrypoints
 from feasibee.engine.compile import Pointer, careful, entry
@@ -24,10 +23,10 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Strategy
 
-CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
+CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.2 ms for the call
 FIRST_SLOTS = 64
 FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
-"""What a user's strategy may raise."""
+"""Exceptions that a user's strategy may raise."""
 
 
 class RunError(Exception):
@@ -52,12 +51,13 @@ class Engine(NamedTuple):
 
 def engine_functions(strategy: Strategy, fast: bool) -> Engine:
     """Compile the functions that start and advance a run, and those of the strategy."""
-    return Engine(*entrypoints.world_functions(fast), strategy_functions(strategy))
+    start, advance = entrypoints.world_functions(fast)
+    return Engine(start, advance, strategy_functions(strategy))
 
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
-    """Compile the functions of a strategy; the kernels take them as typed function pointers."""
+    """Compile the functions of a strategy to typed function pointers."""
     return Functions(*(_compiled(strategy, name) for name in Functions._fields))
 
 
@@ -73,13 +73,13 @@ def _compiled(strategy: Strategy, name: str) -> Pointer:
 
 
 def _own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
-    """Return a function as the user wrote it, without the check around it that Python's calls have."""
+    """Return a function as the user wrote it, without the check that wraps it for calls from Python."""
     function: Callable[..., Any] = getattr(strategy, name)
     return getattr(function, "__wrapped__", function)
 
 
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
-    """Say what doesn't compile, and in which line."""
+    """Return a message that says what doesn't compile, and in which line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
     function = _own_function(strategy, name)
@@ -101,20 +101,20 @@ def simulate(
     chunk: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Fill in a record, run by run.
+    """Simulate runs and fill in their record.
 
     Parameters
     ----------
     lowered : Lowered
-        Scenario and seed.
+        The scenario and the seed.
     record : Record
-        Empty, of the length and first run that are wanted.
+        Empty, with the length and first run wanted.
     threads : int
-        How many chunks to play at a time.
+        Number of chunks simulated at a time.
     chunk : int, optional
-        Runs a chunk; by default about 30 ms of work.
+        Runs per chunk; by default about 30 ms of work.
     progress : callable, optional
-        Called now and then with the share of the work done, 0 to 1.
+        Called every 0.1 s with the share of the work done, 0 to 1.
 
     Raises
     ------
@@ -123,41 +123,38 @@ def simulate(
     """
     engine = engine_functions(lowered.strategy, lowered.fast)
     parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
-    done = np.zeros((len(parts), 1), np.int64)
-    cancel = np.zeros(1, np.bool_)
-    slots = [FIRST_SLOTS]
+    cancelled, slots = np.zeros(1, np.bool_), [FIRST_SLOTS]
+    controls = [Control(np.zeros(1, np.int64), cancelled) for _ in parts]
     with ThreadPoolExecutor(threads) as pool:
-        futures = [
-            pool.submit(_play, lowered, part, engine, Control(done[row], cancel), slots)
-            for row, part in enumerate(parts)
-        ]
+        each_part = zip(parts, controls, strict=True)
+        futures = [pool.submit(_play, lowered, engine, *each, slots) for each in each_part]
         try:
-            _watch(futures, done, parts, lowered.params, progress)
+            _watch(futures, controls, parts, lowered.params, progress)
         except BaseException:
-            cancel[0] = True
+            cancelled[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
 def _watch(
     futures: list[Future[None]],
-    done: NDArray[np.int64],
+    controls: list[Control],
     parts: list[Record],
     params: Params,
     progress: Callable[[float], None] | None,
 ) -> None:
-    """Wait for all chunks, tell the progress, raise what a chunk raised."""
+    """Wait for all chunks, report progress, and raise the first error of a chunk."""
     runs = sum(part.runs for part in parts)
     pending = set(futures)
     while pending:
         finished, pending = wait(pending, timeout=POLL, return_when=FIRST_EXCEPTION)
-        for future in (each for each in futures if each in finished):  # the first failure in order of runs
+        for future in (each for each in futures if each in finished):  # raises the failure of the first run
             future.result()
         if progress is not None:
-            # A run that stops at its decision does fewer steps; a finished chunk counts in full.
+            # Runs that stop at their decision do fewer steps, so a finished chunk counts in full.
             shares = [
-                part.runs if future.done() else count / params.run.steps
-                for part, future, count in zip(parts, futures, done[:, 0].tolist(), strict=True)
+                part.runs if future.done() else int(control.steps_done[0]) / params.run.steps
+                for part, future, control in zip(parts, futures, controls, strict=True)
             ]
             progress(min(1.0, sum(shares) / runs))
 
@@ -178,7 +175,7 @@ def outcome_of(record: Record) -> Outcome:
     return Outcome(*(getattr(record, name) for name in Outcome._fields))
 
 
-def _play(lowered: Lowered, record: Record, engine: Engine, control: Control, slots: list[int]) -> None:
+def _play(lowered: Lowered, engine: Engine, record: Record, control: Control, slots: list[int]) -> None:
     """Play one chunk; when an inbox table runs full, play that run again with twice the room.
 
     ``slots[0]`` is the room that has sufficed so far, for all chunks; it changes no result.
@@ -199,7 +196,7 @@ def _play(lowered: Lowered, record: Record, engine: Engine, control: Control, sl
             if rest.runs == 1:
                 raise RunError(rest.first_run, error) from error
             for row in range(rest.runs):  # one at a time, to find the run that fails
-                _play(lowered, rest.part(row, row + 1), engine, control, slots)
+                _play(lowered, engine, rest.part(row, row + 1), control, slots)
             raise
         if complete < record.runs:
             slots[0] *= 2

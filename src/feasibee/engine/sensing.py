@@ -1,7 +1,7 @@
-"""What robots see and hear (model.md 3.2, 4.2, 4.5, 6.3, 6.5): two ways, with the same outcome.
+"""Observation and messages (model.md 3.2, 4.2, 4.5, 6.3, 6.5).
 
-Up to 32 robots as in the paper, each robot's neighbours are one word, and all robots are looked at together.
-Otherwise robots stand in cells.
+On the fast path, up to 32 robots sense together: each robot's neighbours are one word. Otherwise robots are
+sorted into cells. Both have the same outcome.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from feasibee.engine.draws import choose, draw_now, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount, within
 from feasibee.engine.knowledge import learn, merge, publish, sent_opinion
-from feasibee.engine.layout import Clock, Copy, Count, Link, Point, Robot, Set
+from feasibee.engine.layout import WORD, Clock, Copy, Count, Link, Point, Robot, Set
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING
 from feasibee.model.purposes import (
     FALSE_ROBOT,
@@ -43,7 +43,7 @@ from feasibee.model.purposes import (
 
 @spliced
 def sense_fast(params, state):
-    """Let every robot observe, if it explores, and hear."""
+    """Let exploring robots observe and listening robots receive, on the fast path."""
     if params.together:
         sense_together(params, state)
     else:
@@ -52,7 +52,7 @@ def sense_fast(params, state):
 
 @spliced
 def sense_together(params, state):
-    """Sense in a swarm of at most 32."""
+    """Sense in a swarm of at most 32 on the fast path."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
     swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
@@ -78,16 +78,16 @@ def sense_together(params, state):
 
 @inlined
 def find_neighbours(xs, ys, sight, swarm, robots, limit):
-    """Note who is near each robot."""
+    """Store the set of robots within a range of each robot."""
     for i in range(robots):
         sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
 
 
 @called
 def sense_in_cells(params, state):
-    """Sense in a swarm of any size, with nothing beyond the paper."""
+    """Sense in a swarm of any size on the fast path."""
     fill_robots(params, state)
-    # Read once, not for each robot: the compiler must assume that what is written may change them.
+    # Read once, not per robot: the compiler must assume that writes to the state change them.
     robot_bits, task_bits, limit = params.robots.grid.bits, params.tasks.grid.bits, params.sensing.limit
     for w in range(state.sets.shape[1]):
         speaking = state.sets[Set.SPEAKING, w]
@@ -103,7 +103,10 @@ def sense_in_cells(params, state):
 
 @spliced
 def sense_general(params, state):
-    """Sense in any swarm (model.md 6.3, 6.5, 6.6): what a robot sees in a step it knows before it hears."""
+    """Sense in the general engine (model.md 6.3, 6.5, 6.6).
+
+    What a robot observes in a step it knows before it receives messages.
+    """
     publish(params, state)
     fill_robots(params, state)
     for w in range(state.sets.shape[1]):
@@ -135,41 +138,40 @@ def fill_robots(params, state):
 
 @inlined
 def label_of(sets, i):
-    """Return who a robot is, what it says (bit 1), and whether it disseminates (bit 0)."""
+    """Return a robot's present label; see `feasibee.engine.bits.pack_label`."""
     return pack_label(i, contains(sets[Set.SAYS_FEASIBLE], i), contains(sets[Set.DISSEMINATING], i))
 
 
 @inlined
 def observe_fast(params, state, i, robot_bits, task_bits, limit):
-    """Let a robot count the robots and tasks in sight."""
+    """Count the robots and tasks in sight of a robot, on the fast path."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     robots = count_within(state.robot_cells, robot_bits, x, y, limit)
-    state.counts[Count.ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it is in its own sight
+    state.counts[Count.ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it sees itself
     state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
 @spliced
 def observe_general(params, state, i):
-    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
+    """Observe each thing in sight of a robot: is it seen, is it new, which class has it (model.md 6.3).
 
-    Where nothing of that is asked, things are only counted, which takes a third off a step.
+    Counting alone, where nothing of that matters, takes a third off a step.
     """
     robots = observe_robots(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
     tasks = observe_tasks(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
     if params.sensing.only_counts:
         state.counts[Count.ROBOTS_SEEN, i] += robots
         state.counts[Count.TASKS_SEEN, i] += tasks
-    if (
-        params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0
-    ):  # asked here, since a call isn't cheap
+    # Tested here, since the call would cost more than the test.
+    if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
         count_false_sightings(params, state, i)
 
 
 @spliced
 def observe_robots(params, state, i, x, y):
-    """Let a robot look at the robots in sight; return how many it counts, if it only counts."""
+    """Observe the robots in sight of a robot; return how many count, if counting suffices."""
     points = state.robot_cells.points
-    total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it is in its own sight
+    total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it sees itself
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
         close = near(params, points, first, last, x, y, params.sensing.limit)
@@ -198,7 +200,7 @@ def observe_robots(params, state, i, x, y):
 
 @spliced
 def observe_tasks(params, state, i, x, y):
-    """Let a robot look at the tasks in sight; return how many it counts, if it only counts."""
+    """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
     points = state.task_cells.points
     total = int64(0)
     first, last = block(state.task_cells, params.tasks.grid, x, y)
@@ -210,7 +212,7 @@ def observe_tasks(params, state, i, x, y):
         while close:
             task = int64(points[Point.LABEL, first + lowest(close)])
             seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.sensing.miss)
-            new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
+            new = seen and is_new(params, state, i, WORD * state.sets.shape[1] + task)
             if params.sensing.only_counts:
                 total += new
             elif new:
@@ -223,7 +225,7 @@ def observe_tasks(params, state, i, x, y):
 
 @inlined
 def count_sighting(params, state, i, thing, kind, is_robot):
-    """Count one thing of a class, or enter it in what the robot knows."""
+    """Count one thing of a class, or add it to what the robot knows."""
     column = kind if is_robot else params.robots.classes + kind
     if params.strategy.knowledge:
         learn(params, state, int64(Copy.KNOWN), i, thing, column)
@@ -237,7 +239,7 @@ def count_sighting(params, state, i, thing, kind, is_robot):
 
 @called
 def count_false_sightings(params, state, i):
-    """Count what isn't there, each of the class of some thing of the swarm's."""
+    """Count false sightings, each of the class of a robot or task drawn at random."""
     if params.sensing.false_robots > 0.0:
         word = draw_now(params, state, i, FALSE_ROBOT)
         for k in range(poisson(word, params.sensing.false_robots)):
@@ -262,7 +264,7 @@ def count_false_sightings(params, state, i):
 
 @inlined
 def happens(params, state, i, purpose, probability):
-    """Tell whether something happens to a robot in this step; its probability is times 2**32."""
+    """Return whether an event happens to a robot in this step; ``probability`` is times 2**32."""
     if probability == 0:
         return False
     return uint64(draw_now(params, state, i, purpose)) < probability
@@ -270,7 +272,7 @@ def happens(params, state, i, purpose, probability):
 
 @inlined
 def is_new(params, state, i, thing):
-    """Tell whether a thing in view counts: always, or if it isn't remembered, which it is from now on."""
+    """Return whether a thing in sight counts: always, or unless it is remembered; remember it."""
     if not params.sensing.unique:
         return True
     known = contains(state.remembered[i], thing)
@@ -280,7 +282,7 @@ def is_new(params, state, i, thing):
 
 @inlined
 def broadcast(params, state, i):
-    """Send a robot's message to all that listen in radio range."""
+    """Send a robot's message to all listening robots in radio range, on the fast path."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     message, value = state.robots[Robot.LABEL, i], state.robots[Robot.SENT_VALUE, i]
     points = state.robot_cells.points
@@ -297,7 +299,7 @@ def broadcast(params, state, i):
 
 @spliced
 def find_listeners(params, state):
-    """Note who hears in this step, whose time has been taken from its phase already."""
+    """Store which robots listen in this step; their phases have been shortened by it already."""
     for w in range(state.sets.shape[1]):
         listening = state.sets[Set.WORKING, w]
         if params.decision.listens_for != ALWAYS:
@@ -311,7 +313,7 @@ def find_listeners(params, state):
 
 @inlined
 def broadcast_with_loss(params, state, i):
-    """Send a robot's message, true or false, to those in radio range that work and don't lose it."""
+    """Send a robot's message, true or a lie, to listening robots in radio range; some may lose it."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     opinion = sent_opinion(params, state, i)
     message = pack_label(state.robots[Robot.IDENTITY, i], opinion, True)
@@ -322,9 +324,7 @@ def broadcast_with_loss(params, state, i):
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
         close = near(params, points, first, last, x, y, params.radio.limit)
-        if (
-            params.robots.count <= 32
-        ):  # they stand in their order, so that those who don't hear are dropped at once
+        if params.robots.count <= WORD:  # cells hold robots in their order: drop who does not listen at once
             close &= state.sets[Set.LISTENING, 0] & ~bit(i)
         while close:
             j = sender_of(points[Point.LABEL, first + lowest(close)])
@@ -350,7 +350,7 @@ def forget(params, state, i):
 
 @inlined
 def clear_counts(params, state, i):
-    """Forget what was counted."""
+    """Set a robot's counts to 0."""
     state.counts[Count.ROBOTS_SEEN, i] = 0
     state.counts[Count.TASKS_SEEN, i] = 0
     if state.seen.shape[0] > 0:

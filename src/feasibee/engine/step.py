@@ -1,4 +1,4 @@
-"""One swarm: its start, one step, and the transitions of its robots (model.md 3, 4)."""
+"""Start and step of one swarm, and the transitions of its robots (model.md 3, 4)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NEVER = 2**31 - 1
 
 @spliced
 def start_fast(params, state, run):
-    """Put the swarm of a run at step 0, with nothing beyond the paper (model.md 1.2, 1.3, 4.1)."""
+    """Put the swarm of a run at step 0, on the fast path (model.md 1.2, 1.3, 4.1)."""
     clear(params, state, run)
     scatter(params, state)
     prepare_robots(params, state)
@@ -32,12 +32,12 @@ def start_fast(params, state, run):
 
 @spliced
 def start_general(params, state, run):
-    """Put any swarm at step 0 (model.md 6)."""
+    """Put the swarm of a run at step 0, in the general engine (model.md 6)."""
     clear(params, state, run)
     assign_identities(params, state)
     place_tasks(params, state)
     place_robots(params, state)
-    draw_faults(params, state)  # last: `stop` relies on the shuffle that it leaves
+    draw_faults(params, state)  # after placing: `stop` needs its shuffle
     prepare_robots(params, state)
     if params.sensing.unique:
         state.remembered[:] = uint32(0)
@@ -48,7 +48,7 @@ def start_general(params, state, run):
 
 @called
 def clear(params, state, run):
-    """Forget the run before."""
+    """Clear what the previous run left in the state."""
     state.clock[Clock.RUN] = run
     state.clock[Clock.STEP] = 0
     state.clock[Clock.FULL] = 0
@@ -62,7 +62,7 @@ def clear(params, state, run):
 
 @spliced
 def prepare_robots(params, state):
-    """Give the robots that stand in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
+    """Give robots in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
     sort_into_cells(
         state.task_cells,
         params.tasks.grid,
@@ -81,7 +81,7 @@ def prepare_robots(params, state):
         state.robots[Robot.PHASES, i] = 0
         word = draw(params, state.clock[Clock.RUN], i, 0, PHASE)
         enter_phase(state, i, duration(word, params.decision.exploration))
-        state.counts[Count.VOTES, i] = 1  # makes sure that an inbox left by another run is emptied
+        state.counts[Count.VOTES, i] = 1  # so that `forget` empties the inbox of the previous run
         forget(params, state, i)
         clear_counts(params, state, i)
         state.robots[Robot.AGREED, i] = 0
@@ -95,7 +95,7 @@ def prepare_robots(params, state):
 
 @called
 def draw_faults(params, state):
-    """Draw which robots are faulty: the first of a shuffle stop, the next lie, the next are stubborn."""
+    """Draw the faulty robots: the first of a shuffle stop, the next lie, the next are stubborn."""
     if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
     shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
@@ -110,7 +110,7 @@ def draw_faults(params, state):
 
 @called
 def stop(params, state):
-    """Let the robots with that fault stop, once and for all (model.md 6.6)."""
+    """Stop the robots with that fault for the rest of the run (model.md 6.6)."""
     if params.faults.stopped == 0:
         return
     for k in range(params.faults.stopped):
@@ -130,7 +130,7 @@ def stop(params, state):
 
 @spliced
 def advance_fast(params, state, functions):
-    """Do one step, with nothing beyond the paper (model.md 3.1 to 3.3)."""
+    """Do one step on the fast path (model.md 3.1 to 3.3)."""
     move_freely(state)
     tick(state)
     sense_fast(params, state)
@@ -140,7 +140,7 @@ def advance_fast(params, state, functions):
 
 @spliced
 def advance_general(params, state, functions):
-    """Do one step of any swarm."""
+    """Do one step in the general engine."""
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         stop(params, state)
     move_where_clear(params, state)
@@ -152,7 +152,7 @@ def advance_general(params, state, functions):
 
 @spliced
 def finish(params, state, functions):
-    """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
+    """Turn the robots whose heading ends, and move on those whose phase ends."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
         left = state.sets[Set.ENDING, w]
@@ -169,7 +169,7 @@ def finish(params, state, functions):
 
 @spliced
 def end_exploration(params, state, i, functions):
-    """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
+    """Begin to broadcast, for a duration that the opinion's quality sets (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
     if params.strategy.says:
@@ -187,7 +187,7 @@ def end_exploration(params, state, i, functions):
 
 @spliced
 def end_dissemination(params, state, i, functions):
-    """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
+    """Decide by the inbox, or by knowledge, and explore again (model.md 4.6)."""
     words = philox(
         int64(state.robots[Robot.PHASES, i]),
         i,
@@ -213,7 +213,7 @@ def end_dissemination(params, state, i, functions):
 
 @spliced
 def rate_fast(params, state, quality):
-    """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
+    """Rate the quality of *feasible* for robots whose exploration ends (model.md 4.3)."""
     for w in range(state.sets.shape[1]):
         left = uint32(state.sets[Set.ENDING, w] & ~state.sets[Set.DISSEMINATING, w])
         while left:
@@ -223,7 +223,7 @@ def rate_fast(params, state, quality):
 
 @inlined
 def rate(params, state, i, quality):
-    """Find the quality of *feasible* from what a robot counted."""
+    """Rate the quality of *feasible* from a robot's counts."""
     floor = params.decision.quality_floor
     robots, tasks = state.counts[Count.ROBOTS_SEEN, i], state.counts[Count.TASKS_SEEN, i]
     state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
@@ -231,7 +231,10 @@ def rate(params, state, i, quality):
 
 @spliced
 def rate_general(params, state, quality):
-    """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
+    """Rate the quality in the general engine.
+
+    Knowledge grows while disseminating, so rate again before deciding.
+    """
     for w in range(state.sets.shape[1]):
         left = state.sets[Set.ENDING, w]
         if not params.strategy.knowledge:
@@ -249,7 +252,7 @@ def rate_general(params, state, quality):
 
 @inlined
 def mind_of(params, state, i):
-    """Return what a robot knows of itself."""
+    """Return a robot's `Mind`."""
     quality = state.memory[i, 0]
     feasible_quality = quality
     opinion = opinion_of(state.sets, i)
@@ -277,7 +280,7 @@ def opinion_of(sets, i):
 
 @inlined
 def set_opinion(sets, i, opinion):
-    """Give a robot an opinion, or none."""
+    """Set a robot's opinion; any value but 1 and 0 means none."""
     set_member(sets, Set.FEASIBLE, i, opinion == 1)
     set_member(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
 
@@ -299,7 +302,7 @@ def scarcest(params, state, i, quality):
 
 @called
 def consider_commitment(params, agreed, sets, i, feasible, votes):
-    """Let a robot commit if others have long agreed with its opinion."""
+    """Commit a robot to its opinion after enough successive decisions with which its inbox agreed."""
     opinion = opinion_of(sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
     agrees = (
@@ -316,7 +319,7 @@ def consider_commitment(params, agreed, sets, i, feasible, votes):
 
 @inlined
 def enter_phase(state, i, lasts):
-    """Let a robot begin a phase."""
+    """Begin a robot's next phase, of a given duration in steps."""
     state.robots[Robot.PHASES, i] += int32(1)
     state.robots[Robot.PHASE_LEFT, i] = lasts
     state.robots[Robot.LABEL, i] = label_of(state.sets, i)
@@ -324,7 +327,7 @@ def enter_phase(state, i, lasts):
 
 @inlined
 def count_opinions(params, state):
-    """Note how many counted robots hold opinion 1, how many none, and how many have committed."""
+    """Count the robots with opinion 1, without an opinion and committed, among the counted ones."""
     feasible = neutral = int64(0)
     for w in range(state.sets.shape[1]):
         feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
