@@ -1,9 +1,9 @@
-"""What the kernels work on: every array with its shape and unit.
+"""The arrays that compiled code works on: the names of their axes, their rows and their units.
 
-Positions and velocities are fixed-point numbers in int32, in units of the torus's longer side / 2**32: on a
-square torus sums and differences wrap by themselves, and a difference is the shortest way round. Within
-walls the unit is twice that, so that no difference wraps. Sets of robots are words of 32 bits, robot i being
-bit i % 32 of word i // 32. Arrays over robots are padded to whole words.
+Positions and velocities are fixed-point numbers in int32. Their unit is the torus's longer side / 2**32. So
+sums and differences on a square torus wrap by themselves, and a difference is the shortest way round. Within
+walls the unit is twice that, and no difference wraps. Sets of robots are words of 32 bits: see
+`feasibee.engine.bits`. Arrays over robots are padded to whole words.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from feasibee.engine.params import Knowledge, Params
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
+"""Robots per word of a set."""
 REGISTERS = 128
-"""Of a sketch."""
+"""Number of registers of a sketch."""
 
 Int8s = NDArray[np.int8]
 Int32s = NDArray[np.int32]
@@ -198,8 +199,8 @@ class Lowered(NamedTuple):
 def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> State:
     """Allocate a swarm.
 
-    ``slots`` is the room for senders in each inbox table, a power of two; ``memory`` is how many floats the
-    strategy keeps for each robot.
+    ``slots`` is the number of senders that each inbox table has room for, a power of two. ``memory`` is the
+    number of floats that the strategy keeps per robot.
     """
     words = -(-params.robots.count // WORD)
     padded = words * WORD
