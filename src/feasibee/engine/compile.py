@@ -56,7 +56,7 @@ def called(function: Callable[..., Any]) -> Callable[..., Any]:
 def one_copy(compiled: Any) -> Callable[..., Any]:
     """Make calls with constants share one compiled copy.
 
-    numba compiles another copy for each constant that is passed: ten of `draw`, eight of `set_member`.
+    numba compiles another copy for each constant that is passed: ten of `draw`, for its purposes.
     """
     template_of = compiled.get_call_template
 

@@ -85,11 +85,16 @@ def direction(word):
 
 
 @inlined
+def draw_words(params, run, robot, counter, purpose):
+    """Return the four words of the draw at a coordinate."""
+    key = params.seed
+    return philox(int64(counter), int64(robot), int64(run), int64(purpose), key.low, key.high)
+
+
+@inlined
 def draw(params, run, robot, counter, purpose):
     """Return the first word of the draw at a coordinate."""
-    return philox(
-        int64(counter), int64(robot), int64(run), int64(purpose), params.seed.low, params.seed.high
-    )[0]
+    return draw_words(params, run, robot, counter, purpose)[0]
 
 
 @inlined

@@ -171,7 +171,7 @@ class Outcome(NamedTuple):
 
 
 class Control(NamedTuple):
-    """Counters by which a thread that plays runs and the waiting thread communicate."""
+    """The numbers that a simulating thread shares with the thread that waits for it."""
 
     steps_done: Annotated[Int64s, "one"]
     cancelled: Annotated[NDArray[np.bool_], "one"]

@@ -16,7 +16,7 @@ from feasibee.engine.bits import (
 )
 from feasibee.engine.cells import block, near, shortest
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import direction, duration, philox
+from feasibee.engine.draws import direction, draw_words, duration
 from feasibee.engine.intrinsics import lowest
 from feasibee.engine.layout import Clock, Point, Robot, Set
 from feasibee.model.purposes import WALK
@@ -192,14 +192,7 @@ def turn(params, state):
 @inlined
 def head(params, state, i):
     """Draw a robot's next heading and its duration (model.md 2.1)."""
-    words = philox(
-        int64(state.robots[Robot.WALKS, i]),
-        i,
-        state.clock[Clock.RUN],
-        int64(WALK),
-        params.seed.low,
-        params.seed.high,
-    )
+    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.WALKS, i], WALK)
     state.robots[Robot.WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
     state.robots[Robot.STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))

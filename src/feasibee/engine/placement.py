@@ -6,7 +6,7 @@ from numba import int32, int64, uint32
 
 from feasibee.engine.cells import near
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.draws import choose, draw, philox, shuffle
+from feasibee.engine.draws import choose, draw, draw_words, shuffle
 from feasibee.engine.layout import Clock, Point, Robot
 from feasibee.engine.params import Placement
 from feasibee.model.codes import ATTEMPTS
@@ -27,14 +27,10 @@ from feasibee.model.purposes import (
 def scatter(params, state):
     """Place robots and tasks uniformly, on the fast path."""
     for i in range(params.tasks.count):
-        x, y = anywhere(
-            params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), int64(PLACE_TASK)
-        )
+        x, y = anywhere(params, params.tasks.placement, state.clock[Clock.RUN], i, 0, PLACE_TASK)
         state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
     for i in range(params.robots.count):
-        x, y = anywhere(
-            params, params.robots.placement, state.clock[Clock.RUN], i, int64(0), int64(PLACE_ROBOT)
-        )
+        x, y = anywhere(params, params.robots.placement, state.clock[Clock.RUN], i, 0, PLACE_ROBOT)
         state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
@@ -120,7 +116,7 @@ def candidate(params, placing, run, i, attempt, purposes):
 @called
 def anywhere(params, placing, run, i, attempt, purpose):
     """Return a uniform place."""
-    words = philox(attempt, i, run, purpose, params.seed.low, params.seed.high)
+    words = draw_words(params, run, i, attempt, purpose)
     low = placing.margin if params.arena.walls else 0
     return low + choose(words[0], params.arena.width - 2 * low), low + choose(
         words[1], params.arena.height - 2 * low
@@ -135,7 +131,7 @@ def normal(params, run, i, counter, purpose, scale):
     """
     total = int64(0)
     for part in range(3):
-        words = philox(counter + part, i, run, purpose, params.seed.low, params.seed.high)
+        words = draw_words(params, run, i, counter + part, purpose)
         total += int64(words[0]) + int64(words[1]) + int64(words[2]) + int64(words[3])
     return (((total - 6 * 4294967296) >> 8) * scale) >> 24
 

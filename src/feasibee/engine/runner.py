@@ -23,7 +23,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Strategy
 
-CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.2 ms for the call
+CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.1 ms for the call
 FIRST_SLOTS = 64
 FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
 """Exceptions that a user's strategy may raise."""

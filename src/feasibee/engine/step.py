@@ -8,7 +8,7 @@ from feasibee.engine import inbox
 from feasibee.engine.bits import contains, first_bits, lowest_member, set_member, without_lowest
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import coin, draw, duration, philox, shuffle
+from feasibee.engine.draws import coin, draw, draw_words, duration, shuffle
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import assign_identities, count_known
 from feasibee.engine.layout import Clock, Copy, Count, Point, Robot, Set
@@ -188,14 +188,7 @@ def end_exploration(params, state, i, functions):
 @spliced
 def end_dissemination(params, state, i, functions):
     """Decide by the inbox, or by knowledge, and explore again (model.md 4.6)."""
-    words = philox(
-        int64(state.robots[Robot.PHASES, i]),
-        i,
-        state.clock[Clock.RUN],
-        int64(PHASE),
-        params.seed.low,
-        params.seed.high,
-    )
+    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
