@@ -216,7 +216,7 @@ def test_threads_change_nothing():
 def test_as_many_threads_are_used_as_asked_for(monkeypatch):
     asked = []
 
-    def watch(scenario, seed, record, threads, *more):
+    def watch(lowered, record, threads, *more):
         asked.append(threads)
 
     monkeypatch.setattr("feasibee.engine.runner.simulate", watch)

@@ -8,6 +8,8 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -113,6 +115,33 @@ def test_numbas_own_folder_stays_the_users(folder, tmp_path, monkeypatch):
     assert compiled()(1) == 2
     assert not (tmp_path / "numba").exists()
     assert kept().parent == cache_folder()
+
+
+def test_the_folder_is_named_by_every_module_that_the_engine_imports():
+    """A change of any of them compiles the engine again; the text of a strategy names its own files."""
+    code = "import sys, feasibee.engine.runner; print(*(each for each in sys.modules if 'feasibee' in each))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    files = {Path(find_spec(each).origin) for each in loaded.stdout.split()}
+    faces = {each for each in files if each.name == "__init__.py" and each.parent.name != "engine"}
+    strategies = {each for each in files if each.parent.name == "strategies" and each.name != "contract.py"}
+    assert set(compile_.sources()) == files - faces - strategies
+    assert {"codes.py", "purposes.py", "contract.py", "params.py"} <= {
+        each.name for each in compile_.sources()
+    }
+
+
+def test_a_change_of_a_source_has_a_folder_of_its_own(folder, monkeypatch, tmp_path):
+    before = cache_folder()
+    changed = tmp_path / "feasibee" / "model" / "codes.py"
+    changed.parent.mkdir(parents=True)
+    changed.write_text("LONGEST = 1\n")
+    monkeypatch.setattr(compile_, "PACKAGE", tmp_path / "feasibee")
+    monkeypatch.setattr(compile_, "sources", lambda: [changed])
+    cache_folder.cache_clear()
+    first = cache_folder()
+    changed.write_text("LONGEST = 2\n")
+    cache_folder.cache_clear()
+    assert len({before, first, cache_folder()}) == 3
 
 
 @owned

@@ -19,12 +19,12 @@ def slow_engine(monkeypatch):
     """An engine for walls that isn't on disk: it compiles until the event is set."""
     ready, done = runner.engine_functions, Event()
 
-    def compile_slowly(scenario):
-        if scenario.arena.boundary == "walls":
+    def compile_slowly(strategy, fast):
+        if not fast:
             with global_compiler_lock:
-                on_compile.get()("advance_any")
+                on_compile.get()("advance_general")
                 assert done.wait(30)
-        return ready(scenario)
+        return ready(strategy, fast)
 
     for boundary in ("torus", "walls"):
         load_engine(Scenario(arena={"boundary": boundary}))

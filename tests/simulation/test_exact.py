@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, reference
-from feasibee.engine import layout, runner, translation
+from feasibee.engine import layout, runner
+from feasibee.engine.params import Knowledge, packed
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.lowering import lower
 from feasibee.strategies import STRATEGIES, dmmd
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
@@ -25,26 +27,26 @@ class Engine:
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
-        self.params = translation.params_of(scenario, 0)
-        memory = scenario.strategy.memory
-        self.state = layout.empty_state(self.params, translation.kinds_of(scenario, self.params), 64, memory)
-        start, self.advance, *self.strategy = runner.engine_functions(scenario)
-        start(layout.packed(self.params), self.state, 0)
+        lowered = lower(scenario, 0)
+        self.params = lowered.params
+        self.state = layout.empty_state(self.params, lowered.tables, 64, lowered.strategy.memory)
+        start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast)
+        start(packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
-        self.state.robots[[layout.X, layout.Y], :count] = fixed.T
+        self.state.robots[[layout.Robot.X, layout.Robot.Y], :count] = fixed.T
         if tasks:  # sorted into one cell: SIDE / 2 is the least range that needs no grid
-            assert self.params.task_grid.bits == 0
+            assert self.params.tasks.grid.bits == 0
             spots = (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32)
-            self.state.task_cells.points[[layout.X, layout.Y], : len(tasks)] = spots.T
-        self.state.robots[layout.PHASE_LEFT, :count] = LONG
+            self.state.task_cells.points[[layout.Point.X, layout.Point.Y], : len(tasks)] = spots.T
+        self.state.robots[layout.Robot.PHASE_LEFT, :count] = LONG
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
-            self.put(layout.OPINIONS, i, opinion == 1)
-            self.put(layout.NEUTRAL, i, opinion == -1)
-            self.put(layout.SAID, i, opinion == 1)
-            self.put(layout.SPEAKING, i, speaks and opinion >= 0)
-            self.put(layout.DISSEMINATING, i, speaks)
-            self.state.robots[layout.LABELS, i] = 4 * i + 2 * (opinion == 1) + speaks
+            self.put(layout.Set.FEASIBLE, i, opinion == 1)
+            self.put(layout.Set.NEUTRAL, i, opinion == -1)
+            self.put(layout.Set.SAYS_FEASIBLE, i, opinion == 1)
+            self.put(layout.Set.SPEAKING, i, speaks and opinion >= 0)
+            self.put(layout.Set.DISSEMINATING, i, speaks)
+            self.state.robots[layout.Robot.LABEL, i] = 4 * i + 2 * (opinion == 1) + speaks
 
     def put(self, kind, i, member):
         word = self.state.sets[kind]
@@ -56,48 +58,49 @@ class Engine:
 
     def tell(self, i, value):
         """Let a robot send a number."""
-        self.state.robots[layout.TOLD_VALUE, i] = value
+        self.state.robots[layout.Robot.SENT_VALUE, i] = value
 
     def told(self, i):
-        return int(self.state.robots[layout.TOLD_VALUE, i])
+        return int(self.state.robots[layout.Robot.SENT_VALUE, i])
 
     def rate(self, i, quality):
         """Give a robot a quality of *feasible*."""
         self.state.memory[i, 0] = quality
 
     def end_phase_of(self, i, after=1):
-        self.state.robots[layout.PHASE_LEFT, i] = after
+        self.state.robots[layout.Robot.PHASE_LEFT, i] = after
 
     def step(self):
-        until = self.state.clock[layout.STEP] + 1
+        until = self.state.clock[layout.Clock.STEP] + 1
         record = Record.empty(0, 1, 0)
-        unwatched = np.zeros(1, np.int64), np.zeros(1, np.bool_)
-        curves = record.feasible_count[0], record.infeasible_count[0]
-        outcome = record.decision, record.decision_step, *curves, record.account[0]
-        self.advance(layout.packed(self.params), self.state, until, *outcome, *unwatched, *self.strategy)
+        outcome, unwatched = (
+            runner.outcome_of(record),
+            layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)),
+        )
+        self.advance(packed(self.params), self.state, outcome, 0, until, unwatched, self.functions)
 
     def seen(self, i):
-        return tuple(self.state.counts[[layout.ROBOTS_SEEN, layout.TASKS_SEEN], i])
+        return tuple(self.state.counts[[layout.Count.ROBOTS_SEEN, layout.Count.TASKS_SEEN], i])
 
     def opinion(self, i):
-        return -1 if self.has(layout.NEUTRAL, i) else int(self.has(layout.OPINIONS, i))
+        return -1 if self.has(layout.Set.NEUTRAL, i) else int(self.has(layout.Set.FEASIBLE, i))
 
     def speaks(self, i):
-        return self.has(layout.DISSEMINATING, i)
+        return self.has(layout.Set.DISSEMINATING, i)
 
     def committed(self, i):
-        return self.has(layout.COMMITTED, i)
+        return self.has(layout.Set.COMMITTED, i)
 
     def memory(self, i):
         return self.state.memory[i, 1:].tolist()
 
     @property
     def bits_sent(self):
-        return int(self.state.clock[layout.BITS])
+        return int(self.state.clock[layout.Clock.BITS])
 
     @property
     def ids(self):
-        return self.state.robots[layout.IDENTITY]
+        return self.state.robots[layout.Robot.IDENTITY]
 
 
 class Plain:
@@ -448,7 +451,7 @@ def numbers_of(swarm):
     """Return the robots of a swarm, and whether they commit."""
     if isinstance(swarm, Plain):
         return len(swarm.minds), swarm.swarm.scenario.decision.commit is not None
-    return swarm.params.robots, swarm.params.commit
+    return swarm.params.robots.count, swarm.params.decision.commit.enabled
 
 
 def bits_of(swarm, messages, extra=0):
@@ -599,12 +602,12 @@ def known(swarm, i):
     if isinstance(swarm, Plain):
         robots, tasks = swarm.minds[i].knowledge.counted()
         return sum(robots), sum(tasks)
-    words, params = swarm.state.knowledge[layout.KNOWN, i], swarm.params
-    if params.knowledge == layout.TALLY:
-        return tuple(words.reshape(params.robots, 2).sum(axis=0).tolist())
-    side = -(-params.robots // 32)
-    invented = side + -(-params.tasks // 32)
-    liars = invented + (-(-params.tasks // 32) if params.byzantine else 0)
+    words, params = swarm.state.knowledge[layout.Copy.KNOWN, i], swarm.params
+    if params.strategy.knowledge == Knowledge.TALLY:
+        return tuple(words.reshape(params.robots.count, 2).sum(axis=0).tolist())
+    side = -(-params.robots.count // 32)
+    invented = side + -(-params.tasks.count // 32)
+    liars = invented + (-(-params.tasks.count // 32) if params.faults.byzantine else 0)
     robots, tasks, more, tasks_more = np.split(words, [side, invented, liars])
     sizes = [int(np.bitwise_count(part).sum()) for part in (robots, tasks, more, tasks_more)]
     return sizes[0] + sizes[2], sizes[1] + sizes[3]
@@ -935,7 +938,7 @@ def test_a_robot_without_an_opinion_commits_to_nothing(world):
 )
 def test_a_decision_takes_strictly_more_than_the_threshold(count, threshold, least):
     scenario = Scenario(robots={"count": count}, decision={"threshold": threshold})
-    assert translation.params_of(scenario, 0).quorum == least
+    assert lower(scenario, 0).params.decision.quorum == least
     swarm = reference.Swarm(scenario, 0, 0)
     for holders, decision in ((least, 1), (least - 1, 0 if count - least + 1 >= least else -1), (0, 0)):
         for i, robot in enumerate(swarm.robots):

@@ -44,7 +44,7 @@ class Engine:
 @pytest.fixture
 def engine(monkeypatch):
     """An engine of which nothing is loaded or on disk."""
-    made = Engine(["start_any", "advance_any", "decide"])
+    made = Engine(["start_general", "advance_general", "decide"])
     monkeypatch.setattr(runner, "engine_functions", made.functions)
     monkeypatch.setattr(loading, "_loaded", set())
     return made
@@ -91,14 +91,14 @@ def test_a_strategy_alone_compiles_in_silence(engine, capsys):
 
 def test_nothing_compiles_any_more_after_an_error(engine, capsys, monkeypatch):
     def fail(*arguments):
-        on_compile.get()("advance_any")
+        on_compile.get()("advance_general")
         raise MemoryError
 
     monkeypatch.setattr(runner, "engine_functions", fail)
     with pytest.raises(MemoryError):
         load_engine(WALLS)
     assert compilation() is None
-    on_compile.get()("advance_any")
+    on_compile.get()("advance_general")
     assert compilation() is None
     assert capsys.readouterr().err.count("\n") == 1
     monkeypatch.setattr(runner, "engine_functions", engine.functions)

@@ -1,21 +1,22 @@
 """Cell lists: which of many points lie near a place, at a cost that doesn't grow with their number.
 
-The grid is as wide as the torus, 2**bits cells a side. A half cell is at least the range, so all that is in
-range of a place lies in the block of two by two cells nearest to it. Strip r holds the points of rows r and
-r + 1, sorted by column, and repeats the first column at its end: so each block is one stretch of
-consecutive points, without a wrap, at the price of every point standing twice.
+The grid is as wide as the arena, 2**bits cells a side. A half cell is at least the range. So all points in
+range of a place lie in the nearest block of two by two cells. Strip r holds the points of rows r and r + 1,
+sorted by column, and repeats the first column at its end. So each block is one stretch of consecutive
+points without a wrap, and every point is stored twice.
 """
 
 from __future__ import annotations
 
 from numba import int64, uint32, uint64
 
-from feasibee.engine.compile import kernel
+from feasibee.engine.bits import first_bits
+from feasibee.engine.compile import inlined
 from feasibee.engine.intrinsics import popcount, within, within_on
-from feasibee.engine.layout import LABEL, X, Y
+from feasibee.engine.layout import Point
 
 
-@kernel
+@inlined
 def shortest(difference, side):
     """Return a difference on a torus the short way round."""
     if 2 * difference >= side:
@@ -25,37 +26,43 @@ def shortest(difference, side):
     return difference
 
 
-@kernel
-def near(params, xs, ys, first, x, y, limit):
-    """Return which of the 32 points from ``first`` on are near a place, on any arena."""
-    if params.wraps:
-        return within(xs, ys, first, x, y, limit)
-    return within_on(xs, ys, first, x, y, limit, params.width, params.height)
+@inlined
+def near(params, points, first, last, x, y, limit):
+    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near a place, on any arena.
+
+    ``points`` has the coordinates in its rows `Point.X` and `Point.Y`.
+    """
+    xs, ys, arena = points[Point.X], points[Point.Y], params.arena
+    if arena.wraps:
+        close = within(xs, ys, first, x, y, limit)
+    else:
+        close = within_on(xs, ys, first, x, y, limit, (arena.width, arena.height))
+    return close & first_bits(last - first)
 
 
-@kernel
-def first_bits(count):
-    """Return the set of the first ``count`` of 32, or of all of them."""
-    return uint32((uint64(1) << uint64(min(count, 32))) - uint64(1))
+@inlined
+def near_on_torus(points, first, last, x, y, limit):
+    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near, on a square torus."""
+    return within(points[Point.X], points[Point.Y], first, x, y, limit) & first_bits(last - first)
 
 
-@kernel
+@inlined
 def cell_of(coordinate, scale):
     """Return the column of an x or the row of a y, by the scale of that axis."""
     return int64((uint64(uint32(coordinate)) * scale) >> uint64(52))
 
 
-@kernel
-def fill(cells, grid, xs, ys, labels, count):
-    """Sort points and their labels into the cells of all strips: count, add up, place."""
+@inlined
+def sort_into_cells(cells, grid, xs, ys, labels, count):
+    """Sort points and their labels into the cells of all strips: count, sum up, store."""
     # Read once: the compiler must assume that writing to the cells changes the grid.
     side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
     start = cells.start
-    if side == 1:  # one cell holds all, in their order; sorting them took a tenth of a step beyond the paper
+    if side == 1:  # one cell holds all, in their order; sorting took 10 % of a step
         start[0], start[1] = 0, count
         points = cells.points
         for i in range(count):
-            points[X, i], points[Y, i], points[LABEL, i] = xs[i], ys[i], labels[i]
+            points[Point.X, i], points[Point.Y, i], points[Point.LABEL, i] = xs[i], ys[i], labels[i]
         return
     for cell in range(side * (side + 1) + 2):
         start[cell] = 0
@@ -85,19 +92,19 @@ def fill(cells, grid, xs, ys, labels, count):
             place(cells, lower + side, xs[i], ys[i], labels[i])
 
 
-@kernel
+@inlined
 def place(cells, cell, x, y, label):
     """Append a point to its cell."""
     slot = cells.start[cell + 1]
     cells.start[cell + 1] = slot + 1
-    cells.points[X, slot] = x
-    cells.points[Y, slot] = y
-    cells.points[LABEL, slot] = label
+    cells.points[Point.X, slot] = x
+    cells.points[Point.Y, slot] = y
+    cells.points[Point.LABEL, slot] = label
 
 
-@kernel
+@inlined
 def block(cells, grid, x, y):
-    """Return first and last place (the last excluded) of the points in the block nearest to a place."""
+    """Return first and last place (the last excluded) of the points in the nearest block of cells."""
     if grid.bits == 0:
         return int64(0), cells.start[1]
     side = 1 << grid.bits
@@ -111,9 +118,9 @@ def block(cells, grid, x, y):
     return cells.start[cell], cells.start[cell + 2]
 
 
-@kernel
+@inlined
 def block_on_torus(cells, bits, x, y):
-    """Return the same on a square torus, where the side is 2**32: by shifts."""
+    """Return what `block` returns, on a square torus, where the side is 2**32: by shifts."""
     side = 1 << bits
     shift = uint64(32 - bits)
     half = int64(1) << int64(31 - bits)
@@ -123,14 +130,12 @@ def block_on_torus(cells, bits, x, y):
     return cells.start[cell], cells.start[cell + min(2, side)]
 
 
-@kernel
+@inlined
 def count_within(cells, bits, x, y, limit):
-    """Return how many points lie within the limit of a place on a square torus."""
+    """Return the number of points within a range of a place on a square torus."""
     first, last = block_on_torus(cells, bits, x, y)
     total = 0
     while first < last:
-        total += popcount(
-            within(cells.points[X], cells.points[Y], first, x, y, limit) & first_bits(last - first)
-        )
+        total += popcount(near_on_torus(cells.points, first, last, x, y, limit))
         first += 32
     return total

@@ -1,70 +1,89 @@
-"""The one compile decorator. Nothing else in the package says ``njit``."""
+"""The decorators that compile. No other module of the package names numba's."""
 
 from __future__ import annotations
 
 import hashlib
 import pickle
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import llvmlite
 import numba
 import numpy
-from numba.core import compiler, serialize
+from numba.core import compiler, serialize, types
 from numba.core.typeinfer import register_dispatcher
 
 from feasibee.files.cache import cache_root, own_folder, read_sealed, write_sealed
 
 CompileResult: Any = compiler.CompileResult
 dumps: Any = serialize.dumps
-# No kernel allocates, so the runtime that counts references to arrays is off: passing the state to a
-# function would otherwise touch every array's count atomically, which doubled the cost of a step.
+unliteral: Any = types.unliteral
+# Compiled code allocates nothing, so numba's reference counting is off. With it, passing the state to a
+# function counts each array's references atomically, which doubled the time of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
 on_compile: ContextVar[Callable[[str], None]] = ContextVar("on_compile", default=lambda name: None)
 """Called with the name of an entry whose code isn't on disk, before it is compiled."""
 CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": True}
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that kernels call; inlined, since passing the state costs more than most do."""
-    compiled: Callable[..., Any] = numba.njit(forceinline=True, **OPTIONS)(function)
-    return compiled
+def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a helper, inlined by LLVM where it is called.
+
+    Passing the state costs more than most helpers do.
+    """
+    return one_copy(numba.njit(forceinline=True, **OPTIONS)(function))
 
 
-def passage(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile as part of the one function that calls it: a long one, which would else be compiled twice."""
+def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile as part of the one function that calls it, for long ones.
+
+    Inlined by LLVM instead, a long function would be compiled twice.
+    """
     compiled: Callable[..., Any] = numba.njit(inline="always", **OPTIONS)(function)
     return compiled
 
 
-def subroutine(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function that kernels call where a call costs little beside it; one copy compiles sooner.
+def called(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a helper that is called: where a call costs little, one copy compiles sooner."""
+    return one_copy(numba.njit(**OPTIONS)(function))
 
-    numba makes a copy for each constant that is passed, hence ``int64(KNOWN)`` in place of ``KNOWN`` there.
+
+def one_copy(compiled: Any) -> Callable[..., Any]:
+    """Make calls with constants share one compiled copy.
+
+    numba compiles another copy for each constant that is passed: ten of `draw`, for its purposes.
     """
-    compiled: Callable[..., Any] = numba.njit(**OPTIONS)(function)
-    return compiled
+    template_of = compiled.get_call_template
+
+    def get_call_template(arguments: Any, keywords: Any) -> Any:
+        plain = tuple(unliteral(each) for each in arguments)
+        return template_of(plain, {name: unliteral(each) for name, each in keywords.items()})
+
+    compiled.get_call_template = get_call_template
+    function: Callable[..., Any] = compiled
+    return function
 
 
 def careful(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a user's function, which raises what Python would; `entry` keeps what calls it."""
+    """Compile a user's function, which raises what Python would; `entry` keeps the code of its caller."""
     compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
     return compiled
 
 
 def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Compile a function that Python calls, for one signature, and keep the code on disk.
+    """Compile a function that Python calls, for one signature, and keep its code on disk.
 
     Parameters
     ----------
     signature : numba signature
         Types of its arguments and of what it returns.
     text : str
-        Text of the user's file that it comes of, if any. It raises what Python would then.
+        Text of the user's file that the function comes from, if any. It then raises what Python would.
     """
     options = CAREFUL if text else OPTIONS
 
@@ -80,17 +99,50 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
     return decorate
 
 
-class Kept:
-    """Compiled code of a function on disk, in a sealed file for each signature and kind of processor.
+class Pointer(types.WrapperAddressProtocol):
+    """A compiled function as a typed function pointer, for Python to pass to an `entry`, in a tuple too.
 
-    It stands in for numba's own cache, which runs whatever it finds: a damaged file ended the program.
+    A bare compiled function in a tuple has a type of its own, which the code kept on disk doesn't fit.
+
+    Parameters
+    ----------
+    function : callable
+        What `entry` returned.
+    signature : numba signature
+        Types of its arguments and of what it returns.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        self.function = function  # keeps the code loaded
+        self._signature = signature
+        compiled: Any = function
+        result = compiled.get_compile_result(signature)
+        self._address = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the function."""
+        return self.function(*arguments)
+
+    def __wrapper_address__(self) -> int:
+        """Return the address of the code, which numba asks for."""
+        return int(self._address)
+
+    def signature(self) -> Any:
+        """Return the signature, by which numba knows the type."""
+        return self._signature
+
+
+class Kept:
+    """Compiled code of a function on disk, in a sealed file per signature and kind of processor.
+
+    It replaces numba's own cache, which runs any file that it finds: a damaged one crashed the process.
 
     Parameters
     ----------
     function : callable
         The function as Python has it.
     text : str
-        Text of the user's file that it comes of; by default that of the file that defines it.
+        Text of the user's file that the function comes from; by default that of the file that defines it.
     """
 
     def __init__(self, function: Callable[..., Any], text: str) -> None:
@@ -98,7 +150,7 @@ class Kept:
         source = text.encode() or Path(code.co_filename).read_bytes()
         enclosed = tuple(cell.cell_contents for cell in function.__closure__ or ())
         self._name = function.__name__
-        place = (function.__module__, code.co_firstlineno)  # the code, when loaded, looks its module up
+        place = (function.__module__, code.co_firstlineno)  # loaded code looks its module up
         self._made_from = (source, bool(text), *place, code.co_code, dumps(enclosed))
 
     @property
@@ -107,7 +159,7 @@ class Kept:
         return str(cache_folder())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the code for a signature; None if it is missing or damaged."""
+        """Return the code for a signature, or None if it is missing or damaged."""
         target_context.refresh()
         data = read_sealed(self._path(sig, target_context.codegen()))
         if data is None:
@@ -116,7 +168,7 @@ class Kept:
         return CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the code for a signature, unless it holds addresses of this process."""
+        """Write the code for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
             write_sealed(self._path(sig, data.codegen), dumps(data._reduce()))
 
@@ -128,24 +180,37 @@ class Kept:
         return cache_folder() / f"{self._name}-{digest.hexdigest()[:16]}.nbc"
 
 
+IMPORTS: Final = re.compile(r"^from (feasibee[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+PACKAGE: Final = Path(__file__).parent.parent
+
+
+def sources() -> list[Path]:
+    """Return the files that the engine is compiled from: its modules, and all that they import from here."""
+    found: set[Path] = set()
+    new = set(PACKAGE.glob("engine/*.py"))
+    while new:
+        found |= new
+        new = {each for file in new for each in _imported_by(file)} - found
+    return sorted(found)
+
+
+def _imported_by(file: Path) -> Iterator[Path]:
+    """Yield the files of this package that a file imports, by its import statements."""
+    for module, names in IMPORTS.findall(file.read_text(encoding="utf-8")):
+        folder = PACKAGE.parent.joinpath(*module.split("."))
+        files = (folder.with_suffix(".py"), *(folder / f"{name}.py" for name in re.findall(r"\w+", names)))
+        yield from (each for each in files if each.is_file())
+
+
 @cache
 def cache_folder() -> Path:
-    """Return the folder of the compiled code, named after all that it was compiled from.
+    """Return the folder of the compiled code, named by a hash of its sources and of the compilers' versions.
 
-    A file's name tells its function's own source, not the kernels that it calls. Strategies call none.
-    ``FEASIBEE_CACHE`` moves the folder.
+    A strategy's own text is part of a file's name: see `Kept`. ``FEASIBEE_CACHE`` moves the folder.
     """
-    package = Path(__file__).parent.parent
     digest = hashlib.sha256()
-    shared = (
-        "model/codes.py",
-        "model/outcomes.py",
-        "model/purposes.py",
-        "model/record.py",
-        "strategies/contract.py",
-    )
-    for source in (*sorted(package.glob("engine/*.py")), *(package / name for name in shared)):
-        digest.update(source.name.encode())
+    for source in sources():
+        digest.update(source.relative_to(PACKAGE).as_posix().encode())
         digest.update(source.read_bytes())
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
         digest.update(version.encode())

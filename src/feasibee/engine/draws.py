@@ -1,8 +1,8 @@
 """Random numbers as coordinates, and the quantities drawn from them.
 
-A draw is Philox4x32-10 of the key (seed) and the counter (how many before, robot, run, purpose). There is
-no generator and no state. Only IEEE sums and products are used, so that a heading is the same on every
-platform; the logarithm of a duration is rounded up to whole steps, which hides its last bit.
+A draw is Philox4x32-10 of the key (seed) and the counter (number of the draw, robot, run, purpose). There is
+no generator and no state. Headings use IEEE sums and products only, so they are the same on every platform
+that follows IEEE 754. The logarithm of a duration is rounded up to whole steps, which hides its last bit.
 
 References
 ----------
@@ -15,11 +15,12 @@ import math
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.compile import kernel, subroutine
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.layout import Clock
 from feasibee.model.codes import LONGEST
 
 
-@subroutine
+@called
 def philox(counter0, counter1, counter2, counter3, key0, key1):
     """Return the four 32-bit words of Philox4x32-10 (Salmon et al., section 4.3)."""
     c0, c1, c2, c3 = uint32(counter0), uint32(counter1), uint32(counter2), uint32(counter3)
@@ -38,14 +39,14 @@ def philox(counter0, counter1, counter2, counter3, key0, key1):
     return c0, c1, c2, c3
 
 
-@subroutine
+@called
 def duration(word, mean):
     """Return max(1, ceil(x)) for the exponential x = -mean log u, u = (word + 1) / 2**32 (model.md 3.4)."""
     length = -mean * math.log((float64(word) + 1.0) * (1.0 / 4294967296.0))
     return int32(max(1.0, math.ceil(min(length, float64(LONGEST)))))
 
 
-@subroutine
+@called
 def direction(word):
     """Return cosine and sine of the angle 2 pi word / 2**32.
 
@@ -83,23 +84,40 @@ def direction(word):
     return sine, -cosine
 
 
-@kernel
+@inlined
+def draw_words(params, run, robot, counter, purpose):
+    """Return the four words of the draw at a coordinate."""
+    key = params.seed
+    return philox(int64(counter), int64(robot), int64(run), int64(purpose), key.low, key.high)
+
+
+@inlined
 def draw(params, run, robot, counter, purpose):
-    """Return the first word of a coordinate."""
-    return philox(
-        int64(counter), int64(robot), int64(run), int64(purpose), params.seed_low, params.seed_high
-    )[0]
+    """Return the first word of the draw at a coordinate."""
+    return draw_words(params, run, robot, counter, purpose)[0]
 
 
-@kernel
+@inlined
+def draw_now(params, state, robot, purpose):
+    """Return the first word of a draw whose counter is the number of the present step."""
+    return draw(params, state.clock[Clock.RUN], robot, state.clock[Clock.STEP] + 1, purpose)
+
+
+@inlined
+def coin(word):
+    """Return 0 or 1 with equal probability."""
+    return int64(word >> uint32(31))
+
+
+@inlined
 def choose(word, count):
-    """Return a number below ``count``, each as likely as the others."""
+    """Return a number below ``count``, uniformly."""
     return int64((uint64(word) * uint64(count)) >> uint64(32))
 
 
-@subroutine
+@called
 def poisson(word, mean):
-    """Return a Poisson number by going up its distribution function."""
+    """Return a Poisson number by inverting its distribution function."""
     number = 0
     probability = math.exp(-mean)
     below = probability
@@ -110,9 +128,9 @@ def poisson(word, mean):
     return number
 
 
-@subroutine
+@called
 def shuffle(params, run, order, count, purpose):
-    """Put 0 to ``count`` - 1 into random order (Fisher and Yates)."""
+    """Write 0 to ``count`` - 1 in random order (Fisher and Yates)."""
     for k in range(count):
         order[k] = k
     for k in range(count):

@@ -1,7 +1,7 @@
-"""What a user's strategy returns is checked in every call; built-in strategies are tested instead.
+"""Checks of what a user's strategy returns, in every call; built-in strategies are tested instead.
 
-Each function here stands in for one of the strategy's, which it calls by the name ``own``. The messages are
-for the log: the run is played again by the reference, whose errors name line, arguments and value.
+Each function here replaces one of the strategy's, which it calls by the name ``own``. Users do not see these
+messages: the reference plays the run again, and its errors name line, arguments and value.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from feasibee.model.codes import LONGEST
 
 
 def own(*arguments: Any) -> Any:
-    """Stand for the strategy's function, in whose place a copy of a guard has it; see `guarded`."""
+    """Stand for the strategy's function until `guarded` replaces it."""
     raise NotImplementedError
 
 

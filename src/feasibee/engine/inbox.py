@@ -1,151 +1,146 @@
-"""What robots have heard (model.md 4.5): up to 32 robots as sets, else as one small hash table a robot."""
+"""Inboxes (model.md 4.5): sets for up to 32 robots on the fast path, else a small hash table per robot."""
 
 from __future__ import annotations
 
 from numba import float64, int32, int64, uint32
 
-from feasibee.engine.compile import kernel, passage, subroutine
+from feasibee.engine.bits import says_feasible, sender_of, without_lowest
+from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
 from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.layout import (
-    FEASIBLE_VOTES,
-    FULL,
-    HEARD,
-    HEARD_FEASIBLE,
-    MESSAGES,
-    SAID,
-    SENDER,
-    SIGHT,
-    TOLD_VALUE,
-    VALUES,
-    VOTES,
-    WHEN,
-)
+from feasibee.engine.layout import Clock, Count, Link, Robot, Set, Slot
 from feasibee.model.codes import NO_OPINION
 
 
-@passage
-def hear_few(params, state, speaking):
-    """Put what each robot hears from those noted beside it into its inbox."""
-    sight = state.few[SIGHT]
-    said = state.sets[SAID, 0]
-    if params.every_message:
-        votes, feasible_votes = state.counts[VOTES], state.counts[FEASIBLE_VOTES]
+@spliced
+def receive_together(params, state, speaking):
+    """Add the messages of the robots in each robot's sight to its inbox."""
+    sight = state.links[Link.SIGHT]
+    said = state.sets[Set.SAYS_FEASIBLE, 0]
+    if params.decision.every_message:
+        votes, feasible_votes = state.counts[Count.VOTES], state.counts[Count.FEASIBLE_VOTES]
         for i in range(32):
             spoken = uint32(sight[i] & speaking)
             votes[i] += popcount(spoken)
             feasible_votes[i] += popcount(uint32(spoken & said))
     else:
-        heard, feasible = state.few[HEARD], state.few[HEARD_FEASIBLE]
+        heard, feasible = state.links[Link.HEARD], state.links[Link.HEARD_FEASIBLE]
         for i in range(32):
             spoken = uint32(sight[i] & speaking)
             heard[i] |= spoken
             feasible[i] = uint32(uint32(feasible[i] & ~spoken) | uint32(spoken & said))
-        if params.value_scale > 0.0:
-            for i in range(params.robots):
+        if params.strategy.value_scale > 0.0:
+            for i in range(params.robots.count):
                 spoken = uint32(sight[i] & speaking)
                 while spoken:
                     j = lowest(spoken)
-                    state.inbox[VALUES, i, j] = state.robots[TOLD_VALUE, j]
-                    spoken = uint32(spoken & uint32(spoken - uint32(1)))
+                    state.inbox[Slot.VALUE, i, j] = state.robots[Robot.SENT_VALUE, j]
+                    spoken = without_lowest(spoken)
 
 
-@kernel
-def hear(params, state, i, message, value):
-    """Put a message, the sender's label and value, into a robot's inbox."""
-    opinion = int64(message >> int32(1)) & 1
-    if params.every_message:
-        state.counts[VOTES, i] += 1
-        state.counts[FEASIBLE_VOTES, i] += opinion
+@inlined
+def receive(params, state, i, message, value):
+    """Add a message, the sender's label and value, to a robot's inbox."""
+    opinion = says_feasible(message)
+    if params.decision.every_message:
+        state.counts[Count.VOTES, i] += 1
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion
         return
-    inbox = state.inbox[SENDER, i]
+    inbox = state.inbox[Slot.SENDER, i]
     slots = inbox.size
-    sender = message >> int32(2)
-    place = int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8)) & (slots - 1)
-    while inbox[place] >= 0 and inbox[place] >> int32(2) != sender:
+    sender = sender_of(message)
+    place = scrambled(sender) & (slots - 1)
+    while inbox[place] >= 0 and sender_of(inbox[place]) != sender:
         place = (place + 1) & (slots - 1)
     known = inbox[place]
     if known >= 0:
-        state.counts[FEASIBLE_VOTES, i] += opinion - (int64(known >> int32(1)) & 1)
-    elif 4 * state.counts[VOTES, i] >= 3 * slots:
-        state.clock[FULL] = 1  # nearly full; the caller plays this run again with more room
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion - says_feasible(known)
+    elif 4 * state.counts[Count.VOTES, i] >= 3 * slots:
+        state.clock[Clock.FULL] = 1  # nearly full: the runner plays this run again with more room
         return
     else:
-        state.counts[VOTES, i] += 1
-        state.counts[FEASIBLE_VOTES, i] += opinion
+        state.counts[Count.VOTES, i] += 1
+        state.counts[Count.FEASIBLE_VOTES, i] += opinion
     inbox[place] = message
-    if params.value_scale > 0.0:
-        state.inbox[VALUES, i, place] = value
-    if params.inbox_size > 0:
-        state.inbox[WHEN, i, place] = state.robots[MESSAGES, i]
-        state.robots[MESSAGES, i] += int32(1)
+    if params.strategy.value_scale > 0.0:
+        state.inbox[Slot.VALUE, i, place] = value
+    if params.decision.inbox_size > 0:
+        state.inbox[Slot.WHEN, i, place] = state.robots[Robot.MESSAGES, i]
+        state.robots[Robot.MESSAGES, i] += int32(1)
 
 
-@kernel
+@inlined
+def scrambled(sender):
+    """Return a hash of a sender, of 24 bits (Knuth's multiplicative hash)."""
+    return int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8))
+
+
+@inlined
 def read(params, state, i, word):
-    """Return the votes for *feasible*, all votes, what one drawn of them says and its value, and all values.
+    """Return what `decide` needs of an inbox.
 
-    The draw is among those that say *feasible*, in the order of their senders, and then the others.
+    These are the votes for *feasible*, all votes, the opinion and value of a message drawn at random, and the
+    sum of all values. The messages for *feasible* come first in the draw, each group by its senders.
     """
-    if params.together and not params.every_message:
-        return read_few(params, state, i, word)
-    if params.inbox_size > 0 or params.value_scale > 0.0:
+    if params.together and not params.decision.every_message:
+        return read_together(params, state, i, word)
+    if params.decision.inbox_size > 0 or params.strategy.value_scale > 0.0:
         return read_table(params, state, i, word)
-    votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
+    votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
     opinion, _ = draw_message(word, feasible_votes, votes)
     return feasible_votes, votes, opinion, int64(0), int64(0)
 
 
-@kernel
-def read_few(params, state, i, word):
-    """Read an inbox in a swarm of at most 32."""
-    heard, feasible = state.few[HEARD, i], state.few[HEARD_FEASIBLE, i]
+@inlined
+def read_together(params, state, i, word):
+    """Read an inbox in a swarm of at most 32 on the fast path."""
+    heard, feasible = state.links[Link.HEARD, i], state.links[Link.HEARD_FEASIBLE, i]
     votes, feasible_votes = popcount(heard), popcount(feasible)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
-    if params.value_scale > 0.0 and votes > 0:
+    if params.strategy.value_scale > 0.0 and votes > 0:
         among = feasible if opinion == 1 else uint32(heard & ~feasible)
         while drawn > 0:
-            among = uint32(among & uint32(among - uint32(1)))
+            among = without_lowest(among)
             drawn -= 1
-        value = int64(state.inbox[VALUES, i, lowest(among)])
+        value = int64(state.inbox[Slot.VALUE, i, lowest(among)])
         while heard:
-            total += state.inbox[VALUES, i, lowest(heard)]
-            heard = uint32(heard & uint32(heard - uint32(1)))
+            total += state.inbox[Slot.VALUE, i, lowest(heard)]
+            heard = without_lowest(heard)
     return feasible_votes, votes, opinion, value, total
 
 
-@subroutine
+@called
 def read_table(params, state, i, word):
-    """Read an inbox table of which more matters than what is counted of it."""
-    votes, feasible_votes = state.counts[VOTES, i], state.counts[FEASIBLE_VOTES, i]
+    """Read an inbox whose running counts do not suffice: it keeps the newest only, or has values."""
+    votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
     oldest = int64(0)
-    if 0 < params.inbox_size < votes:
+    if 0 < params.decision.inbox_size < votes:
         oldest = oldest_kept(params, state, i)
-        votes = params.inbox_size
-        feasible_votes = count(params, state, i, oldest, int64(1), params.robots)
+        votes = params.decision.inbox_size
+        feasible_votes = count(params, state, i, oldest, int64(1), params.robots.count)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
-    if params.value_scale > 0.0 and votes > 0:
-        # The sender is the least number up to which more than `drawn` have that opinion.
-        low, high = int64(0), params.robots - 1
+    if params.strategy.value_scale > 0.0 and votes > 0:
+        # Find the least sender up to which more than `drawn` messages have this opinion.
+        low, high = int64(0), params.robots.count - 1
         while low < high:
-            middle = (low + high) >> 1
+            middle = (low + high) // 2
             if count(params, state, i, oldest, opinion, middle + 1) > drawn:
                 high = middle
             else:
                 low = middle + 1
         for place in range(state.inbox.shape[2]):
             if keeps(params, state, i, place, oldest):
-                total += state.inbox[VALUES, i, place]
-                if state.inbox[SENDER, i, place] >> int32(2) == low:
-                    value = int64(state.inbox[VALUES, i, place])
+                total += state.inbox[Slot.VALUE, i, place]
+                if sender_of(state.inbox[Slot.SENDER, i, place]) == low:
+                    value = int64(state.inbox[Slot.VALUE, i, place])
     return feasible_votes, votes, opinion, value, total
 
 
-@kernel
+@inlined
 def draw_message(word, feasible_votes, votes):
-    """Return what a message drawn at random says, and which of those that say so it is."""
+    """Return the opinion of a message drawn at random, and its place among those of this opinion."""
     if votes == 0:
         return int64(NO_OPINION), int64(0)
     drawn = choose(word, votes)
@@ -154,61 +149,60 @@ def draw_message(word, feasible_votes, votes):
     return int64(0), drawn - feasible_votes
 
 
-@subroutine
+@called
 def oldest_kept(params, state, i):
-    """Return the number of the oldest message in an inbox that keeps so many of the newest."""
-    low, high = int64(0), int64(state.robots[MESSAGES, i])
+    """Return the number of the oldest message that an inbox of limited size keeps."""
+    low, high = int64(0), int64(state.robots[Robot.MESSAGES, i])
     while high - low > 1:
-        middle = (low + high) >> 1
+        middle = (low + high) // 2
         since = 0
         for place in range(state.inbox.shape[2]):
-            if state.inbox[SENDER, i, place] >= 0 and state.inbox[WHEN, i, place] >= middle:
+            if state.inbox[Slot.SENDER, i, place] >= 0 and state.inbox[Slot.WHEN, i, place] >= middle:
                 since += 1
-        if since >= params.inbox_size:
+        if since >= params.decision.inbox_size:
             low = middle
         else:
             high = middle
     return low
 
 
-@subroutine
+@called
 def count(params, state, i, oldest, opinion, senders):
-    """Return how many kept messages have an opinion and one of the first senders."""
+    """Return the number of kept messages with this opinion and a sender below ``senders``."""
     number = int64(0)
     for place in range(state.inbox.shape[2]):
-        message = state.inbox[SENDER, i, place]
-        said = int64(message >> int32(1)) & 1
+        message = state.inbox[Slot.SENDER, i, place]
         if (
             keeps(params, state, i, place, oldest)
-            and said == opinion
-            and int64(message >> int32(2)) < senders
+            and says_feasible(message) == opinion
+            and sender_of(message) < senders
         ):
             number += 1
     return number
 
 
-@kernel
+@inlined
 def keeps(params, state, i, place, oldest):
-    """Tell whether a slot holds a message that is kept."""
-    if state.inbox[SENDER, i, place] < 0:
+    """Return whether a slot holds a message that counts."""
+    if state.inbox[Slot.SENDER, i, place] < 0:
         return False
-    return params.inbox_size == 0 or state.inbox[WHEN, i, place] >= oldest
+    return params.decision.inbox_size == 0 or state.inbox[Slot.WHEN, i, place] >= oldest
 
 
-@kernel
+@inlined
 def as_share(params, value):
-    """Return the number that a message holds as a share."""
-    return float64(value) / params.value_scale if params.value_scale > 0.0 else 0.0
+    """Return a message's integer value, or a sum of such values, as a share of the largest value."""
+    return float64(value) / params.strategy.value_scale if params.strategy.value_scale > 0.0 else 0.0
 
 
-@kernel
+@inlined
 def empty(params, state, i):
     """Empty a robot's inbox (model.md 4.6)."""
     if params.together:
-        state.few[HEARD, i] = uint32(0)
-        state.few[HEARD_FEASIBLE, i] = uint32(0)
-    elif state.counts[VOTES, i] > 0 and not params.every_message:
-        state.inbox[SENDER, i] = int32(-1)
-        state.robots[MESSAGES, i] = int32(0)
-    state.counts[VOTES, i] = 0
-    state.counts[FEASIBLE_VOTES, i] = 0
+        state.links[Link.HEARD, i] = uint32(0)
+        state.links[Link.HEARD_FEASIBLE, i] = uint32(0)
+    elif state.counts[Count.VOTES, i] > 0 and not params.decision.every_message:
+        state.inbox[Slot.SENDER, i] = int32(-1)
+        state.robots[Robot.MESSAGES, i] = int32(0)
+    state.counts[Count.VOTES, i] = 0
+    state.counts[Count.FEASIBLE_VOTES, i] = 0

@@ -1,6 +1,6 @@
-"""What a processor does in few instructions and Python has no words for, written as LLVM's own.
+"""Operations that processors have and Python lacks, written as LLVM instructions.
 
-LLVM would find these in loops and shifts, but not everywhere, and only by long optimisation.
+LLVM finds some of these in loops and shifts, but not everywhere, and only by long optimisation.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from numba import types
 from numba.extending import intrinsic
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
-LANES = 8  # as many squared distances as fit in the widest registers
+as_tuple: Any = types.Tuple
+LANES = 8  # 64-bit squared distances in a 512-bit register
 INTS, LONGS = ir.VectorType(INT, LANES), ir.VectorType(LONG, LANES)
 
 
@@ -38,7 +39,7 @@ def lowest(_typing: Any, word: Any) -> Any:
 
 @intrinsic
 def within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
-    """Return the set of those of the 32 points from ``first`` on whose squared distance is below ``limit``.
+    """Return the set of the 32 points from ``first`` on whose squared distance is below ``limit``.
 
     Differences are taken in 32 bits, so that they wrap.
     """
@@ -55,35 +56,33 @@ def within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: An
 
 
 @intrinsic
-def within_on(
-    _typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
-) -> Any:
-    """Return the same on a torus whose sides differ, so that 32 bits don't wrap by themselves.
+def within_on(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, sides: Any) -> Any:
+    """Return the set that `within` returns, on a torus whose sides differ.
 
-    A loop that LLVM made into vectors itself cost a fifth more of a step on such a torus.
+    There 32 bits don't wrap by themselves. A loop that LLVM vectorized itself cost a fifth more of a step.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         def square(coordinates: Any, axis: int) -> Any:
             centre = builder.zext(spread(builder, arguments[3 + axis], INTS), LONGS)
-            side = spread(builder, arguments[6 + axis], LONGS)
+            side = spread(builder, builder.extract_value(arguments[6], axis), LONGS)
             ahead = builder.sub(builder.zext(coordinates, LONGS), centre)
             back = builder.neg(ahead)
             straight = builder.select(builder.icmp_signed(">", ahead, back), ahead, back)
             around = builder.sub(side, straight)
             way = builder.select(builder.icmp_signed("<", straight, around), straight, around)
-            # Half a side at most: told that it fits in 32 bits, LLVM takes the faster product.
+            # At most half a side: LLVM takes a faster product of numbers that it knows to fit in 32 bits.
             way = builder.zext(builder.trunc(way, INTS), LONGS)
             return builder.mul(way, way)
 
         return near_points(context, builder, signature.args, arguments, square)
 
-    sides = (types.int64, types.int64)
-    return types.uint32(xs, ys, types.int64, types.int32, types.int32, types.uint64, *sides), generate
+    pair = types.int64, types.int64
+    return types.uint32(xs, ys, types.int64, types.int32, types.int32, types.uint64, as_tuple(pair)), generate
 
 
 def near_points(context: Any, builder: Any, kinds: Any, arguments: Any, square: Any) -> Any:
-    """Return the set of those of 32 points for which the sum of both axes' ``square`` is below a limit."""
+    """Return the set of 32 points for which the sum of both axes' ``square`` is below a limit."""
     first, limit = arguments[2], arguments[5]
     axes = [
         context.make_array(kind)(context, builder, value).data
@@ -101,7 +100,7 @@ def near_points(context: Any, builder: Any, kinds: Any, arguments: Any, square: 
 
 
 def stretch(builder: Any, data: Any, start: Any) -> Any:
-    """Return as many coordinates as go into a vector."""
+    """Return a vector of consecutive coordinates."""
     return builder.load(builder.bitcast(builder.gep(data, [start]), INTS.as_pointer()), align=4)
 
 

@@ -1,4 +1,4 @@
-"""How robots move: straight runs of exponential duration, headings uniform (model.md 2, 6.1, 6.2)."""
+"""Motion: straight runs of exponential duration, uniform headings, bodies (model.md 2, 6.1, 6.2)."""
 
 from __future__ import annotations
 
@@ -6,33 +6,27 @@ import math
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import block, first_bits, near, shortest
-from feasibee.engine.compile import kernel, passage, subroutine
-from feasibee.engine.draws import direction, duration, philox
-from feasibee.engine.intrinsics import lowest
-from feasibee.engine.layout import (
-    BLOCKED,
-    ENDING,
-    LABEL,
-    PHASE_LEFT,
-    RUN,
-    STEP_X,
-    STEP_Y,
-    TURNING,
-    WALK_LEFT,
-    WALKS,
-    WORKING,
-    X,
-    Y,
+from feasibee.engine.bits import (
+    bit,
+    bit_if,
+    contains,
+    lowest_member,
+    sender_of,
+    without_lowest,
 )
+from feasibee.engine.cells import block, near, shortest
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import direction, draw_words, duration
+from feasibee.engine.intrinsics import lowest
+from feasibee.engine.layout import Clock, Point, Robot, Set
 from feasibee.model.purposes import WALK
 
 
-@kernel
+@inlined
 def move_freely(state):
-    """Move all robots one step round a square torus, through each other (model.md 3.1)."""
-    xs, ys = state.robots[X], state.robots[Y]
-    steps_x, steps_y = state.robots[STEP_X], state.robots[STEP_Y]
+    """Move all robots one step on a square torus, through each other (model.md 3.1)."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
     for w in range(state.sets.shape[1]):
         base = uint64(32 * w)
         for j in range(32):
@@ -41,10 +35,10 @@ def move_freely(state):
             ys[i] += steps_y[i]
 
 
-@kernel
+@inlined
 def tick(state):
-    """Let the timers advance; note whose heading and whose phase end with this step (model.md 3.3)."""
-    walks_left, phases_left = state.robots[WALK_LEFT], state.robots[PHASE_LEFT]
+    """Advance the timers; store whose heading and whose phase end with this step (model.md 3.3)."""
+    walks_left, phases_left = state.robots[Robot.WALK_LEFT], state.robots[Robot.PHASE_LEFT]
     for w in range(state.sets.shape[1]):
         turning = uint32(0)
         ending = uint32(0)
@@ -55,49 +49,49 @@ def tick(state):
             phase_left = int32(phases_left[i] - int32(1))
             walks_left[i] = walk_left
             phases_left[i] = phase_left
-            turning |= uint32((uint32(1) << uint32(j)) if walk_left == int32(0) else uint32(0))
-            ending |= uint32((uint32(1) << uint32(j)) if phase_left == int32(0) else uint32(0))
-        state.sets[TURNING, w] = turning | state.sets[BLOCKED, w]
-        state.sets[ENDING, w] = ending
+            turning |= bit_if(walk_left == int32(0), j)
+            ending |= bit_if(phase_left == int32(0), j)
+        state.sets[Set.TURNING, w] = turning | state.sets[Set.BLOCKED, w]
+        state.sets[Set.ENDING, w] = ending
 
 
-@passage
+@spliced
 def move_where_clear(params, state):
-    """Move each robot whose way is clear; the others are blocked, stay, and will turn (model.md 6.2)."""
-    if params.wraps and not (params.walls or params.avoid_collisions):
-        move_freely(state)  # those that have stopped have no speed
+    """Move each robot whose way is clear; the others stay and will turn (model.md 6.2)."""
+    if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
+        move_freely(state)  # stopped robots have speed 0
         return
     for w in range(state.sets.shape[1]):
         blocked = uint32(0)
-        left = state.sets[WORKING, w]
+        left = state.sets[Set.WORKING, w]
         while left:
-            j = lowest(left)
-            if not is_clear(params, state, int64(32 * w + j)):
-                blocked |= uint32(uint32(1) << uint32(j))
-            left = uint32(left & uint32(left - uint32(1)))
-        state.sets[BLOCKED, w] = blocked
+            i = lowest_member(w, left)
+            if not is_clear(params, state, i):
+                blocked |= bit(i)
+            left = without_lowest(left)
+        state.sets[Set.BLOCKED, w] = blocked
     for w in range(state.sets.shape[1]):
-        left = uint32(state.sets[WORKING, w] & ~state.sets[BLOCKED, w])
+        left = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.BLOCKED, w])
         while left:
-            i = int64(32 * w + lowest(left))
+            i = lowest_member(w, left)
             x, y = destination(params, state, i)
-            state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
-            left = uint32(left & uint32(left - uint32(1)))
+            state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def destination(params, state, i):
-    """Return where a robot's step leads: round the torus, or maybe beyond a wall."""
-    x = int64(uint32(state.robots[X, i])) + int64(state.robots[STEP_X, i])
-    y = int64(uint32(state.robots[Y, i])) + int64(state.robots[STEP_Y, i])
-    if not params.walls:
-        x, y = around(x, params.width), around(y, params.height)
+    """Return where a robot's step leads: on the torus, or possibly beyond a wall."""
+    x = int64(uint32(state.robots[Robot.X, i])) + int64(state.robots[Robot.STEP_X, i])
+    y = int64(uint32(state.robots[Robot.Y, i])) + int64(state.robots[Robot.STEP_Y, i])
+    if not params.arena.walls:
+        x, y = around(x, params.arena.width), around(y, params.arena.height)
     return x, y
 
 
-@kernel
+@inlined
 def around(coordinate, side):
-    """Return a coordinate that is off by less than a side brought back onto the torus."""
+    """Return a coordinate less than a side off the torus, wrapped onto it."""
     if coordinate < 0:
         coordinate += side
     if coordinate >= side:
@@ -105,75 +99,78 @@ def around(coordinate, side):
     return coordinate
 
 
-@kernel
+@inlined
 def is_clear(params, state, i):
-    """Tell whether a robot's disc keeps clear of the walls, and of all others whether they move or stay."""
-    if params.walls:
+    """Return whether a robot's step keeps its disc clear of walls and of all other robots."""
+    if params.arena.walls:
         x, y = destination(params, state, i)
-        margin = params.radius
-        if x < margin or y < margin or x > params.width - margin or y > params.height - margin:
+        margin = params.robots.radius
+        if x < margin or y < margin or x > params.arena.width - margin or y > params.arena.height - margin:
             return False
-    if not params.avoid_collisions:
+    if not params.robots.avoid_collisions:
         return True
-    cells = state.robot_cells
-    first, last = block(cells, params.robot_grid, state.robots[X, i], state.robots[Y, i])
-    return is_clear_of(params, state, i, cells.points[X], cells.points[Y], cells.points[LABEL], first, last)
+    first, last = block(
+        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    )
+    return is_clear_of(params, state, i, first, last)
 
 
-@subroutine
-def is_clear_of(params, state, i, xs, ys, labels, first, last):
-    """Tell whether a robot meets none of those listed, whose places are those before the step."""
+@called
+def is_clear_of(params, state, i, first, last):
+    """Return whether a robot's step keeps clear of the robots in a stretch of the cells."""
+    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
     while first < last:
-        close = near(
-            params, xs, ys, first, state.robots[X, i], state.robots[Y, i], params.meet_limit
-        ) & first_bits(last - first)
+        close = near(params, points, first, last, x, y, params.robots.meet_limit)
         while close:
-            other = int64(labels[first + lowest(close)] >> int32(2))
+            other = sender_of(points[Point.LABEL, first + lowest(close)])
             if other != i and collide(params, state, i, other):
                 return False
-            close = uint32(close & uint32(close - uint32(1)))
+            close = without_lowest(close)
         first += 32
     return True
 
 
-@kernel
+@inlined
 def collide(params, state, i, other):
-    """Tell whether a robot that moves meets another that moves too, or that stays."""
-    way_x = int64(uint32(state.robots[X, other])) - int64(uint32(state.robots[X, i]))
-    way_y = int64(uint32(state.robots[Y, other])) - int64(uint32(state.robots[Y, i]))
-    if not params.walls:
-        way_x, way_y = shortest(way_x, params.width), shortest(way_y, params.height)
-    dx, dy = -int64(state.robots[STEP_X, i]), -int64(state.robots[STEP_Y, i])
-    works = uint32(state.sets[WORKING, other >> 5] >> uint32(other & 31)) & uint32(1)
+    """Return whether a moving robot meets another, which may move too or stay."""
+    way_x = int64(uint32(state.robots[Robot.X, other])) - int64(uint32(state.robots[Robot.X, i]))
+    way_y = int64(uint32(state.robots[Robot.Y, other])) - int64(uint32(state.robots[Robot.Y, i]))
+    if not params.arena.walls:
+        way_x, way_y = shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
+    dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
     if meet(params, way_x, way_y, dx, dy):
         return True
-    return works and meet(
-        params, way_x, way_y, dx + int64(state.robots[STEP_X, other]), dy + int64(state.robots[STEP_Y, other])
+    return contains(state.sets[Set.WORKING], other) and meet(
+        params,
+        way_x,
+        way_y,
+        dx + int64(state.robots[Robot.STEP_X, other]),
+        dy + int64(state.robots[Robot.STEP_Y, other]),
     )
 
 
-@subroutine
+@called
 def meet(params, way_x, way_y, dx, dy):
-    """Tell whether two discs overlap at some moment of a step, exactly.
+    """Return whether two discs overlap at some moment of a step, exactly.
 
     ``way`` is the difference of their places at the start, ``d`` that of their steps.
     """
     along = way_x * dx + way_y * dy
     length = dx * dx + dy * dy
-    if along >= 0:  # they part
-        return uint64(way_x * way_x + way_y * way_y) < params.apart_limit
-    if -along >= length:  # they come closer until the end
+    if along >= 0:  # the distance grows
+        return uint64(way_x * way_x + way_y * way_y) < params.robots.apart_limit
+    if -along >= length:  # the distance shrinks until the end
         end_x, end_y = way_x + dx, way_y + dy
-        return uint64(end_x * end_x + end_y * end_y) < params.apart_limit
-    across = uint64(abs(way_x * dy - way_y * dx))  # they pass
+        return uint64(end_x * end_x + end_y * end_y) < params.robots.apart_limit
+    across = uint64(abs(way_x * dy - way_y * dx))  # the least distance is within the step
     high, low = product(across, across)
-    least_high, least_low = product(params.apart_limit, uint64(length))
+    least_high, least_low = product(params.robots.apart_limit, uint64(length))
     return high < least_high or (high == least_high and low < least_low)
 
 
-@subroutine
+@called
 def product(a, b):
-    """Return the 128 bits of a product of two words of 64."""
+    """Return the high and low 64 bits of the product of two 64-bit words."""
     mask = uint64(0xFFFFFFFF)
     a0, a1, b0, b1 = a & mask, a >> uint64(32), b & mask, b >> uint64(32)
     low = a0 * b0
@@ -182,24 +179,22 @@ def product(a, b):
     return a1 * b1 + (middle >> uint64(32)) + (other >> uint64(32)), (other << uint64(32)) | (low & mask)
 
 
-@kernel
+@inlined
 def turn(params, state):
-    """Give a new heading to each robot whose run has ended."""
+    """Draw a new heading for each robot whose straight run has ended."""
     for w in range(state.sets.shape[1]):
-        left = state.sets[TURNING, w]
+        left = state.sets[Set.TURNING, w]
         while left:
-            head(params, state, int64(32 * w + lowest(left)))
-            left = uint32(left & uint32(left - uint32(1)))
+            head(params, state, lowest_member(w, left))
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def head(params, state, i):
-    """Draw a robot's next heading and how long it lasts (model.md 2.1)."""
-    words = philox(
-        int64(state.robots[WALKS, i]), i, state.clock[RUN], int64(WALK), params.seed_low, params.seed_high
-    )
-    state.robots[WALKS, i] += int32(1)
+    """Draw a robot's next heading and its duration (model.md 2.1)."""
+    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.WALKS, i], WALK)
+    state.robots[Robot.WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
-    state.robots[STEP_X, i] = int32(int64(math.floor(params.reach * cosine + 0.5)))
-    state.robots[STEP_Y, i] = int32(int64(math.floor(params.reach * sine + 0.5)))
-    state.robots[WALK_LEFT, i] = duration(words[1], params.mean_run)
+    state.robots[Robot.STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))
+    state.robots[Robot.STEP_Y, i] = int32(int64(math.floor(params.robots.reach * sine + 0.5)))
+    state.robots[Robot.WALK_LEFT, i] = duration(words[1], params.walk.mean_run)

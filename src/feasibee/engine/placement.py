@@ -1,13 +1,14 @@
-"""Where robots and tasks stand at the start (model.md 1.2, 1.3, 6.4)."""
+"""Placement of robots and tasks at the start (model.md 1.2, 1.3, 6.4)."""
 
 from __future__ import annotations
 
 from numba import int32, int64, uint32
 
-from feasibee.engine.cells import first_bits, near
-from feasibee.engine.compile import kernel, subroutine
-from feasibee.engine.draws import choose, draw, philox, shuffle
-from feasibee.engine.layout import CORNER, ORDER, POINTS, RUN, UNIFORM, X, Y
+from feasibee.engine.cells import near
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.draws import choose, draw, draw_words, shuffle
+from feasibee.engine.layout import Clock, Point, Robot
+from feasibee.engine.params import Placement
 from feasibee.model.codes import ATTEMPTS
 from feasibee.model.purposes import (
     CENTRE_ROBOT,
@@ -22,126 +23,126 @@ from feasibee.model.purposes import (
 )
 
 
-@subroutine
+@called
 def scatter(params, state):
-    """Put robots and tasks anywhere, as in the paper."""
-    for i in range(params.tasks):
-        x, y = anywhere(params, params.task_placing, state.clock[RUN], i, int64(0), int64(PLACE_TASK))
-        state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
-    for i in range(params.robots):
-        x, y = anywhere(params, params.robot_placing, state.clock[RUN], i, int64(0), int64(PLACE_ROBOT))
-        state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
+    """Place robots and tasks uniformly, on the fast path."""
+    for i in range(params.tasks.count):
+        x, y = anywhere(params, params.tasks.placement, state.clock[Clock.RUN], i, 0, PLACE_TASK)
+        state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
+    for i in range(params.robots.count):
+        x, y = anywhere(params, params.robots.placement, state.clock[Clock.RUN], i, 0, PLACE_ROBOT)
+        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
-@subroutine
+@called
 def place_tasks(params, state):
-    """Put the tasks where they are."""
-    for i in range(params.tasks):
-        if params.task_placing.how == POINTS:
-            state.tasks[X, i], state.tasks[Y, i] = (
-                state.kinds.points[params.robots + i, 0],
-                state.kinds.points[params.robots + i, 1],
+    """Place the tasks, in the general engine."""
+    for i in range(params.tasks.count):
+        if params.tasks.placement.how == Placement.POINTS:
+            state.tasks[Point.X, i], state.tasks[Point.Y, i] = (
+                state.tables.points[params.robots.count + i, 0],
+                state.tables.points[params.robots.count + i, 1],
             )
         else:
             purposes = (int64(PLACE_TASK), int64(CENTRE_TASK), int64(CLUSTER_TASK), int64(SCATTER_TASK))
-            x, y = candidate(params, params.task_placing, state.clock[RUN], i, int64(0), purposes)
-            state.tasks[X, i], state.tasks[Y, i] = int32(uint32(x)), int32(uint32(y))
+            x, y = candidate(params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), purposes)
+            state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
-@subroutine
+@called
 def place_robots(params, state):
-    """Put the robots where they start; apart if they avoid collisions, on a lattice if nothing else works."""
-    for i in range(params.robots):
-        if params.robot_placing.how == POINTS:
-            state.robots[X, i], state.robots[Y, i] = state.kinds.points[i, 0], state.kinds.points[i, 1]
+    """Place the robots, in the general engine: apart if they avoid collisions, if need be on a lattice."""
+    for i in range(params.robots.count):
+        if params.robots.placement.how == Placement.POINTS:
+            state.robots[Robot.X, i], state.robots[Robot.Y, i] = (
+                state.tables.points[i, 0],
+                state.tables.points[i, 1],
+            )
         elif not place_robot(params, state, i):
             place_on_lattice(params, state)
             return
 
 
-@subroutine
+@called
 def place_robot(params, state, i):
-    """Find a place for a robot that is apart from those before it; tell whether there was one."""
+    """Draw a place for a robot until it is apart from those before it; return whether one was found."""
     purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
     attempt = int64(0)
     while attempt < ATTEMPTS:
-        x, y = candidate(params, params.robot_placing, state.clock[RUN], i, attempt, purposes)
-        state.robots[X, i], state.robots[Y, i] = int32(uint32(x)), int32(uint32(y))
-        if not params.avoid_collisions or is_apart(params, state, i):
+        x, y = candidate(params, params.robots.placement, state.clock[Clock.RUN], i, attempt, purposes)
+        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
+        if not params.robots.avoid_collisions or is_apart(params, state, i):
             return True
         attempt += 1
     return False
 
 
-@kernel
+@inlined
 def is_apart(params, state, i):
-    """Tell whether a robot's disc overlaps none of those before it."""
+    """Return whether a robot's disc overlaps none of the robots before it."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     first = 0
     while first < i:
-        overlapping = near(
-            params,
-            state.robots[X],
-            state.robots[Y],
-            first,
-            state.robots[X, i],
-            state.robots[Y, i],
-            params.apart_limit,
-        )
-        if overlapping & first_bits(i - first):
+        if near(params, state.robots, first, i, x, y, params.robots.apart_limit):
             return False
         first += 32
     return True
 
 
-@subroutine
+@called
 def candidate(params, placing, run, i, attempt, purposes):
-    """Return the place drawn for a thing at an attempt; one beyond a wall is brought back to it."""
+    """Return the place drawn for a robot or task at an attempt; within walls, clipped to the arena."""
     uniform, centre, cluster, scatter = purposes
-    if placing.how == UNIFORM:
+    if placing.how == Placement.UNIFORM:
         return anywhere(params, placing, run, i, attempt, uniform)
-    low = placing.margin if params.walls else 0
+    low = placing.margin if params.arena.walls else 0
     x, y = low, low
-    if placing.how != CORNER:
+    if placing.how != Placement.CORNER:
         chosen = choose(draw(params, run, i, 0, cluster), placing.clusters)
         x, y = anywhere(params, placing, run, chosen, int64(0), centre)
-    spread = placing.spread * (1 + attempt // 32)  # the more have failed, the wider
+    spread = placing.spread * (1 + attempt // 32)  # wider after each 32 failed attempts
     dx = normal(params, run, i, 6 * attempt, scatter, spread)
     dy = normal(params, run, i, 6 * attempt + 3, scatter, spread)
-    if placing.how == CORNER:
+    if placing.how == Placement.CORNER:
         dx, dy = abs(dx), abs(dy)
-    if params.walls:
-        x = min(max(x + dx, low), params.width - low)
-        y = min(max(y + dy, low), params.height - low)
+    if params.arena.walls:
+        x = min(max(x + dx, low), params.arena.width - low)
+        y = min(max(y + dy, low), params.arena.height - low)
     else:
-        x, y = (x + dx) % params.width, (y + dy) % params.height
+        x, y = (x + dx) % params.arena.width, (y + dy) % params.arena.height
     return x, y
 
 
-@subroutine
+@called
 def anywhere(params, placing, run, i, attempt, purpose):
     """Return a uniform place."""
-    words = philox(attempt, i, run, purpose, params.seed_low, params.seed_high)
-    low = placing.margin if params.walls else 0
-    return low + choose(words[0], params.width - 2 * low), low + choose(words[1], params.height - 2 * low)
+    words = draw_words(params, run, i, attempt, purpose)
+    low = placing.margin if params.arena.walls else 0
+    return low + choose(words[0], params.arena.width - 2 * low), low + choose(
+        words[1], params.arena.height - 2 * low
+    )
 
 
-@subroutine
+@called
 def normal(params, run, i, counter, purpose, scale):
-    """Return a normal deviation: the sum of the twelve words of three draws, less its mean, times a scale."""
+    """Return a nearly normal deviate with standard deviation ``scale``.
+
+    It is the sum of the twelve words of three draws, less its mean.
+    """
     total = int64(0)
     for part in range(3):
-        words = philox(counter + part, i, run, purpose, params.seed_low, params.seed_high)
+        words = draw_words(params, run, i, counter + part, purpose)
         total += int64(words[0]) + int64(words[1]) + int64(words[2]) + int64(words[3])
     return (((total - 6 * 4294967296) >> 8) * scale) >> 24
 
 
-@subroutine
+@called
 def place_on_lattice(params, state):
-    """Put the robots side by side on a square lattice, spread over all of it, in random order."""
-    step = 2 * params.radius
-    columns, rows = params.width // step, params.height // step
-    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots, SITE)
-    for i in range(params.robots):
-        site = int64(state.robots[ORDER, i]) * (columns * rows) // params.robots
-        state.robots[X, i] = int32(uint32(params.radius + site % columns * step))
-        state.robots[Y, i] = int32(uint32(params.radius + site // columns * step))
+    """Place the robots on a square lattice over the whole arena, in random order."""
+    step = 2 * params.robots.radius
+    columns, rows = params.arena.width // step, params.arena.height // step
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, SITE)
+    for i in range(params.robots.count):
+        site = int64(state.robots[Robot.ORDER, i]) * (columns * rows) // params.robots.count
+        state.robots[Robot.X, i] = int32(uint32(params.robots.radius + site % columns * step))
+        state.robots[Robot.Y, i] = int32(uint32(params.robots.radius + site // columns * step))

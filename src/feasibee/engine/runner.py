@@ -1,4 +1,4 @@
-"""Many runs over threads, in chunks; what each run gives doesn't depend on either."""
+"""Runs over threads, in chunks; the outcome of a run depends on neither."""
 
 from __future__ import annotations
 
@@ -8,27 +8,25 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core.errors import NumbaError
-from numpy.typing import NDArray
 
 from feasibee.engine import entrypoints
-from feasibee.engine.compile import careful, entry
+from feasibee.engine.compile import Pointer, careful, entry
 from feasibee.engine.guards import guarded
-from feasibee.engine.layout import Kinds, Params, empty_state, packed
-from feasibee.engine.translation import is_paper, kinds_of, params_of
+from feasibee.engine.layout import Control, Functions, Lowered, Outcome, empty_state
+from feasibee.engine.params import Params, packed
+from feasibee.engine.signatures import STRATEGY
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
-from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.trial import own_function
 from feasibee.strategies.contract import Strategy
 
-CHUNK = 2_000_000  # robot-steps: about 30 ms, much longer than the call, much shorter than a user's patience
+CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.1 ms for the call
 FIRST_SLOTS = 64
 FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
-"""What a user's strategy may raise."""
+"""Exceptions that a user's strategy may raise."""
 
 
 class RunError(Exception):
@@ -43,36 +41,48 @@ class RunError(Exception):
 POLL = 0.1  # seconds between two looks at the progress
 
 
-Functions = tuple[Callable[..., Any], ...]
+class Engine(NamedTuple):
+    """The compiled functions for a scenario: start a run, advance it, and those of its strategy."""
+
+    start: Callable[..., Any]
+    advance: Callable[..., Any]
+    functions: Functions
 
 
-def engine_functions(scenario: Scenario) -> Functions:
-    """Compile what a scenario takes: how a run starts, how it goes on, and its strategy."""
-    return (*entrypoints.world_functions(not is_paper(scenario)), *strategy_functions(scenario.strategy))
+def engine_functions(strategy: Strategy, fast: bool) -> Engine:
+    """Compile the functions that start and advance a run, and those of the strategy."""
+    start, advance = entrypoints.world_functions(fast)
+    return Engine(start, advance, strategy_functions(strategy))
 
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
-    """Compile the functions of a strategy; the kernels take them as typed function pointers."""
-    return tuple(_compiled(strategy, name) for name in entrypoints.SIGNATURES)
+    """Compile the functions of a strategy to typed function pointers."""
+    return Functions(*(_compiled(strategy, name) for name in Functions._fields))
 
 
-def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
-    function, signature = getattr(strategy, name), entrypoints.SIGNATURES[name]
-    own = own_function(strategy, name)
+def _compiled(strategy: Strategy, name: str) -> Pointer:
+    function, signature = getattr(strategy, name), getattr(STRATEGY, name)
+    own = _own_function(strategy, name)
     if own is function:
-        return entry(signature)(function)
+        return Pointer(entry(signature)(function), signature)
     try:
-        return entry(signature, strategy.source)(guarded(name, careful(own)))
+        return Pointer(entry(signature, strategy.source)(guarded(name, careful(own))), signature)
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
 
 
+def _own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
+    """Return a function as the user wrote it, without the check that wraps it for calls from Python."""
+    function: Callable[..., Any] = getattr(strategy, name)
+    return getattr(function, "__wrapped__", function)
+
+
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
-    """Say what doesn't compile, and in which line."""
+    """Return a message that says what doesn't compile, and in which line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
-    function = own_function(strategy, name)
+    function = _own_function(strategy, name)
     file = re.escape(Path(function.__code__.co_filename).name)
     place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
     empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
@@ -85,75 +95,66 @@ def _explained(strategy: Strategy, name: str, error: Exception) -> str:
 
 
 def simulate(
-    scenario: Scenario,
-    seed: int,
+    lowered: Lowered,
     record: Record,
     threads: int,
     chunk: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Fill in a record, run by run.
+    """Simulate runs and fill in their record.
 
     Parameters
     ----------
-    scenario : Scenario
-        What to simulate.
-    seed : int
-        64 bits.
+    lowered : Lowered
+        The scenario and the seed.
     record : Record
-        Empty, of the length and first run that are wanted.
+        Empty, with the length and first run wanted.
     threads : int
-        How many chunks to play at a time.
+        Number of chunks simulated at a time.
     chunk : int, optional
-        Runs a chunk; by default about 30 ms of work.
+        Runs per chunk; by default about 30 ms of work.
     progress : callable, optional
-        Called now and then with the share of the work done, 0 to 1.
+        Called every 0.1 s with the share of the work done, 0 to 1.
 
     Raises
     ------
     RunError
         If the strategy raises an error.
     """
-    params = params_of(scenario, seed)
-    kinds = kinds_of(scenario, params)
-    functions = engine_functions(scenario)
-    memory = scenario.strategy.memory
-    parts = list(_parts(record, chunk or _chunk_length(params, record.runs, threads)))
-    done = np.zeros((len(parts), 1), np.int64)
-    cancel = np.zeros(1, np.bool_)
-    slots = [FIRST_SLOTS]
+    engine = engine_functions(lowered.strategy, lowered.fast)
+    parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
+    cancelled, slots = np.zeros(1, np.bool_), [FIRST_SLOTS]
+    controls = [Control(np.zeros(1, np.int64), cancelled) for _ in parts]
     with ThreadPoolExecutor(threads) as pool:
-        futures = [
-            pool.submit(_play, params, kinds, memory, part, functions, done[row], cancel, slots)
-            for row, part in enumerate(parts)
-        ]
+        each_part = zip(parts, controls, strict=True)
+        futures = [pool.submit(_play, lowered, engine, *each, slots) for each in each_part]
         try:
-            _watch(futures, done, parts, params, progress)
+            _watch(futures, controls, parts, lowered.params, progress)
         except BaseException:
-            cancel[0] = True
+            cancelled[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
 def _watch(
     futures: list[Future[None]],
-    done: NDArray[np.int64],
+    controls: list[Control],
     parts: list[Record],
     params: Params,
     progress: Callable[[float], None] | None,
 ) -> None:
-    """Wait for all chunks, tell the progress, raise what a chunk raised."""
+    """Wait for all chunks, report progress, and raise the first error of a chunk."""
     runs = sum(part.runs for part in parts)
     pending = set(futures)
     while pending:
         finished, pending = wait(pending, timeout=POLL, return_when=FIRST_EXCEPTION)
-        for future in (each for each in futures if each in finished):  # the first failure in order of runs
+        for future in (each for each in futures if each in finished):  # raises the failure of the first run
             future.result()
         if progress is not None:
-            # A run that stops at its decision does fewer steps; a finished chunk counts in full.
+            # Runs that stop at their decision do fewer steps, so a finished chunk counts in full.
             shares = [
-                part.runs if future.done() else count / params.steps
-                for part, future, count in zip(parts, futures, done[:, 0].tolist(), strict=True)
+                part.runs if future.done() else int(control.steps_done[0]) / params.run.steps
+                for part, future, control in zip(parts, futures, controls, strict=True)
             ]
             progress(min(1.0, sum(shares) / runs))
 
@@ -164,47 +165,38 @@ def _parts(record: Record, chunk: int) -> Iterator[Record]:
 
 
 def _chunk_length(params: Params, runs: int, threads: int) -> int:
-    by_work = CHUNK // (params.robots * params.steps)
+    by_work = CHUNK // (params.robots.count * params.run.steps)
     by_balance = math.ceil(runs / (4 * threads))
     return max(1, min(by_work, by_balance))
 
 
-def _play(
-    params: Params,
-    kinds: Kinds,
-    memory: int,
-    record: Record,
-    functions: Functions,
-    done: NDArray[np.int64],
-    cancel: NDArray[np.bool_],
-    slots: list[int],
-) -> None:
+def outcome_of(record: Record) -> Outcome:
+    """Return the arrays of a record."""
+    return Outcome(*(getattr(record, name) for name in Outcome._fields))
+
+
+def _play(lowered: Lowered, engine: Engine, record: Record, control: Control, slots: list[int]) -> None:
     """Play one chunk; when an inbox table runs full, play that run again with twice the room.
 
     ``slots[0]`` is the room that has sufficed so far, for all chunks; it changes no result.
     """
-    whole = 0
-    while whole < record.runs and not cancel[0]:
-        rest = record.part(whole, record.runs)
+    complete = 0
+    while complete < record.runs and not control.cancelled[0]:
+        rest = record.part(complete, record.runs)
         try:
-            whole += entrypoints.play(
-                packed(params),
-                empty_state(params, kinds, slots[0], memory),
+            complete += entrypoints.play(
+                packed(lowered.params),
+                empty_state(lowered.params, lowered.tables, slots[0], lowered.strategy.memory),
+                outcome_of(rest),
                 rest.first_run,
-                rest.decision,
-                rest.decision_step,
-                rest.feasible_count,
-                rest.infeasible_count,
-                rest.account,
-                done,
-                cancel,
-                *functions,
+                control,
+                *engine,
             )
         except FAILURES as error:
             if rest.runs == 1:
                 raise RunError(rest.first_run, error) from error
             for row in range(rest.runs):  # one at a time, to find the run that fails
-                _play(params, kinds, memory, rest.part(row, row + 1), functions, done, cancel, slots)
+                _play(lowered, engine, rest.part(row, row + 1), control, slots)
             raise
-        if whole < record.runs:
+        if complete < record.runs:
             slots[0] *= 2

@@ -1,43 +1,34 @@
-"""What robots see and hear (model.md 3.2, 4.2, 4.5, 6.3, 6.5): two ways, with the same outcome.
+"""Observation and messages (model.md 3.2, 4.2, 4.5, 6.3, 6.5).
 
-Up to 32 robots as in the paper, each robot's neighbours are one word, and all robots are looked at together.
-Otherwise robots stand in cells.
+On the fast path, up to 32 robots sense together: each robot's neighbours are one word. Otherwise robots are
+sorted into cells. Both have the same outcome.
 """
 
 from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.cells import block, block_on_torus, count_within, fill, first_bits, near
-from feasibee.engine.compile import kernel, passage, subroutine
-from feasibee.engine.draws import choose, draw, poisson
-from feasibee.engine.inbox import empty, hear, hear_few
-from feasibee.engine.intrinsics import lowest, popcount, within
-from feasibee.engine.knowledge import has, learn, merge, publish, told
-from feasibee.engine.layout import (
-    ALWAYS,
-    BITS,
-    DISSEMINATING,
-    IDENTITY,
-    KNOWN,
-    LABEL,
-    LABELS,
-    LIARS,
-    LISTENING,
-    PHASE_LEFT,
-    ROBOTS_SEEN,
-    RUN,
-    SAID,
-    SIGHT,
-    SPEAKING,
-    STEP,
-    TASKS_SEEN,
-    TOLD_VALUE,
-    WHILE_DISSEMINATING,
-    WORKING,
-    X,
-    Y,
+from feasibee.engine.bits import (
+    bit,
+    bit_if,
+    contains,
+    first_bits,
+    has_bit,
+    is_disseminating,
+    lowest_member,
+    pack_label,
+    sender_of,
+    set_member,
+    without_lowest,
 )
+from feasibee.engine.cells import block, block_on_torus, count_within, near, near_on_torus, sort_into_cells
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import choose, draw_now, poisson
+from feasibee.engine.inbox import empty, receive, receive_together
+from feasibee.engine.intrinsics import lowest, popcount, within
+from feasibee.engine.knowledge import learn, merge, publish, sent_opinion
+from feasibee.engine.layout import WORD, Clock, Copy, Count, Link, Point, Robot, Set
+from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING
 from feasibee.model.purposes import (
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
@@ -50,299 +41,317 @@ from feasibee.model.purposes import (
 )
 
 
-@passage
-def sense_paper(params, state):
-    """Let every robot observe, if it explores, and hear."""
+@spliced
+def sense_fast(params, state):
+    """Let exploring robots observe and listening robots receive, on the fast path."""
     if params.together:
-        sense_few(params, state)
+        sense_together(params, state)
     else:
-        sense_many(params, state)
+        sense_in_cells(params, state)
 
 
-@passage
-def sense_few(params, state):
-    """Sense in a swarm of at most 32."""
-    xs, ys = state.robots[X], state.robots[Y]
-    sight, seen = state.few[SIGHT], state.counts[ROBOTS_SEEN]
-    swarm, limit, bits = first_bits(params.robots), params.sight_limit, params.task_grid.bits
-    speaking, disseminating = state.sets[SPEAKING, 0], state.sets[DISSEMINATING, 0]
-    state.clock[BITS] += popcount(speaking) * params.message_bits
-    look_about(xs, ys, sight, swarm, params.robots, limit)
+@spliced
+def sense_together(params, state):
+    """Sense in a swarm of at most 32 on the fast path."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
+    swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
+    speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
+    state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
+    find_neighbours(xs, ys, sight, swarm, params.robots.count, limit)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
-        state.counts[TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
-        looking = uint32(looking & uint32(looking - uint32(1)))
+        state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
+        looking = without_lowest(looking)
     for i in range(32):
-        explores = int64(uint32(~disseminating >> uint32(i)) & uint32(1))
-        seen[i] += -explores & (popcount(sight[i]) + params.count_self)
-    if params.radio_limit != params.sight_limit:
-        look_about(xs, ys, sight, swarm, params.robots, params.radio_limit)
-    if params.listens_for != ALWAYS:
-        for i in range(params.robots):
-            if uint32(disseminating >> uint32(i)) & uint32(1) == 0:
+        explores = int64(has_bit(~disseminating, i))
+        seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
+    if params.radio.limit != params.sensing.limit:
+        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio.limit)
+    if params.decision.listens_for != ALWAYS:
+        for i in range(params.robots.count):
+            if not has_bit(disseminating, i):
                 sight[i] = uint32(0)
-    hear_few(params, state, speaking)
+    receive_together(params, state, speaking)
 
 
-@kernel
-def look_about(xs, ys, sight, swarm, robots, limit):
-    """Note who is near each robot."""
+@inlined
+def find_neighbours(xs, ys, sight, swarm, robots, limit):
+    """Store the set of robots within a range of each robot."""
     for i in range(robots):
-        others = uint32(swarm & ~uint32(uint32(1) << uint32(i)))
-        sight[i] = others & within(xs, ys, 0, xs[i], ys[i], limit)
+        sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
 
 
-@subroutine
-def sense_many(params, state):
-    """Sense in a swarm of any size, with nothing beyond the paper."""
+@called
+def sense_in_cells(params, state):
+    """Sense in a swarm of any size on the fast path."""
     fill_robots(params, state)
-    # Read once, not for each robot: the compiler must assume that what is written may change them.
-    robot_bits, task_bits, limit = params.robot_grid.bits, params.task_grid.bits, params.sight_limit
+    # Read once, not per robot: the compiler must assume that writes to the state change them.
+    robot_bits, task_bits, limit = params.robots.grid.bits, params.tasks.grid.bits, params.sensing.limit
     for w in range(state.sets.shape[1]):
-        speaking = state.sets[SPEAKING, w]
-        state.clock[BITS] += popcount(speaking) * params.message_bits
-        looking = uint32(~state.sets[DISSEMINATING, w] & state.sets[WORKING, w])
+        speaking = state.sets[Set.SPEAKING, w]
+        state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
+        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while speaking:
-            speak(params, state, int64(32 * w + lowest(speaking)))
-            speaking = uint32(speaking & uint32(speaking - uint32(1)))
+            broadcast(params, state, lowest_member(w, speaking))
+            speaking = without_lowest(speaking)
         while looking:
-            look(params, state, int64(32 * w + lowest(looking)), robot_bits, task_bits, limit)
-            looking = uint32(looking & uint32(looking - uint32(1)))
+            observe_fast(params, state, lowest_member(w, looking), robot_bits, task_bits, limit)
+            looking = without_lowest(looking)
 
 
-@passage
-def sense_beyond(params, state):
-    """Sense in any swarm (model.md 6.3, 6.5, 6.6): what a robot sees in a step it knows before it hears."""
+@spliced
+def sense_general(params, state):
+    """Sense in the general engine (model.md 6.3, 6.5, 6.6).
+
+    What a robot observes in a step it knows before it receives messages.
+    """
     publish(params, state)
     fill_robots(params, state)
     for w in range(state.sets.shape[1]):
-        looking = uint32(~state.sets[DISSEMINATING, w] & state.sets[WORKING, w])
+        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while looking:
-            look_closely(params, state, int64(32 * w + lowest(looking)))
-            looking = uint32(looking & uint32(looking - uint32(1)))
-    note_listeners(params, state)
+            observe_general(params, state, lowest_member(w, looking))
+            looking = without_lowest(looking)
+    find_listeners(params, state)
     for w in range(state.sets.shape[1]):
-        speaking = state.sets[SPEAKING, w]
+        speaking = state.sets[Set.SPEAKING, w]
         while speaking:
-            speak_maybe(params, state, int64(32 * w + lowest(speaking)))
-            speaking = uint32(speaking & uint32(speaking - uint32(1)))
+            broadcast_with_loss(params, state, lowest_member(w, speaking))
+            speaking = without_lowest(speaking)
 
 
-@kernel
+@inlined
 def fill_robots(params, state):
     """Sort the robots into cells."""
     robots = state.robots
-    fill(state.robot_cells, params.robot_grid, robots[X], robots[Y], robots[LABELS], params.robots)
+    sort_into_cells(
+        state.robot_cells,
+        params.robots.grid,
+        robots[Robot.X],
+        robots[Robot.Y],
+        robots[Robot.LABEL],
+        params.robots.count,
+    )
 
 
-@kernel
-def label(sets, i):
-    """Return who a robot is, what it says (bit 1), and whether it disseminates (bit 0)."""
-    said = int32(has(sets[SAID], i))
-    return int32(i << 2) | said << int32(1) | int32(has(sets[DISSEMINATING], i))
+@inlined
+def label_of(sets, i):
+    """Return a robot's present label; see `feasibee.engine.bits.pack_label`."""
+    return pack_label(i, contains(sets[Set.SAYS_FEASIBLE], i), contains(sets[Set.DISSEMINATING], i))
 
 
-@kernel
-def look(params, state, i, robot_bits, task_bits, limit):
-    """Let a robot count the robots and tasks in sight."""
-    x, y = state.robots[X, i], state.robots[Y, i]
+@inlined
+def observe_fast(params, state, i, robot_bits, task_bits, limit):
+    """Count the robots and tasks in sight of a robot, on the fast path."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     robots = count_within(state.robot_cells, robot_bits, x, y, limit)
-    state.counts[ROBOTS_SEEN, i] += robots - 1 + params.count_self  # it is in its own sight
-    state.counts[TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
+    state.counts[Count.ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it sees itself
+    state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
 
 
-@passage
-def look_closely(params, state, i):
-    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
+@spliced
+def observe_general(params, state, i):
+    """Observe each thing in sight of a robot: is it seen, is it new, which class has it (model.md 6.3).
 
-    Where nothing of that is asked, things are only counted, which takes a third off a step.
+    Counting alone, where nothing of that matters, takes a third off a step.
     """
-    robots = look_at_robots(params, state, i, state.robots[X, i], state.robots[Y, i])
-    tasks = look_at_tasks(params, state, i, state.robots[X, i], state.robots[Y, i])
-    if params.only_counts:
-        state.counts[ROBOTS_SEEN, i] += robots
-        state.counts[TASKS_SEEN, i] += tasks
-    if params.false_robots > 0.0 or params.false_tasks > 0.0:  # asked here, since a call isn't cheap
-        see_falsely(params, state, i)
+    robots = observe_robots(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    tasks = observe_tasks(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    if params.sensing.only_counts:
+        state.counts[Count.ROBOTS_SEEN, i] += robots
+        state.counts[Count.TASKS_SEEN, i] += tasks
+    # Tested here, since the call would cost more than the test.
+    if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
+        count_false_sightings(params, state, i)
 
 
-@passage
-def look_at_robots(params, state, i, x, y):
-    """Let a robot look at the robots in sight; return how many it counts, if it only counts."""
+@spliced
+def observe_robots(params, state, i, x, y):
+    """Observe the robots in sight of a robot; return how many count, if counting suffices."""
     points = state.robot_cells.points
-    total = params.count_self - 1 if params.counts_all else int64(0)  # it is in its own sight
-    first, last = block(state.robot_cells, params.robot_grid, x, y)
+    total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it sees itself
+    first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
-        if params.counts_all:
+        close = near(params, points, first, last, x, y, params.sensing.limit)
+        if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
         while close:
-            other = int64(points[LABEL, first + lowest(close)] >> int32(2))
+            other = sender_of(points[Point.LABEL, first + lowest(close)])
             if other == i:
-                visible = params.count_self == 1
+                visible = params.sensing.count_self == 1
             else:
-                visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.miss)
+                visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.sensing.miss)
             new = visible and is_new(params, state, i, other)
-            if params.only_counts:
+            if params.sensing.only_counts:
                 total += new
             elif new:
-                identity, kind = int64(state.robots[IDENTITY, other]), int64(state.kinds.of[other])
-                see(params, state, i, identity, kind, True)
-            close = uint32(close & uint32(close - uint32(1)))
+                identity, kind = (
+                    int64(state.robots[Robot.IDENTITY, other]),
+                    int64(state.tables.class_of[other]),
+                )
+                count_sighting(params, state, i, identity, kind, True)
+            close = without_lowest(close)
         first += 32
     return total
 
 
-@passage
-def look_at_tasks(params, state, i, x, y):
-    """Let a robot look at the tasks in sight; return how many it counts, if it only counts."""
+@spliced
+def observe_tasks(params, state, i, x, y):
+    """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
     points = state.task_cells.points
     total = int64(0)
-    first, last = block(state.task_cells, params.task_grid, x, y)
+    first, last = block(state.task_cells, params.tasks.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.sight_limit) & first_bits(last - first)
-        if params.counts_all:
+        close = near(params, points, first, last, x, y, params.sensing.limit)
+        if params.sensing.counts_all:
             total += popcount(close)
             close = uint32(0)
         while close:
-            task = int64(points[LABEL, first + lowest(close)])
-            seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.miss)
-            new = seen and is_new(params, state, i, 32 * state.sets.shape[1] + task)
-            if params.only_counts:
+            task = int64(points[Point.LABEL, first + lowest(close)])
+            seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.sensing.miss)
+            new = seen and is_new(params, state, i, WORD * state.sets.shape[1] + task)
+            if params.sensing.only_counts:
                 total += new
             elif new:
-                kind = int64(state.kinds.of[params.robots + task])
-                see(params, state, i, params.robots + task, kind, False)
-            close = uint32(close & uint32(close - uint32(1)))
+                kind = int64(state.tables.class_of[params.robots.count + task])
+                count_sighting(params, state, i, params.robots.count + task, kind, False)
+            close = without_lowest(close)
         first += 32
     return total
 
 
-@kernel
-def see(params, state, i, thing, kind, is_robot):
-    """Count one thing of a class, or enter it in what the robot knows."""
-    column = kind if is_robot else params.robot_classes + kind
-    if params.knowledge:
-        learn(params, state, int64(KNOWN), i, thing, column)
+@inlined
+def count_sighting(params, state, i, thing, kind, is_robot):
+    """Count one thing of a class, or add it to what the robot knows."""
+    column = kind if is_robot else params.robots.classes + kind
+    if params.strategy.knowledge:
+        learn(params, state, int64(Copy.KNOWN), i, thing, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
     elif is_robot:
-        state.counts[ROBOTS_SEEN, i] += 1
+        state.counts[Count.ROBOTS_SEEN, i] += 1
     else:
-        state.counts[TASKS_SEEN, i] += 1
+        state.counts[Count.TASKS_SEEN, i] += 1
 
 
-@subroutine
-def see_falsely(params, state, i):
-    """Count what isn't there, each of the class of some thing of the swarm's."""
-    if params.false_robots > 0.0:
-        word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_ROBOT)
-        for k in range(poisson(word, params.false_robots)):
-            word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_ROBOT_CLASS + PAIR * k)
-            see(params, state, i, int64(0), int64(state.kinds.of[choose(word, params.robots)]), True)
-    if params.false_tasks > 0.0:
-        word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_TASK)
-        for k in range(poisson(word, params.false_tasks)):
+@called
+def count_false_sightings(params, state, i):
+    """Count false sightings, each of the class of a robot or task drawn at random."""
+    if params.sensing.false_robots > 0.0:
+        word = draw_now(params, state, i, FALSE_ROBOT)
+        for k in range(poisson(word, params.sensing.false_robots)):
+            word = draw_now(params, state, i, FALSE_ROBOT_CLASS + PAIR * k)
+            count_sighting(
+                params,
+                state,
+                i,
+                int64(0),
+                int64(state.tables.class_of[choose(word, params.robots.count)]),
+                True,
+            )
+    if params.sensing.false_tasks > 0.0:
+        word = draw_now(params, state, i, FALSE_TASK)
+        for k in range(poisson(word, params.sensing.false_tasks)):
             kind = int64(0)
-            if params.tasks > 0:
-                word = draw(params, state.clock[RUN], i, state.clock[STEP] + 1, FALSE_TASK_CLASS + PAIR * k)
-                kind = int64(state.kinds.of[params.robots + choose(word, params.tasks)])
-            see(params, state, i, int64(0), kind, False)
+            if params.tasks.count > 0:
+                word = draw_now(params, state, i, FALSE_TASK_CLASS + PAIR * k)
+                kind = int64(state.tables.class_of[params.robots.count + choose(word, params.tasks.count)])
+            count_sighting(params, state, i, int64(0), kind, False)
 
 
-@kernel
+@inlined
 def happens(params, state, i, purpose, probability):
-    """Tell whether something happens to a robot in this step; its probability is times 2**32."""
+    """Return whether an event happens to a robot in this step; ``probability`` is times 2**32."""
     if probability == 0:
         return False
-    return uint64(draw(params, state.clock[RUN], i, state.clock[STEP] + 1, purpose)) < probability
+    return uint64(draw_now(params, state, i, purpose)) < probability
 
 
-@kernel
+@inlined
 def is_new(params, state, i, thing):
-    """Tell whether a thing in view counts: always, or if it isn't remembered, which it is from now on."""
-    if not params.unique:
+    """Return whether a thing in sight counts: always, or unless it is remembered; remember it."""
+    if not params.sensing.unique:
         return True
-    bit = uint32(uint32(1) << uint32(thing & 31))
-    known = state.remembered[i, thing >> 5]
-    state.remembered[i, thing >> 5] = known | bit
-    return known & bit == 0
+    known = contains(state.remembered[i], thing)
+    set_member(state.remembered, i, thing, True)
+    return not known
 
 
-@kernel
-def speak(params, state, i):
-    """Send a robot's message to all that listen in radio range."""
-    x, y = state.robots[X, i], state.robots[Y, i]
-    message, value = state.robots[LABELS, i], state.robots[TOLD_VALUE, i]
+@inlined
+def broadcast(params, state, i):
+    """Send a robot's message to all listening robots in radio range, on the fast path."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    message, value = state.robots[Robot.LABEL, i], state.robots[Robot.SENT_VALUE, i]
     points = state.robot_cells.points
-    first, last = block_on_torus(state.robot_cells, params.robot_grid.bits, x, y)
+    first, last = block_on_torus(state.robot_cells, params.robots.grid.bits, x, y)
     while first < last:
-        close = within(points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
+        close = near_on_torus(points, first, last, x, y, params.radio.limit)
         while close:
-            receiver = points[LABEL, first + lowest(close)]
-            if receiver != message and (params.listens_for == ALWAYS or receiver & int32(1)):
-                hear(params, state, int64(receiver >> int32(2)), message, value)
-            close = uint32(close & uint32(close - uint32(1)))
+            receiver = points[Point.LABEL, first + lowest(close)]
+            if receiver != message and (params.decision.listens_for == ALWAYS or is_disseminating(receiver)):
+                receive(params, state, sender_of(receiver), message, value)
+            close = without_lowest(close)
         first += 32
 
 
-@passage
-def note_listeners(params, state):
-    """Note who hears in this step, whose time has been taken from its phase already."""
+@spliced
+def find_listeners(params, state):
+    """Store which robots listen in this step; their phases have been shortened by it already."""
     for w in range(state.sets.shape[1]):
-        listening = state.sets[WORKING, w]
-        if params.listens_for != ALWAYS:
-            listening &= state.sets[DISSEMINATING, w]
-        if params.listens_for > WHILE_DISSEMINATING:
+        listening = state.sets[Set.WORKING, w]
+        if params.decision.listens_for != ALWAYS:
+            listening &= state.sets[Set.DISSEMINATING, w]
+        if params.decision.listens_for > WHILE_DISSEMINATING:
             for j in range(32):
-                early = state.robots[PHASE_LEFT, 32 * w + j] >= params.listens_for
-                listening &= ~uint32(uint32(early) << uint32(j))
-        state.sets[LISTENING, w] = listening
+                early = state.robots[Robot.PHASE_LEFT, 32 * w + j] >= params.decision.listens_for
+                listening &= ~bit_if(early, j)
+        state.sets[Set.LISTENING, w] = listening
 
 
-@kernel
-def speak_maybe(params, state, i):
-    """Send a robot's message, true or false, to those in radio range that work and don't lose it."""
-    x, y = state.robots[X, i], state.robots[Y, i]
-    opinion = told(params, state, i)
-    message = int32(state.robots[IDENTITY, i] << int32(2)) | int32(2 * opinion + 1)
-    value = state.robots[TOLD_VALUE, i]
-    if has(state.sets[LIARS], i):
-        value = int32(params.value_scale) if opinion else int32(0)
+@inlined
+def broadcast_with_loss(params, state, i):
+    """Send a robot's message, true or a lie, to listening robots in radio range; some may lose it."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    opinion = sent_opinion(params, state, i)
+    message = pack_label(state.robots[Robot.IDENTITY, i], opinion, True)
+    value = state.robots[Robot.SENT_VALUE, i]
+    if contains(state.sets[Set.BYZANTINE], i):
+        value = int32(params.strategy.value_scale) if opinion else int32(0)
     points = state.robot_cells.points
-    first, last = block(state.robot_cells, params.robot_grid, x, y)
+    first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
-        close = near(params, points[X], points[Y], first, x, y, params.radio_limit) & first_bits(last - first)
-        if params.robots <= 32:  # they stand in their order, so that those who don't hear are dropped at once
-            close &= state.sets[LISTENING, 0] & ~uint32(uint32(1) << uint32(i))
+        close = near(params, points, first, last, x, y, params.radio.limit)
+        if params.robots.count <= WORD:  # cells hold robots in their order: drop who does not listen at once
+            close &= state.sets[Set.LISTENING, 0] & ~bit(i)
         while close:
-            j = int64(points[LABEL, first + lowest(close)] >> int32(2))
-            can_hear = j != i and has(state.sets[LISTENING], j)
-            if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.loss):
-                if params.knowledge:
+            j = sender_of(points[Point.LABEL, first + lowest(close)])
+            can_hear = j != i and contains(state.sets[Set.LISTENING], j)
+            if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.radio.loss):
+                if params.strategy.knowledge:
                     merge(params, state, j, i)
-                if params.commit or not params.knowledge:
-                    hear(params, state, j, message, value)
-            close = uint32(close & uint32(close - uint32(1)))
+                if params.decision.commit.enabled or not params.strategy.knowledge:
+                    receive(params, state, j, message, value)
+            close = without_lowest(close)
         first += 32
 
 
-@kernel
+@inlined
 def forget(params, state, i):
     """Empty a robot's inbox, and its counts unless evidence is kept (model.md 4.6)."""
     empty(params, state, i)
-    if params.forgets:
+    if params.strategy.forgets:
         clear_counts(params, state, i)
-    if params.unique and not params.for_life:
+    if params.sensing.unique and not params.sensing.for_life:
         state.remembered[i] = uint32(0)
 
 
-@kernel
+@inlined
 def clear_counts(params, state, i):
-    """Forget what was counted."""
-    state.counts[ROBOTS_SEEN, i] = 0
-    state.counts[TASKS_SEEN, i] = 0
+    """Set a robot's counts to 0."""
+    state.counts[Count.ROBOTS_SEEN, i] = 0
+    state.counts[Count.TASKS_SEEN, i] = 0
     if state.seen.shape[0] > 0:
         state.seen[i] = 0

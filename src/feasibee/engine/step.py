@@ -1,57 +1,20 @@
-"""One swarm: its start, one step, and the transitions of its robots (model.md 3, 4)."""
+"""Start and step of one swarm, and the transitions of its robots (model.md 3, 4)."""
 
 from __future__ import annotations
 
 from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
-from feasibee.engine.cells import fill, first_bits
-from feasibee.engine.compile import kernel, passage, subroutine
-from feasibee.engine.draws import draw, duration, philox, shuffle
-from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.knowledge import count_known, has, name
-from feasibee.engine.layout import (
-    AGREED,
-    BITS,
-    BLOCKED,
-    COMMITTED,
-    COMMITTED_FEASIBLE,
-    COMMITTED_INFEASIBLE,
-    COUNTED,
-    DISSEMINATING,
-    ENDING,
-    FEASIBLE_COUNT,
-    FULL,
-    KNOWN,
-    LABELS,
-    LIARS,
-    NEUTRAL,
-    NEUTRAL_COUNT,
-    OPINIONS,
-    ORDER,
-    PHASE_LEFT,
-    PHASES,
-    ROBOTS_SEEN,
-    RUN,
-    SAID,
-    SPEAKING,
-    STEP,
-    STEP_X,
-    STEP_Y,
-    STUBBORN,
-    TASK_LABEL,
-    TASKS_SEEN,
-    TOLD_VALUE,
-    VOTES,
-    WALK_LEFT,
-    WALKS,
-    WORKING,
-    X,
-    Y,
-)
+from feasibee.engine.bits import contains, first_bits, lowest_member, set_member, without_lowest
+from feasibee.engine.cells import sort_into_cells
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import coin, draw, draw_words, duration, shuffle
+from feasibee.engine.intrinsics import popcount
+from feasibee.engine.knowledge import assign_identities, count_known
+from feasibee.engine.layout import Clock, Copy, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.placement import place_robots, place_tasks, scatter
-from feasibee.engine.sensing import clear_counts, fill_robots, forget, label, sense_beyond, sense_paper
+from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
 from feasibee.strategies.contract import Inbox, Mind
@@ -59,229 +22,230 @@ from feasibee.strategies.contract import Inbox, Mind
 NEVER = 2**31 - 1
 
 
-@passage
-def start_paper(params, state, run):
-    """Put the swarm of a run at step 0, with nothing beyond the paper (model.md 1.2, 1.3, 4.1)."""
+@spliced
+def start_fast(params, state, run):
+    """Put the swarm of a run at step 0, on the fast path (model.md 1.2, 1.3, 4.1)."""
     clear(params, state, run)
     scatter(params, state)
-    make_ready(params, state)
+    prepare_robots(params, state)
 
 
-@passage
-def start_beyond(params, state, run):
-    """Put any swarm at step 0 (model.md 6)."""
+@spliced
+def start_general(params, state, run):
+    """Put the swarm of a run at step 0, in the general engine (model.md 6)."""
     clear(params, state, run)
-    name(params, state)
+    assign_identities(params, state)
     place_tasks(params, state)
     place_robots(params, state)
-    draw_faults(params, state)  # last: `stop` relies on the shuffle that it leaves
-    make_ready(params, state)
-    if params.unique:
+    draw_faults(params, state)  # after placing: `stop` needs its shuffle
+    prepare_robots(params, state)
+    if params.sensing.unique:
         state.remembered[:] = uint32(0)
-    if params.stop_step == 0:
+    if params.faults.stop_step == 0:
         stop(params, state)
     fill_robots(params, state)
 
 
-@subroutine
+@called
 def clear(params, state, run):
-    """Forget the run before."""
-    state.clock[RUN] = run
-    state.clock[STEP] = 0
-    state.clock[FULL] = 0
-    state.clock[BITS] = 0
+    """Clear what the previous run left in the state."""
+    state.clock[Clock.RUN] = run
+    state.clock[Clock.STEP] = 0
+    state.clock[Clock.FULL] = 0
+    state.clock[Clock.BITS] = 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
-        state.sets[WORKING, w] = first_bits(params.robots - 32 * w)
-        state.sets[COUNTED, w] = state.sets[WORKING, w]
+        state.sets[Set.WORKING, w] = first_bits(params.robots.count - 32 * w)
+        state.sets[Set.COUNTED, w] = state.sets[Set.WORKING, w]
 
 
-@passage
-def make_ready(params, state):
-    """Give the robots that stand in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
-    fill(
+@spliced
+def prepare_robots(params, state):
+    """Give robots in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
+    sort_into_cells(
         state.task_cells,
-        params.task_grid,
-        state.tasks[X],
-        state.tasks[Y],
-        state.tasks[TASK_LABEL],
-        params.tasks,
+        params.tasks.grid,
+        state.tasks[Point.X],
+        state.tasks[Point.Y],
+        state.tasks[Point.LABEL],
+        params.tasks.count,
     )
-    for i in range(params.robots):
-        word = draw(params, state.clock[RUN], i, 0, FIRST_OPINION)
-        state.sets[OPINIONS, i >> 5] |= uint32(uint32(word >> uint32(31)) << uint32(i & 31))
-        if params.starts_neutral:
-            hold(state.sets, i, int64(NO_OPINION))
-        state.robots[WALKS, i] = 0
+    for i in range(params.robots.count):
+        word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
+        set_opinion(state.sets, i, coin(word))
+        if params.strategy.starts_neutral:
+            set_opinion(state.sets, i, int64(NO_OPINION))
+        state.robots[Robot.WALKS, i] = 0
         head(params, state, i)
-        state.robots[PHASES, i] = 0
-        word = draw(params, state.clock[RUN], i, 0, PHASE)
-        enter_phase(state, i, duration(word, params.exploration))
-        state.counts[VOTES, i] = 1  # makes sure that an inbox left by another run is emptied
+        state.robots[Robot.PHASES, i] = 0
+        word = draw(params, state.clock[Clock.RUN], i, 0, PHASE)
+        enter_phase(state, i, duration(word, params.decision.exploration))
+        state.counts[Count.VOTES, i] = 1  # so that `forget` empties the inbox of the previous run
         forget(params, state, i)
         clear_counts(params, state, i)
-        state.robots[AGREED, i] = 0
+        state.robots[Robot.AGREED, i] = 0
         state.memory[i] = 0.0
-    state.clock[COMMITTED_FEASIBLE] = state.clock[COMMITTED_INFEASIBLE] = 0
-    for i in range(params.robots, state.robots.shape[1]):
-        state.robots[WALK_LEFT, i] = NEVER
-        state.robots[PHASE_LEFT, i] = NEVER
+    state.clock[Clock.COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE] = 0
+    for i in range(params.robots.count, state.robots.shape[1]):
+        state.robots[Robot.WALK_LEFT, i] = NEVER
+        state.robots[Robot.PHASE_LEFT, i] = NEVER
     count_opinions(params, state)
 
 
-@subroutine
+@called
 def draw_faults(params, state):
-    """Draw which robots are faulty: the first of a shuffle stop, the next lie, the next are stubborn."""
-    if params.stopped + params.byzantine + params.stubborn == 0:
+    """Draw the faulty robots: the first of a shuffle stop, the next lie, the next are stubborn."""
+    if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
-    shuffle(params, state.clock[RUN], state.robots[ORDER], params.robots, FAULT)
-    for k in range(params.byzantine):
-        i = int64(state.robots[ORDER, params.stopped + k])
-        state.sets[LIARS, i >> 5] |= bit(i)
-        state.sets[COUNTED, i >> 5] &= ~bit(i)
-    for k in range(params.stubborn):
-        i = int64(state.robots[ORDER, params.stopped + params.byzantine + k])
-        state.sets[STUBBORN, i >> 5] |= bit(i)
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
+    for k in range(params.faults.byzantine):
+        i = int64(state.robots[Robot.ORDER, params.faults.stopped + k])
+        set_member(state.sets, Set.BYZANTINE, i, True)
+        set_member(state.sets, Set.COUNTED, i, False)
+    for k in range(params.faults.stubborn):
+        i = int64(state.robots[Robot.ORDER, params.faults.stopped + params.faults.byzantine + k])
+        set_member(state.sets, Set.STUBBORN, i, True)
 
 
-@subroutine
+@called
 def stop(params, state):
-    """Let the robots with that fault stop, once and for all (model.md 6.6)."""
-    if params.stopped == 0:
+    """Stop the robots with that fault for the rest of the run (model.md 6.6)."""
+    if params.faults.stopped == 0:
         return
-    for k in range(params.stopped):
-        i = int64(state.robots[ORDER, k])
-        state.robots[WALK_LEFT, i] = NEVER
-        state.robots[PHASE_LEFT, i] = NEVER
-        state.robots[STEP_X, i] = 0
-        state.robots[STEP_Y, i] = 0
-        state.sets[WORKING, i >> 5] &= ~bit(i)
-        state.sets[COUNTED, i >> 5] &= ~bit(i)
-        state.sets[DISSEMINATING, i >> 5] &= ~bit(i)
-        state.sets[SPEAKING, i >> 5] &= ~bit(i)
-        state.sets[BLOCKED, i >> 5] &= ~bit(i)
-        state.robots[LABELS, i] = label(state.sets, i)
+    for k in range(params.faults.stopped):
+        i = int64(state.robots[Robot.ORDER, k])
+        state.robots[Robot.WALK_LEFT, i] = NEVER
+        state.robots[Robot.PHASE_LEFT, i] = NEVER
+        state.robots[Robot.STEP_X, i] = 0
+        state.robots[Robot.STEP_Y, i] = 0
+        set_member(state.sets, Set.WORKING, i, False)
+        set_member(state.sets, Set.COUNTED, i, False)
+        set_member(state.sets, Set.DISSEMINATING, i, False)
+        set_member(state.sets, Set.SPEAKING, i, False)
+        set_member(state.sets, Set.BLOCKED, i, False)
+        state.robots[Robot.LABEL, i] = label_of(state.sets, i)
     count_opinions(params, state)
 
 
-@passage
-def advance_paper(params, state, quality, dissemination, decide, say, value):
-    """Do one step, with nothing beyond the paper (model.md 3.1 to 3.3)."""
+@spliced
+def advance_fast(params, state, functions):
+    """Do one step on the fast path (model.md 3.1 to 3.3)."""
     move_freely(state)
     tick(state)
-    sense_paper(params, state)
-    rate_paper(params, state, quality)
-    finish(params, state, dissemination, decide, say, value)
+    sense_fast(params, state)
+    rate_fast(params, state, functions.quality)
+    finish(params, state, functions)
 
 
-@passage
-def advance_beyond(params, state, quality, dissemination, decide, say, value):
-    """Do one step of any swarm."""
-    if params.stopped > 0 and state.clock[STEP] + 1 == params.stop_step:
+@spliced
+def advance_general(params, state, functions):
+    """Do one step in the general engine."""
+    if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         stop(params, state)
     move_where_clear(params, state)
     tick(state)
-    sense_beyond(params, state)
-    rate_beyond(params, state, quality)
-    finish(params, state, dissemination, decide, say, value)
+    sense_general(params, state)
+    rate_general(params, state, functions.quality)
+    finish(params, state, functions)
 
 
-@passage
-def finish(params, state, dissemination, decide, say, value):
-    """Turn the robots whose heading ends, and let those whose phase ends make their transition."""
+@spliced
+def finish(params, state, functions):
+    """Turn the robots whose heading ends, and move on those whose phase ends."""
     turn(params, state)
     for w in range(state.sets.shape[1]):
-        left = state.sets[ENDING, w]
+        left = state.sets[Set.ENDING, w]
         while left:
-            i = int64(32 * w + lowest(left))
-            if has(state.sets[DISSEMINATING], i):
-                end_dissemination(params, state, i, decide)
+            i = lowest_member(w, left)
+            if contains(state.sets[Set.DISSEMINATING], i):
+                end_dissemination(params, state, i, functions)
             else:
-                end_exploration(params, state, i, dissemination, say, value)
-            left = uint32(left & uint32(left - uint32(1)))
-    state.clock[STEP] += 1
+                end_exploration(params, state, i, functions)
+            left = without_lowest(left)
+    state.clock[Clock.STEP] += 1
     count_opinions(params, state)
 
 
-@passage
-def end_exploration(params, state, i, dissemination, say, value):
-    """Broadcast the own opinion for as long as its quality warrants (model.md 4.4)."""
+@spliced
+def end_exploration(params, state, i, functions):
+    """Begin to broadcast, for a duration that the opinion's quality sets (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
-    if params.says:
-        said = say(mind)
-    put(state.sets, SPEAKING, i, 0 <= said <= 1)
-    put(state.sets, SAID, i, said == 1)
-    if params.value_scale > 0.0:
-        share = min(max(value(mind), 0.0), 1.0)
-        state.robots[TOLD_VALUE, i] = int32(share * params.value_scale + 0.5)
-    put(state.sets, DISSEMINATING, i, True)
-    word = draw(params, state.clock[RUN], i, state.robots[PHASES, i], PHASE)
-    mean = dissemination(mind.quality, params.gain)
-    enter_phase(state, i, duration(word, mean) + int32(params.dissemination_floor))
+    if params.strategy.says:
+        said = functions.say(mind)
+    set_member(state.sets, Set.SPEAKING, i, 0 <= said <= 1)
+    set_member(state.sets, Set.SAYS_FEASIBLE, i, said == 1)
+    if params.strategy.value_scale > 0.0:
+        share = min(max(functions.value(mind), 0.0), 1.0)
+        state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
+    set_member(state.sets, Set.DISSEMINATING, i, True)
+    word = draw(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
+    mean = functions.dissemination(mind.quality, params.decision.gain)
+    enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
 
 
-@passage
-def end_dissemination(params, state, i, decide):
-    """Follow the inbox, or what is known, and explore again (model.md 4.6)."""
-    words = philox(
-        int64(state.robots[PHASES, i]), i, state.clock[RUN], int64(PHASE), params.seed_low, params.seed_high
-    )
+@spliced
+def end_dissemination(params, state, i, functions):
+    """Decide by the inbox, or by knowledge, and explore again (model.md 4.6)."""
+    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
-    decided = decide(mind_of(params, state, i), received)
-    if not (has(state.sets[STUBBORN], i) or has(state.sets[COMMITTED], i)):
-        hold(state.sets, i, decided)
-    if params.commit:
-        consider_commitment(params, state.robots[AGREED], state.sets, i, feasible, votes)
+    decided = functions.decide(mind_of(params, state, i), received)
+    if not (contains(state.sets[Set.STUBBORN], i) or contains(state.sets[Set.COMMITTED], i)):
+        set_opinion(state.sets, i, decided)
+    if params.decision.commit.enabled:
+        consider_commitment(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
     forget(params, state, i)
-    put(state.sets, DISSEMINATING, i, False)
-    put(state.sets, SPEAKING, i, False)
-    enter_phase(state, i, duration(words[0], params.exploration))
+    set_member(state.sets, Set.DISSEMINATING, i, False)
+    set_member(state.sets, Set.SPEAKING, i, False)
+    enter_phase(state, i, duration(words[0], params.decision.exploration))
 
 
-@passage
-def rate_paper(params, state, quality):
-    """Let robots whose exploration ends find the quality of *feasible* (model.md 4.3)."""
+@spliced
+def rate_fast(params, state, quality):
+    """Rate the quality of *feasible* for robots whose exploration ends (model.md 4.3)."""
     for w in range(state.sets.shape[1]):
-        left = uint32(state.sets[ENDING, w] & ~state.sets[DISSEMINATING, w])
+        left = uint32(state.sets[Set.ENDING, w] & ~state.sets[Set.DISSEMINATING, w])
         while left:
-            rate(params, state, int64(32 * w + lowest(left)), quality)
-            left = uint32(left & uint32(left - uint32(1)))
+            rate(params, state, lowest_member(w, left), quality)
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def rate(params, state, i, quality):
-    """Find the quality of *feasible* from what a robot counted."""
-    floor = params.quality_floor
-    robots, tasks = state.counts[ROBOTS_SEEN, i], state.counts[TASKS_SEEN, i]
+    """Rate the quality of *feasible* from a robot's counts."""
+    floor = params.decision.quality_floor
+    robots, tasks = state.counts[Count.ROBOTS_SEEN, i], state.counts[Count.TASKS_SEEN, i]
     state.memory[i, 0] = quality(max(robots, floor), max(tasks, floor))
 
 
-@passage
-def rate_beyond(params, state, quality):
-    """Do the same in any swarm; what is known may have grown since, so it is rated again when it decides."""
+@spliced
+def rate_general(params, state, quality):
+    """Rate the quality in the general engine.
+
+    Knowledge grows while disseminating, so rate again before deciding.
+    """
     for w in range(state.sets.shape[1]):
-        left = state.sets[ENDING, w]
-        if not params.knowledge:
-            left = uint32(left & ~state.sets[DISSEMINATING, w])
+        left = state.sets[Set.ENDING, w]
+        if not params.strategy.knowledge:
+            left = uint32(left & ~state.sets[Set.DISSEMINATING, w])
         while left:
-            i = int64(32 * w + lowest(left))
-            if params.knowledge:
-                count_known(params, state, int64(KNOWN), i)
+            i = lowest_member(w, left)
+            if params.strategy.knowledge:
+                count_known(params, state, int64(Copy.KNOWN), i)
             if state.seen.shape[0] > 0:
                 state.memory[i, 0] = scarcest(params, state, i, quality)
             else:
                 rate(params, state, i, quality)
-            left = uint32(left & uint32(left - uint32(1)))
+            left = without_lowest(left)
 
 
-@kernel
+@inlined
 def mind_of(params, state, i):
-    """Return what a robot knows of itself."""
+    """Return a robot's `Mind`."""
     quality = state.memory[i, 0]
     feasible_quality = quality
     opinion = opinion_of(state.sets, i)
@@ -290,91 +254,84 @@ def mind_of(params, state, i):
     elif opinion == NO_OPINION:
         quality = 0.5
     return Mind(
-        opinion, quality, feasible_quality, params.own_vote, state.memory[i, 1:], state.kinds.parameters
+        opinion,
+        quality,
+        feasible_quality,
+        params.decision.own_vote,
+        state.memory[i, 1:],
+        state.tables.parameters,
     )
 
 
-@kernel
+@inlined
 def opinion_of(sets, i):
     """Return a robot's opinion."""
-    if has(sets[NEUTRAL], i):
+    if contains(sets[Set.NEUTRAL], i):
         return int64(NO_OPINION)
-    return int64(has(sets[OPINIONS], i))
+    return int64(contains(sets[Set.FEASIBLE], i))
 
 
-@kernel
-def hold(sets, i, opinion):
-    """Give a robot an opinion, or none."""
-    put(sets, OPINIONS, i, opinion == 1)
-    put(sets, NEUTRAL, i, not 0 <= opinion <= 1)
+@inlined
+def set_opinion(sets, i, opinion):
+    """Set a robot's opinion; any value but 1 and 0 means none."""
+    set_member(sets, Set.FEASIBLE, i, opinion == 1)
+    set_member(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
 
 
-@kernel
+@inlined
 def scarcest(params, state, i, quality):
     """Return the least quality over the sets of skills of which anything was seen (model.md 6.7)."""
-    least, floor = 2.0, params.quality_floor
-    for s in range(state.kinds.adds.shape[0]):
+    least, floor = 2.0, params.decision.quality_floor
+    for s in range(state.tables.adds.shape[0]):
         robots, tasks = int64(0), int64(0)
-        for kind in range(params.robot_classes):
-            robots += state.kinds.adds[s, kind] * state.seen[i, kind]
-        for kind in range(params.robot_classes, state.kinds.adds.shape[1]):
-            tasks += state.kinds.adds[s, kind] * state.seen[i, kind]
+        for kind in range(params.robots.classes):
+            robots += state.tables.adds[s, kind] * state.seen[i, kind]
+        for kind in range(params.robots.classes, state.tables.adds.shape[1]):
+            tasks += state.tables.adds[s, kind] * state.seen[i, kind]
         if robots + tasks > 0:
             least = min(least, quality(max(robots, floor), max(tasks, floor)))
     return quality(floor, floor) if least == 2.0 else least
 
 
-@subroutine
+@called
 def consider_commitment(params, agreed, sets, i, feasible, votes):
-    """Let a robot commit if others have long agreed with its opinion."""
+    """Commit a robot to its opinion after enough successive decisions with which its inbox agreed."""
     opinion = opinion_of(sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
-    agrees = votes >= params.commit_heard and agreeing * params.commit_whole >= params.commit_share * votes
+    agrees = (
+        votes >= params.decision.commit.heard
+        and agreeing * params.decision.commit.whole >= params.decision.commit.share * votes
+    )
     if opinion == NO_OPINION or not agrees:
         agreed[i] = 0
         return
     agreed[i] += int32(1)
-    if agreed[i] >= params.commit_rounds:
-        put(sets, COMMITTED, i, True)
+    if agreed[i] >= params.decision.commit.rounds:
+        set_member(sets, Set.COMMITTED, i, True)
 
 
-@kernel
+@inlined
 def enter_phase(state, i, lasts):
-    """Let a robot begin a phase."""
-    state.robots[PHASES, i] += int32(1)
-    state.robots[PHASE_LEFT, i] = lasts
-    state.robots[LABELS, i] = label(state.sets, i)
+    """Begin a robot's next phase, of a given duration in steps."""
+    state.robots[Robot.PHASES, i] += int32(1)
+    state.robots[Robot.PHASE_LEFT, i] = lasts
+    state.robots[Robot.LABEL, i] = label_of(state.sets, i)
 
 
-@kernel
-def bit(i):
-    """Return robot i's bit in its word."""
-    return uint32(uint32(1) << uint32(i & 31))
-
-
-@kernel
-def put(sets, kind, i, member):
-    """Put a robot in a set, or take it out."""
-    if member:
-        sets[kind, i >> 5] |= bit(i)
-    else:
-        sets[kind, i >> 5] &= ~bit(i)
-
-
-@kernel
+@inlined
 def count_opinions(params, state):
-    """Note how many counted robots hold opinion 1, how many none, and how many have committed."""
+    """Count the robots with opinion 1, without an opinion and committed, among the counted ones."""
     feasible = neutral = int64(0)
     for w in range(state.sets.shape[1]):
-        feasible += popcount(state.sets[OPINIONS, w] & state.sets[COUNTED, w])
-        neutral += popcount(state.sets[NEUTRAL, w] & state.sets[COUNTED, w])
-    state.clock[FEASIBLE_COUNT] = feasible
-    state.clock[NEUTRAL_COUNT] = neutral
-    if params.commit:
+        feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
+        neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
+    state.clock[Clock.FEASIBLE_COUNT] = feasible
+    state.clock[Clock.NEUTRAL_COUNT] = neutral
+    if params.decision.commit.enabled:
         committed = committed_feasible = int64(0)
         for w in range(state.sets.shape[1]):
-            counted = state.sets[COMMITTED, w] & state.sets[COUNTED, w]
+            counted = state.sets[Set.COMMITTED, w] & state.sets[Set.COUNTED, w]
             committed += popcount(counted)
-            committed_feasible += popcount(counted & state.sets[OPINIONS, w])
-        state.clock[COMMITTED_FEASIBLE] = committed_feasible
-        state.clock[COMMITTED_INFEASIBLE] = committed - committed_feasible
+            committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
+        state.clock[Clock.COMMITTED_FEASIBLE] = committed_feasible
+        state.clock[Clock.COMMITTED_INFEASIBLE] = committed - committed_feasible

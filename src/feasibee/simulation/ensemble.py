@@ -102,10 +102,11 @@ def simulate_record(
         return reference.simulate(scenario, runs, curves)
     load_engine(scenario)
     from feasibee.engine import runner
+    from feasibee.simulation.lowering import lower
 
     record = Record.empty(runs.first, runs.count, scenario.run.steps + 1 if curves else 0)
     try:
-        runner.simulate(scenario, runs.seed, record, threads, chunk, progress)
+        runner.simulate(lower(scenario, runs.seed), record, threads, chunk, progress)
     except runner.RunError as failure:
         raise failure_of(scenario, Runs(1, runs.seed, failure.run), failure.error) from None
     return record

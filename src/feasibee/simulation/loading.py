@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from feasibee.files.cache import check_cache
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.fast_path import takes_fast_path
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
 
@@ -58,9 +59,7 @@ _current: Compilation | None = None
 
 def engine_of(scenario: Scenario) -> str:
     """Return which engine simulates a scenario: `FAST` or `GENERAL`."""
-    from feasibee.engine.translation import is_paper
-
-    return FAST if is_paper(scenario) else GENERAL
+    return FAST if takes_fast_path(scenario) else GENERAL
 
 
 def compilation() -> Compilation | None:
@@ -83,7 +82,7 @@ def load_engine(scenario: Scenario) -> bool:
     with _loading, _showing(engine) as compiled:
         from feasibee.engine.runner import engine_functions
 
-        engine_functions(scenario)
+        engine_functions(scenario.strategy, engine == FAST)
     _loaded.add((engine, scenario.strategy))
     return not compiled
 

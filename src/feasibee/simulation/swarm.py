@@ -70,28 +70,30 @@ class Swarm:
         self.scenario = check_scenario(scenario)
         room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
-        from feasibee.engine import layout, runner, translation
+        from feasibee.engine import layout, params, runner
+        from feasibee.simulation import lowering
 
         self._room = room
         self._layout = layout
-        self._params = translation.params_of(self.scenario, self._which.seed)._replace(stop_at_decision=False)
-        self._start, self._advance, *self._strategy = runner.engine_functions(self.scenario)
-        self._kinds = translation.kinds_of(self.scenario, self._params)
-        self._packed = layout.packed(self._params)
-        self._unit = translation.unit_of(self.scenario)
+        lowered = lowering.lower(self.scenario, self._which.seed)
+        self._tables = lowered.tables
+        self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
+        self._packed = params.packed(self._params)
+        self._start, self._advance, self._functions = runner.engine_functions(lowered.strategy, lowered.fast)
+        self._unit = lowering.unit_of(self.scenario)
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS)
         self._begin(runner.FIRST_SLOTS)
 
     def _begin(self, slots: int) -> None:
         self._slots = slots
         memory = self.scenario.strategy.memory
-        needed = self._layout.size_of(self._params, self._kinds, slots)
+        needed = self._layout.size_of(self._params, self._tables, slots)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
                 f"this swarm needs {needed / 2**20:.0f} MiB, above the limit of {self._room // 2**20} MiB; "
                 "use fewer robots, or a shorter radio.range"
             )
-        self._state = self._layout.empty_state(self._params, self._kinds, slots, memory)
+        self._state = self._layout.empty_state(self._params, self._tables, slots, memory)
         self._start(self._packed, self._state, self._which.first)
         self._play(0)  # records step 0
 
@@ -101,26 +103,16 @@ class Swarm:
         self._make_room_for(until)
         while self.step < until:
             self._play(until)
-            if self._state.clock[self._layout.FULL]:
+            if self._state.clock[self._layout.Clock.FULL]:
                 self._begin(2 * self._slots)  # an inbox table is full: repeat the run with a larger one
 
     def _play(self, until: int) -> None:
-        from feasibee.engine.runner import FAILURES
+        from feasibee.engine.runner import FAILURES, outcome_of
 
-        record = self._record
+        unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
         try:
             self._advance(
-                self._packed,
-                self._state,
-                until,
-                record.decision,
-                record.decision_step,
-                record.feasible_count[0],
-                record.infeasible_count[0],
-                record.account[0],
-                np.zeros(1, np.int64),
-                np.zeros(1, np.bool_),
-                *self._strategy,
+                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, self._functions
             )
         except FAILURES as error:
             raise failure_of(self.scenario, self._which, error) from None
@@ -135,41 +127,43 @@ class Swarm:
     @property
     def step(self) -> int:
         """Number of steps simulated so far."""
-        return int(self._state.clock[self._layout.STEP])
+        return int(self._state.clock[self._layout.Clock.STEP])
 
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
         count = self.scenario.robots.count
         return self._in_units(
-            self._state.robots[self._layout.X, :count], self._state.robots[self._layout.Y, :count]
+            self._state.robots[self._layout.Robot.X, :count], self._state.robots[self._layout.Robot.Y, :count]
         )
 
     @property
     def tasks(self) -> NDArray[np.float64]:
         """Positions of the tasks in units: float64, shape (tasks, 2)."""
-        return self._in_units(self._state.tasks[self._layout.X], self._state.tasks[self._layout.Y])
+        return self._in_units(
+            self._state.tasks[self._layout.Point.X], self._state.tasks[self._layout.Point.Y]
+        )
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """Opinions of the robots: int8, shape (robots,), 1 feasible, 0 infeasible, -1 none."""
-        feasible = self._members(self._state.sets[self._layout.OPINIONS])
-        return feasible - self._members(self._state.sets[self._layout.NEUTRAL])
+        feasible = self._members(self._state.sets[self._layout.Set.FEASIBLE])
+        return feasible - self._members(self._state.sets[self._layout.Set.NEUTRAL])
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
         """Whether each robot is disseminating: bool, shape (robots,); the others explore."""
-        return self._members(self._state.sets[self._layout.DISSEMINATING]).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.Set.DISSEMINATING]).astype(np.bool_)
 
     @property
     def feasible_count(self) -> int:
         """Number of counted robots with opinion 1."""
-        return int(self._state.clock[self._layout.FEASIBLE_COUNT])
+        return int(self._state.clock[self._layout.Clock.FEASIBLE_COUNT])
 
     @property
     def infeasible_count(self) -> int:
         """Number of counted robots with opinion 0."""
-        neutral = int(self._state.clock[self._layout.NEUTRAL_COUNT])
+        neutral = int(self._state.clock[self._layout.Clock.NEUTRAL_COUNT])
         return int(self.counted.sum()) - self.feasible_count - neutral
 
     @property
@@ -190,12 +184,12 @@ class Swarm:
     @property
     def committed(self) -> NDArray[np.bool_]:
         """Whether each robot has committed to its opinion: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.COMMITTED]).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.Set.COMMITTED]).astype(np.bool_)
 
     @property
     def bits_sent(self) -> int:
         """Total length in bits of all messages sent so far."""
-        return int(self._state.clock[self._layout.BITS])
+        return int(self._state.clock[self._layout.Clock.BITS])
 
     @property
     def decision(self) -> int:
@@ -211,14 +205,14 @@ class Swarm:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Whether each robot counts in the decision, honest and still working: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.COUNTED]).astype(np.bool_)
+        return self._members(self._state.sets[self._layout.Set.COUNTED]).astype(np.bool_)
 
     @property
     def headings(self) -> NDArray[np.float64]:
         """Directions of robots in radians: float64, shape (robots,); 0 if a robot never moves again."""
         count, robots = self.scenario.robots.count, self._state.robots
         angles: NDArray[np.float64] = np.arctan2(
-            robots[self._layout.STEP_Y, :count], robots[self._layout.STEP_X, :count]
+            robots[self._layout.Robot.STEP_Y, :count], robots[self._layout.Robot.STEP_X, :count]
         )
         return angles
 
@@ -226,18 +220,18 @@ class Swarm:
         """Return the robots of this step in few bytes."""
         count, robots, layout = self.scenario.robots.count, self._state.robots, self._layout
         sets = (
-            layout.OPINIONS,
-            layout.NEUTRAL,
-            layout.DISSEMINATING,
-            layout.COMMITTED,
-            layout.COUNTED,
-            layout.WORKING,
-            layout.LIARS,
-            layout.STUBBORN,
+            layout.Set.FEASIBLE,
+            layout.Set.NEUTRAL,
+            layout.Set.DISSEMINATING,
+            layout.Set.COMMITTED,
+            layout.Set.COUNTED,
+            layout.Set.WORKING,
+            layout.Set.BYZANTINE,
+            layout.Set.STUBBORN,
         )  # in the order of FLAGS
         members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
-        x, y = (self._coarse(robots[axis, :count]) for axis in (layout.X, layout.Y))
-        steps = robots[[layout.STEP_X, layout.STEP_Y], :count].astype(np.float32)
+        x, y = (self._coarse(robots[axis, :count]) for axis in (layout.Robot.X, layout.Robot.Y))
+        steps = robots[[layout.Robot.STEP_X, layout.Robot.STEP_Y], :count].astype(np.float32)
         turns = np.arctan2(steps[1], steps[0]) * np.float32(128 / np.pi)
         return Snapshot(
             x,
@@ -249,11 +243,11 @@ class Swarm:
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks, in the unit of ``Snapshot``."""
         tasks = self._state.tasks
-        return self._coarse(tasks[self._layout.X]), self._coarse(tasks[self._layout.Y])
+        return self._coarse(tasks[self._layout.Point.X]), self._coarse(tasks[self._layout.Point.Y])
 
     def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
         """Convert fixed-point numbers to 65,536ths of the longer side."""
-        coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.walls else 16)
+        coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.arena.walls else 16)
         places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
         return places
 

@@ -1,0 +1,235 @@
+"""The numbers of a scenario as kernels read them, nested by the scenario's sections.
+
+Lengths are in units of fixed point: see `feasibee.engine.layout`.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, Final, NamedTuple, get_type_hints
+
+import numpy as np
+
+ALWAYS, WHILE_DISSEMINATING = -1, 0
+"""Values of `DecisionParams.listens_for` in addition to a number of steps."""
+
+
+class Placement(IntEnum):
+    """How robots or tasks are placed (model.md 6.4)."""
+
+    UNIFORM = 0
+    CLUSTERS = 1
+    CORNER = 2
+    POINTS = 3
+
+
+class Lie(IntEnum):
+    """The opinion that a Byzantine robot sends (model.md 6.6)."""
+
+    OPPOSITE = 0
+    FEASIBLE = 1
+    INFEASIBLE = 2
+    RANDOM = 3
+
+
+class Knowledge(IntEnum):
+    """The data that robots pass on in addition to opinions."""
+
+    NONE = 0
+    TALLY = 1
+    CENSUS = 2
+    SKETCH = 3
+
+
+class Grid(NamedTuple):
+    """A grid of cells over the arena, 2**bits a side; see `feasibee.engine.cells`."""
+
+    bits: int
+    width: int  # of the arena
+    height: int
+    scale_x: np.uint64  # cells per unit, times 2**52
+    scale_y: np.uint64
+
+
+class PlacementParams(NamedTuple):
+    """Placement of robots or tasks at the start (model.md 6.4)."""
+
+    how: int  # Placement
+    clusters: int
+    spread: int
+    margin: int  # least distance from the walls
+
+
+class SeedParams(NamedTuple):
+    """The seed, as the key of Philox."""
+
+    low: np.uint32
+    high: np.uint32
+
+
+class ArenaParams(NamedTuple):
+    """The arena (model.md 1.1, 6.1)."""
+
+    walls: bool
+    wraps: bool  # whether differences in 32 bits need no correction: in a square torus, and within walls
+    width: int
+    height: int
+
+
+class RobotParams(NamedTuple):
+    """The robots and their bodies (model.md 1.2, 6.2, 6.7)."""
+
+    count: int  # type: ignore[assignment]  # hides tuple.count
+    classes: int
+    reach: float  # length of a step
+    radius: int
+    avoid_collisions: bool
+    apart_limit: np.uint64  # discs overlap if the squared distance is below this
+    meet_limit: np.uint64  # discs can't meet within a step unless the squared distance is below this
+    placement: PlacementParams
+    grid: Grid
+
+
+class TaskParams(NamedTuple):
+    """The tasks (model.md 1.3, 6.7)."""
+
+    count: int  # type: ignore[assignment]  # hides tuple.count
+    placement: PlacementParams
+    grid: Grid
+
+
+class WalkParams(NamedTuple):
+    """The random walk (model.md 2)."""
+
+    mean_run: float  # steps
+
+
+class SensingParams(NamedTuple):
+    """Observation of robots and tasks (model.md 4.2, 6.3)."""
+
+    limit: np.uint64  # in sight if the squared distance is below this
+    count_self: int  # 0 or 1
+    unique: bool  # whether a thing counts once
+    for_life: bool  # whether a thing counts once in a run, else once in an exploration
+    by_class: bool  # whether robots or tasks have classes
+    only_counts: bool  # whether counts of robots and tasks suffice: no classes, no knowledge
+    counts_all: bool  # whether, in addition, all in sight count: no misses, repeated observation
+    miss: np.uint64  # probability times 2**32
+    false_robots: float  # expected number per step
+    false_tasks: float
+
+
+class RadioParams(NamedTuple):
+    """Messages (model.md 1.4, 6.5)."""
+
+    limit: np.uint64  # in radio range if the squared distance is below this
+    loss: np.uint64  # probability times 2**32
+    id_bits: int  # length of an id
+    random_ids: bool  # whether ids are random, and may collide
+    message_bits: int  # length of a message without its knowledge
+
+
+class StrategyParams(NamedTuple):
+    """The constants that a strategy declares."""
+
+    forgets: bool  # whether each exploration counts afresh
+    starts_neutral: bool  # whether robots start without an opinion
+    says: bool  # whether the strategy defines `say`; otherwise a robot sends its opinion
+    value_scale: float  # the largest value that a message can hold; 0.0: messages hold none
+    knowledge: int  # Knowledge
+    estimates: bool  # whether a tally corrects for robots that don't see themselves
+
+
+class CommitParams(NamedTuple):
+    """When a robot commits to its opinion."""
+
+    enabled: bool
+    share: int  # of an inbox that must agree: share / whole
+    whole: int
+    rounds: int
+    heard: int
+
+
+class DecisionParams(NamedTuple):
+    """The controller (model.md 4)."""
+
+    exploration: float  # steps
+    gain: float  # steps
+    dissemination_floor: int  # steps
+    quality_floor: int
+    listens_for: int  # last steps of dissemination, or ALWAYS or WHILE_DISSEMINATING
+    every_message: bool  # whether the inbox keeps every message, else the latest of each robot
+    inbox_size: int  # senders kept, the newest; 0: all
+    own_vote: int  # 0 or 1
+    commit: CommitParams
+    quorum: int  # least number of counted robots of one opinion for a decision
+    quorum_stopped: int  # the quorum once the stopped robots don't count
+
+
+class FaultParams(NamedTuple):
+    """Faulty robots (model.md 6.6)."""
+
+    stopped: int  # robots
+    byzantine: int
+    stubborn: int
+    stop_step: int
+    byzantine_says: int  # Lie
+
+
+class RunParams(NamedTuple):
+    """The length of a run (model.md 4.7)."""
+
+    steps: int
+    stop_at_decision: bool
+
+
+class Params(NamedTuple):
+    """The numbers of a scenario and seed."""
+
+    seed: SeedParams
+    arena: ArenaParams
+    robots: RobotParams
+    tasks: TaskParams
+    walk: WalkParams
+    sensing: SensingParams
+    radio: RadioParams
+    strategy: StrategyParams
+    decision: DecisionParams
+    faults: FaultParams
+    run: RunParams
+    together: bool  # whether all robots sense at once: on the fast path, up to 32 robots
+
+
+NUMBERS: Final = {
+    bool: np.bool_,
+    int: np.int64,
+    float: np.float64,
+    np.uint32: np.uint32,
+    np.uint64: np.uint64,
+}
+
+
+def record_type(numbers: type[Any]) -> np.dtype[Any]:
+    """Return the record type of a NamedTuple of numbers and of such tuples, from its annotations."""
+    fields = [
+        (name, NUMBERS[kind] if kind in NUMBERS else record_type(kind))
+        for name, kind in get_type_hints(numbers).items()
+    ]
+    return np.dtype(fields, align=True)
+
+
+PARAMS: Final = record_type(Params)
+
+
+def packed(params: Params) -> Any:
+    """Return the numbers as one record, which kernels are passed as a pointer.
+
+    A tuple of sixty numbers is passed one by one: that took a third longer to compile.
+    """
+    record = np.recarray(1, dtype=PARAMS)
+    record[0] = _plain(params)
+    return record[0]
+
+
+def _plain(numbers: Any) -> tuple[Any, ...]:
+    return tuple(_plain(each) if hasattr(each, "_fields") else each for each in numbers)

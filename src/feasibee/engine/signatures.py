@@ -1,0 +1,54 @@
+"""The types of what Python passes to compiled functions, from the annotations in `layout` and `params`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numba import float64, from_dtype, int64, types
+
+from feasibee.engine.layout import Control, Functions, Outcome, State
+from feasibee.engine.params import PARAMS as RECORD
+from feasibee.strategies.contract import Inbox, Mind
+
+of_types: Any = types.BaseTuple.from_types
+
+
+def array_type(annotation: Any) -> types.Array:
+    """Return the type of a contiguous array with an axis for each name of its annotation."""
+    array, *axes = get_args(annotation)
+    dtype = get_args(get_args(array)[1])[0]
+    return types.Array(from_dtype(np.dtype(dtype)), len(axes), "C")
+
+
+def tuple_type(cls: type[Any]) -> Any:
+    """Return the type of a NamedTuple of annotated arrays and of such tuples."""
+    hints = get_type_hints(cls, include_extras=True).values()
+    fields = [array_type(each) if get_origin(each) is Annotated else tuple_type(each) for each in hints]
+    return of_types(fields, cls)
+
+
+PARAMS: Final = from_dtype(RECORD)
+STATE: Final = tuple_type(State)
+OUTCOME: Final = tuple_type(Outcome)
+CONTROL: Final = tuple_type(Control)
+FLOATS: Final = types.Array(float64, 1, "C")
+MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
+INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)
+STRATEGY: Final = Functions(
+    quality=float64(int64, int64),
+    dissemination=float64(float64, float64),
+    decide=int64(MIND, INBOX),
+    say=int64(MIND),
+    value=float64(MIND),
+)
+"""Signatures of the functions of a strategy."""
+FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
+START: Final = types.void(PARAMS, STATE, int64)
+"""Put the swarm of a run at step 0."""
+ADVANCE: Final = types.void(PARAMS, STATE, OUTCOME, int64, int64, CONTROL, FUNCTIONS)
+"""Simulate a run up to a step: the row of its outcome, and the step."""
+PLAY: Final = int64(
+    PARAMS, STATE, OUTCOME, int64, CONTROL, types.FunctionType(START), types.FunctionType(ADVANCE), FUNCTIONS
+)
+"""Simulate many runs from a first one on; return how many are complete."""

@@ -1,0 +1,57 @@
+"""Which scenarios the fast path simulates: the paper's world, with these fields free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.scenario import Scenario
+
+FAST_PATH_FIELDS: Final = frozenset(
+    {
+        "arena.side",
+        "robots.count",
+        "robots.speed",
+        "robots.diameter",
+        "tasks.count",
+        "walk.mean_run",
+        "sensing.range",
+        "sensing.count_self",
+        "radio.range",
+        "decision.strategy",
+        "decision.parameters",
+        "decision.exploration",
+        "decision.gain",
+        "decision.dissemination_floor",
+        "decision.quality_floor",
+        "decision.listen",
+        "decision.inbox",
+        "decision.own_vote",
+        "decision.threshold",
+        "run.steps",
+        "run.stop_at_decision",
+    }
+)
+"""The fields that the fast path implements; it takes only the default of any other field."""
+
+FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
+    "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],
+    "decision.strategy": lambda scenario: scenario.manifest.knowledge is None,
+    "decision.listen": lambda scenario: scenario.decision.listen in ("always", "dissemination"),
+}
+"""Conditions on the values of some of these fields."""
+
+
+def takes_fast_path(scenario: Scenario) -> bool:
+    """Return whether the fast path simulates a scenario; if not, the general engine does.
+
+    A new field of a scenario needs the general engine until it is listed above.
+    """
+    for name, section in SECTIONS.items():
+        values = getattr(scenario, name)
+        for key, field in section.model_fields.items():
+            default = field.get_default(call_default_factory=True)
+            if f"{name}.{key}" not in FAST_PATH_FIELDS and getattr(values, key) != default:
+                return False
+    return all(holds(scenario) for holds in FAST_PATH_LIMITS.values())

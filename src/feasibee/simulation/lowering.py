@@ -1,0 +1,309 @@
+"""From a scenario and a seed to the numbers and arrays that the engine works with."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from feasibee.engine.layout import WORD, Int32s, Lowered, Tables
+from feasibee.engine.params import (
+    ALWAYS,
+    WHILE_DISSEMINATING,
+    ArenaParams,
+    CommitParams,
+    DecisionParams,
+    FaultParams,
+    Grid,
+    Knowledge,
+    Lie,
+    Params,
+    Placement,
+    PlacementParams,
+    RadioParams,
+    RobotParams,
+    RunParams,
+    SeedParams,
+    SensingParams,
+    StrategyParams,
+    TaskParams,
+    WalkParams,
+)
+from feasibee.model.codes import exact
+from feasibee.scenario.fields import Placed, Robots, Tasks
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.fast_path import takes_fast_path
+from feasibee.strategies import contract
+
+TURN = 2**32
+KNOWLEDGE = {
+    "tally": Knowledge.TALLY,
+    "estimate": Knowledge.TALLY,
+    "census": Knowledge.CENSUS,
+    "sketch": Knowledge.SKETCH,
+}
+
+
+def lower(scenario: Scenario, seed: int) -> Lowered:
+    """Return a scenario and a seed as the engine takes them."""
+    fast = takes_fast_path(scenario)
+    params = params_of(scenario, seed, fast)
+    return Lowered(params, _tables(scenario, params), scenario.strategy, fast)
+
+
+def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
+    """Return the numbers of a scenario and a seed."""
+    arena = _arena(scenario)
+    sight, radio = (_squared(scenario, reach) for reach in (scenario.sensing.range, scenario.radio.range))
+    return Params(
+        seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
+        arena=arena,
+        robots=_robots(scenario, arena, max(sight, radio)),
+        tasks=TaskParams(
+            count=scenario.tasks.count,
+            placement=_placement(scenario, scenario.tasks, 0),
+            grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
+        ),
+        walk=WalkParams(mean_run=scenario.walk.mean_run),
+        sensing=_sensing(scenario, sight),
+        radio=_radio(scenario, radio),
+        strategy=_strategy(scenario),
+        decision=_decision(scenario),
+        faults=_faults(scenario),
+        run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
+        together=fast and scenario.robots.count <= WORD,
+    )
+
+
+def unit_of(scenario: Scenario) -> Fraction:
+    """Return the unit of fixed point: the longer side is 2**32 of them on the torus, 2**31 within walls."""
+    longer = max(exact(side) for side in scenario.arena.size)
+    return longer / (TURN // 2 if scenario.arena.boundary == "walls" else TURN)
+
+
+def _arena(scenario: Scenario) -> ArenaParams:
+    width, height = (_fixed(scenario, side) for side in scenario.arena.size)
+    walls = scenario.arena.boundary == "walls"
+    return ArenaParams(walls=walls, wraps=walls or width == height, width=width, height=height)
+
+
+def _robots(scenario: Scenario, arena: ArenaParams, squared_reach: int) -> RobotParams:
+    """Return the numbers of the robots, who see or hear within ``squared_reach``."""
+    robots, unit = scenario.robots, unit_of(scenario)
+    radius = math.ceil(exact(robots.diameter) / unit / 2)
+    meeting = 2 * radius + 2 * math.ceil(exact(robots.speed) / unit) + 4
+    widest = max(math.isqrt(squared_reach), meeting if robots.avoid_collisions else 0) + 1
+    return RobotParams(
+        count=robots.count,
+        classes=max(1, len(robots.classes)),
+        reach=float(exact(robots.speed) / unit),
+        radius=radius,
+        avoid_collisions=robots.avoid_collisions,
+        apart_limit=_limit((2 * radius) ** 2),
+        meet_limit=_limit(meeting**2),
+        placement=_placement(scenario, robots, radius if arena.walls else 0),
+        grid=_grid(robots.count, widest, arena),
+    )
+
+
+def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
+    sensing = scenario.sensing
+    by_class = bool(scenario.robots.classes or scenario.tasks.classes)
+    only_counts = not (by_class or scenario.strategy.knowledge)
+    return SensingParams(
+        limit=_limit(squared_range + 1),
+        count_self=int(sensing.count_self),
+        unique=sensing.observation == "unique",
+        for_life=sensing.memory == "life",
+        by_class=by_class,
+        only_counts=only_counts,
+        counts_all=only_counts and sensing.miss == 0 and sensing.observation == "repeated",
+        miss=_probability(sensing.miss),
+        false_robots=sensing.false_robots,
+        false_tasks=sensing.false_tasks,
+    )
+
+
+def _radio(scenario: Scenario, squared_range: int) -> RadioParams:
+    radio = scenario.radio
+    id_bits = radio.id_bits or max(1, (scenario.robots.count - 1).bit_length())
+    return RadioParams(
+        limit=_limit(squared_range + 1),
+        loss=_probability(radio.loss),
+        id_bits=id_bits,
+        random_ids=radio.id_bits is not None,
+        message_bits=_message_bits(scenario, id_bits),
+    )
+
+
+def _message_bits(scenario: Scenario, id_bits: int) -> int:
+    """Return the length of a message without its knowledge: id, opinion, value and commitment."""
+    commitment = int(scenario.decision.commit is not None)
+    if scenario.strategy.knowledge:
+        return (id_bits + 2) * commitment
+    return id_bits + 1 + scenario.strategy.value_bits + commitment
+
+
+def _strategy(scenario: Scenario) -> StrategyParams:
+    strategy = scenario.strategy
+    return StrategyParams(
+        forgets=strategy.forgets,
+        starts_neutral=strategy.starts_neutral,
+        says=strategy.say is not contract.say,
+        value_scale=float(2**strategy.value_bits - 1),
+        knowledge=KNOWLEDGE[strategy.name] if strategy.knowledge else Knowledge.NONE,
+        estimates=strategy.name == "estimate",
+    )
+
+
+def _decision(scenario: Scenario) -> DecisionParams:
+    decision, rule = scenario.decision, scenario.decision.commit
+    stopped, byzantine, _ = scenario.faulty
+    honest = scenario.robots.count - byzantine
+    return DecisionParams(
+        exploration=decision.exploration,
+        gain=decision.gain,
+        dissemination_floor=decision.dissemination_floor,
+        quality_floor=decision.quality_floor,
+        listens_for=_listens_for(decision.listen),
+        every_message=decision.inbox == "every-message",
+        inbox_size=decision.inbox_size or 0,
+        own_vote=int(decision.own_vote),
+        commit=CommitParams(
+            enabled=rule is not None,
+            share=exact(rule.quorum).numerator if rule else 0,
+            whole=exact(rule.quorum).denominator if rule else 1,
+            rounds=rule.rounds if rule else 0,
+            heard=rule.heard if rule else 0,
+        ),
+        quorum=_quorum(scenario, honest),
+        quorum_stopped=_quorum(scenario, honest - stopped),
+    )
+
+
+def _listens_for(listen: Any) -> int:
+    words = {"always": ALWAYS, "dissemination": WHILE_DISSEMINATING}
+    return words[listen] if isinstance(listen, str) else int(listen["last"])
+
+
+def _quorum(scenario: Scenario, counted: int) -> int:
+    return math.floor(exact(scenario.decision.threshold) * counted) + 1
+
+
+def _faults(scenario: Scenario) -> FaultParams:
+    stopped, byzantine, stubborn = scenario.faulty
+    return FaultParams(
+        stopped=stopped,
+        byzantine=byzantine,
+        stubborn=stubborn,
+        stop_step=scenario.faults.stop_step,
+        byzantine_says=Lie[scenario.faults.byzantine_says.upper()],
+    )
+
+
+def _fixed(scenario: Scenario, length: float) -> int:
+    """Return a length in whole units of fixed point, rounded down."""
+    return math.floor(exact(length) / unit_of(scenario))
+
+
+def _squared(scenario: Scenario, length: float) -> int:
+    """Return the square of a length in units of fixed point, rounded down."""
+    return math.floor((exact(length) / unit_of(scenario)) ** 2)
+
+
+def _limit(squared: int) -> np.uint64:
+    """Return a bound of squared distances; none is larger than 2**63."""
+    return np.uint64(min(squared, 2**63 + 1))
+
+
+def _probability(share: float) -> np.uint64:
+    return np.uint64(math.ceil(exact(share) * TURN))
+
+
+def _placement(scenario: Scenario, section: Placed, margin: int) -> PlacementParams:
+    return PlacementParams(
+        how=Placement[section.placement.upper()],
+        clusters=section.clusters,
+        spread=_fixed(scenario, section.spread),
+        margin=margin,
+    )
+
+
+def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
+    """Return the finest grid whose half cells are longer than ``reach``, and not more cells than points.
+
+    Up to 32 points need no grid: they are looked at together. Half cells are longer by 1 in 2**18, more than
+    the rounding of the scale takes away.
+    """
+    bits = 0
+    if points > WORD:
+        by_range = (min(arena.width, arena.height) * 2**18 // (2 * reach * (2**18 + 1))).bit_length() - 1
+        bits = max(0, min(by_range, (points.bit_length() - 1) // 2))
+    # Within walls a thing may stand on the far one, which belongs to the last cell.
+    scale_x, scale_y = (
+        np.uint64(2 ** (52 + bits) // (side + arena.walls)) for side in (arena.width, arena.height)
+    )
+    return Grid(bits=bits, width=arena.width, height=arena.height, scale_x=scale_x, scale_y=scale_y)
+
+
+def _tables(scenario: Scenario, params: Params) -> Tables:
+    """Return the arrays of a scenario: classes, sets of skills, given points, the strategy's parameters."""
+    robots, tasks = scenario.robots, scenario.tasks
+    return Tables(
+        class_of=np.concatenate(
+            [
+                _numbers([each.count for each in robots.classes], robots.count),
+                _numbers([each.count for each in tasks.classes], tasks.count),
+            ]
+        ),
+        adds=_adds(scenario),
+        points=np.concatenate(
+            [
+                _given_points(scenario, robots, params.robots.placement.margin, params.arena),
+                _given_points(scenario, tasks, 0, params.arena),
+            ]
+        ),
+        parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
+    )
+
+
+def _adds(scenario: Scenario) -> Any:
+    """Return what each class adds to each set of skills: each subset of them, then all robots and places."""
+    robots, tasks = scenario.robots.classes, scenario.tasks.classes
+    skills = sorted({s for each in robots for s in each.skills} | {s for each in tasks for s in each.needs})
+    subsets = range(1, 2 ** len(skills))
+    has = [sum(2 ** skills.index(skill) for skill in set(each.skills)) for each in robots] or [0]
+    robot_adds = [[int(mask & subset > 0) for mask in has] for subset in subsets]
+    task_adds = [
+        [
+            sum(number for skill, number in each.needs.items() if subset >> skills.index(skill) & 1)
+            for each in tasks
+        ]
+        or [0]
+        for subset in subsets
+    ]
+    robot_adds.append([1] * len(has))
+    task_adds.append([sum(each.needs.values()) for each in tasks] or [1])
+    return np.hstack([np.array(robot_adds, np.int64), np.array(task_adds, np.int64)])
+
+
+def _numbers(counts: list[int], total: int) -> Int32s:
+    """Return the class of each robot or task: first those of class 0, then those of class 1, ..."""
+    return np.repeat(np.arange(len(counts) or 1, dtype=np.int32), counts or [total])
+
+
+def _given_points(scenario: Scenario, section: Robots | Tasks, margin: int, arena: ArenaParams) -> Int32s:
+    """Return given points in fixed point, off the walls by a margin."""
+    if section.placement != "points":
+        return np.zeros((section.count, 2), np.int32)
+    sides, unit = (arena.width, arena.height), unit_of(scenario)
+    places = [
+        [
+            min(max(math.floor(exact(p) / unit), margin), side - margin)
+            for p, side in zip(point, sides, strict=True)
+        ]
+        for point in section.points
+    ]
+    return np.array(places, np.int64).astype(np.uint32).view(np.int32).reshape(-1, 2)
