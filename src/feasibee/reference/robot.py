@@ -13,6 +13,7 @@ from feasibee.reference.identities import Names
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Commit, Controller, Message
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.setting import setting_of
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 
@@ -82,7 +83,9 @@ class Robot:
         }
         told = lies[self._scenario.faults.byzantine_says]
         value = 2**self.mind.strategy.value_bits - 1 if told else 0
-        knowledge = self.mind.knowledge and self.mind.knowledge.lie(told == 1, self._names.inventions(told))
+        knowledge: tuple[int, ...] = ()
+        if self.mind.knowledge:
+            knowledge = self.mind.knowledge.lie(message.knowledge, told, self._names.inventions(told))
         return message._replace(opinion=told, value=value, knowledge=knowledge)
 
     def counts(self, thing: str, number: int) -> bool:
@@ -141,7 +144,8 @@ class Robot:
             commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
             stubborn=self.fault == STUBBORN,
             sets=hall_sets(self._scenario),
-            me=self._names.robot(self.number, self.kind),
+            me=self._names.me(self.number, self.kind),
+            setting=setting_of(self._scenario),
         )
 
     def _draw_choice(self) -> tuple[float, float]:

@@ -18,12 +18,13 @@ from feasibee.model.purposes import (
 )
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
-from feasibee.reference.identities import Name, Names
+from feasibee.reference.identities import Names
 from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.strategies.contract import Thing
 
 
 def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
@@ -127,27 +128,26 @@ class Swarm:
         sensing = self.scenario.sensing
         robots, tasks = robot.mind.robots_seen, robot.mind.tasks_seen
         robots_now, tasks_now = [0] * len(robots), [0] * len(tasks)
-        names: tuple[list[Name], list[Name]] = ([], [])
+        things: list[Thing] = []
         for other in self.robots:
             seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
             if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
                 robots_now[other.kind] += 1
-                names[0].append(self.names.robot(other.number, other.kind))
+                things.append(self.names.robot(other.number, other.kind))
         for number, place in enumerate(self.tasks):
             if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
                 tasks_now[self.task_kinds[number]] += 1
-                names[1].append(self.names.task(number, self.task_kinds[number]))
+                things.append(self.names.task(number, self.task_kinds[number]))
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
         for kind in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
             robots_now[kind] += 1
-            names[0].append((-1, kind, 0))
+            things.append(Thing(True, -1, kind, 0))
         false = (FALSE_TASK, FALSE_TASK_CLASS)
         for kind in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
             tasks_now[kind] += 1
-            names[1].append((-1, kind, 0))
+            things.append(Thing(False, -1, kind, 0))
         robot.mind.observe(robots_now, tasks_now)
-        if robot.mind.knowledge:
-            robot.mind.recognise(*names)
+        robot.mind.recognise(things)
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Tell whether a thing is in range, the range included, and not missed (model.md 1.4, 6.3)."""
@@ -175,7 +175,7 @@ class Swarm:
         """Return the length of a message: id, opinion, value, commitment, or what it passes on."""
         commitment = self.scenario.decision.commit is not None
         if sender.mind.knowledge:
-            bits: int = sender.mind.knowledge.bits(message.knowledge, self.names.id_bits)
+            bits = sender.mind.knowledge.bits(message.knowledge)
             return bits + (self.names.id_bits + 2 if commitment else 0)
         return self.names.id_bits + 1 + sender.mind.strategy.value_bits + commitment
 

@@ -29,11 +29,12 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from feasibee.strategies.contract import Inbox, Mind, Strategy, sent
+from feasibee.robot.knowledge import Knowledge
+from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Strategy, Thing, sent
 
 NONE = -1
 
@@ -47,8 +48,8 @@ class Message(NamedTuple):
     """A number that some strategies send, at the width of their ``value_bits``."""
     committed: bool = False
     """Whether the sender has committed to its opinion."""
-    knowledge: Any = None
-    """What some strategies pass on."""
+    knowledge: tuple[int, ...] = ()
+    """The words that some strategies pass on."""
 
 
 class Commit(NamedTuple):
@@ -101,7 +102,9 @@ class Controller:
         For unlike robots and tasks: what each class of robots and each class of tasks adds to the two sides
         of a set of skills; by default all robots against all tasks.
     me : tuple of int
-        Its id, class and 32-bit mark, for strategies that pass on knowledge.
+        Its id, class and hash (32 random bits), for strategies that pass on knowledge.
+    setting : Setting, optional
+        The numbers that strategies that pass on knowledge need.
     """
 
     def __init__(
@@ -124,6 +127,7 @@ class Controller:
         stubborn: bool = False,
         sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
         me: tuple[int, int, int] = (0, 0, 0),
+        setting: Setting | None = None,
     ) -> None:
         self.strategy = strategy
         self.opinion = NONE if strategy.starts_neutral else opinion
@@ -142,9 +146,13 @@ class Controller:
         self.explorations = 0
         self.feasible_quality = 0.5
         classes = (len(sets[0][0]), len(sets[0][1]))
-        self.knowledge: Any = strategy.knowledge(me, classes) if strategy.knowledge else None
         self._parameters = list(strategy.parameters.values() if parameters is None else parameters)
         self._memory = [0.0] * strategy.memory
+        self.knowledge: Knowledge | None = None
+        if strategy.knowledge:
+            if setting is None:
+                raise TypeError(f"{strategy.name} passes on knowledge: give the controller a setting")
+            self.knowledge = Knowledge(strategy, Me(*me, 0, self._memory, setting))
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice
@@ -156,7 +164,7 @@ class Controller:
         """Return what to broadcast in this step; None while it explores or has nothing to say."""
         if not self.disseminating or self._said == NONE:
             return None
-        knowledge = self.knowledge.message() if self.knowledge else None
+        knowledge = self.knowledge.message() if self.knowledge else ()
         return Message(self._said, self._value, self.committed, knowledge)
 
     @property
@@ -173,18 +181,15 @@ class Controller:
                 for kind, number in enumerate([new] if isinstance(new, int) else new):
                     seen[kind] += number
 
-    def recognise(self, robots: Sequence[Sequence[int]], tasks: Sequence[Sequence[int]]) -> None:
-        """Tell the things in sight by id, class and mark, for a strategy that passes on knowledge."""
-        if not self.disseminating:
-            for robot in robots:
-                self.knowledge.see_robot(*robot)
-            for task in tasks:
-                self.knowledge.see_task(*task)
+    def recognise(self, things: Iterable[Thing]) -> None:
+        """Add the robots and tasks in sight to what is known, if exploring."""
+        if self.knowledge and not self.disseminating:
+            self.knowledge.observe(things)
 
     def hear(self, sender: int, message: Message) -> None:
         """Keep a message: the latest of each sender, or every one (model.md 4.5)."""
         if self.knowledge:
-            self.knowledge.merge(message.knowledge)
+            self.knowledge.merge(message.knowledge, sender)
         if self.every_message:
             self._messages.append(message)
             return
@@ -202,6 +207,8 @@ class Controller:
                 self._explore()
             else:
                 self._disseminate()
+        if self.knowledge:
+            self.knowledge.end_step()
 
     def _explore(self) -> None:
         """Start afresh: an empty inbox, and no counts unless evidence is kept (model.md 4.2, 4.6)."""

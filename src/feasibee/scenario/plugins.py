@@ -23,7 +23,15 @@ from typing import Any, Final, TypeGuard
 from feasibee.errors import FeasibeeError
 from feasibee.files import UnreadableError, read_text
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, REQUIRED, Manifest, Strategy
+from feasibee.strategies.contract import (
+    ARGUMENTS,
+    CONSTANTS,
+    KNOWLEDGE,
+    KNOWLEDGE_OPTIONS,
+    REQUIRED,
+    Manifest,
+    Strategy,
+)
 
 GROUP: Final = "feasibee.strategies"
 """The entry points by which other packages register strategies."""
@@ -34,6 +42,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: _is_whole(value, 16)),
     "FORGETS": ("True or False", lambda value: isinstance(value, bool)),
     "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
+    "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
 }
 
 
@@ -164,16 +173,16 @@ def _parsed(name: str, source: str) -> Manifest:
         raise FeasibeeError(f"{file}{line}: {type(error).__name__}: {error.args[0]}") from None
     _check_imports(tree, file)
     bound = dict(_bindings(tree))
-    if "Knowledge" in bound:
-        raise FeasibeeError(f"{file}: defines Knowledge; only built-in strategies pass on knowledge")
+    functions = frozenset(ARGUMENTS).intersection(bound)
     for function in ARGUMENTS:
         _check_function(function, bound.get(function), file)
+    _check_completeness(functions, file)
     constants = {
         field: _constant(constant, bound[constant], file)
         for constant, field in CONSTANTS.items()
         if constant in bound
     }
-    return Manifest(name=name, source=source, **constants)
+    return Manifest(name=name, source=source, functions=functions, **constants)
 
 
 def _check_imports(tree: ast.Module, file: str) -> None:
@@ -212,14 +221,29 @@ def _is_bound(node: ast.AST) -> TypeGuard[ast.Name]:
     return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
 
 
+def _check_completeness(functions: frozenset[str], file: str) -> None:
+    """Raise an error if a function is missing: one of all strategies', or one of those for knowledge."""
+    for name in REQUIRED:
+        if name not in functions:
+            raise FeasibeeError(f"{file}: has no function {name}; {_wanted(name)}")
+    first = next((name for name in (*KNOWLEDGE, *KNOWLEDGE_OPTIONS) if name in functions), None)
+    missing = next((name for name in KNOWLEDGE if name not in functions), None)
+    if first and missing:
+        rule = f"has {first}, by which robots pass on knowledge, but no function {missing}"
+        raise FeasibeeError(f"{file}: {rule}; {_wanted(missing)}")
+    if "message_words" in functions and "encode" not in functions:
+        raise FeasibeeError(f"{file}: has message_words, but no function encode; {_wanted('encode')}")
+
+
+def _wanted(name: str) -> str:
+    return f"write def {name}({', '.join(ARGUMENTS[name])})"
+
+
 def _check_function(name: str, node: ast.AST | None, file: str) -> None:
-    """Raise an error unless the file defines a function with the right number of arguments, if it must."""
-    arguments = ARGUMENTS[name]
-    wanted = f"write def {name}({', '.join(arguments)})"
+    """Raise an error if the file defines a function as something else, or with other arguments."""
     if node is None:
-        if name in REQUIRED:
-            raise FeasibeeError(f"{file}: has no function {name}; {wanted}")
         return
+    arguments, wanted = ARGUMENTS[name], _wanted(name)
     if not isinstance(node, ast.FunctionDef) or node.decorator_list:
         raise FeasibeeError(f"{file}, line {_line(node)}: {name} isn't a plain function; {wanted}")
     given = node.args
