@@ -69,9 +69,15 @@ def one_copy(compiled: Any) -> Callable[..., Any]:
     return function
 
 
-def careful(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a user's function, which raises what Python would; `entry` keeps the code of its caller."""
-    compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
+def careful(function: Callable[..., Any], arguments: Any = None) -> Callable[..., Any]:
+    """Compile a user's function, which raises what Python would; `entry` keeps what calls it.
+
+    With types of its arguments it is compiled at once and for these only, and inlined where it is called.
+    """
+    if arguments is None:
+        compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
+    else:
+        compiled = numba.njit(arguments, forceinline=True, **CAREFUL)(function)
     return compiled
 
 
