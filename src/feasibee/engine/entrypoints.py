@@ -72,7 +72,6 @@ def advance_fast(params, state, outcome, row, until, control, functions):
     """
     if state.clock[Clock.STEP] == 0:
         record_step(params, state, outcome, row)
-    functions = Functions(quality, dissemination, decide, say, value, update)
     while has_next_step(params, state, outcome, row, until, control):
         step.advance_fast(params, state, functions)
         record_step(params, state, outcome, row)
@@ -84,7 +83,6 @@ def advance_general(params, state, outcome, row, until, control, functions):
     """Simulate a run in the general engine; see `advance_fast`."""
     if state.clock[Clock.STEP] == 0:
         record_step(params, state, outcome, row)
-    functions = Functions(quality, dissemination, decide, say, value, update)
     while has_next_step(params, state, outcome, row, until, control):
         step.advance_general(params, state, functions)
         record_step(params, state, outcome, row)

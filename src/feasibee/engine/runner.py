@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.core import types
 from numba.core.errors import NumbaError
 
 from feasibee.engine import entrypoints
@@ -81,12 +80,11 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
     (returned,) = (each.return_type for each in compiled.nopython_signatures)
-    if not (returned == signature.return_type or isinstance(returned, types.Integer | types.Boolean)):
-        what = "a whole number" if name == "bits" else "nothing"
+    if returned != signature.return_type:
+        must = "a whole number" if name == "bits" else "nothing"
         line = own.__code__.co_firstlineno
-        raise FeasibeeError(
-            f"{strategy.name}, line {line}: {name} doesn't compile: must return {what} always"
-        )
+        rule = f"{name} doesn't compile: it must return {must}, whatever it is given"
+        raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
     return compiled
 
 
