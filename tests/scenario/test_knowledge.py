@@ -327,7 +327,7 @@ def test_a_missing_function_is_told_with_what_to_write(write, name):
         (
             "def merge(known, message, sender, me)",
             "def merge(known, message, me)",
-            "line 31: merge must take 4",
+            "line 30: merge must take 4",
         ),
         ("def bits(message, me)", "def bits(message, *me)", "bits must take 2; write def bits(message, me)"),
         ("BY_NAME = True", "BY_NAME = 1", "line 3: BY_NAME = 1 must be True or False"),
@@ -412,7 +412,7 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
     ("old", "new", "line", "words"),
     [
         ("    known[me.id] = 1\n", "    known[me.id] = {1: 1}[1]\n", 23, "start doesn't compile"),
-        ("    known[me.id] = 1\n", "    known[me.id] = len(list(known)) > 0\n", 23, "start doesn't compile"),
+        ("    known[me.id] = 1\n", "    known[me.id] = len(list(known)) > 0\n", 22, "it must not make lists"),
         (
             "    return length\n",
             "    if length > 9999999:\n        return 0.5\n    return length\n",
@@ -422,7 +422,7 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
         (
             "    for k in range(len(known)):\n        known[k] = max(",
             "    if me.step == 77:\n        return 1\n    for k in range(len(known)):\n        known[k] = max(",
-            31,
+            30,
             "merge",
         ),
         (
@@ -442,17 +442,34 @@ def test_what_does_not_compile_is_told_with_function_and_line(write, old, new, l
     assert "doesn't compile" in text
 
 
+LATE = "20 < me.step < 1000"  # no trial has it
+
+
 @pytest.mark.parametrize(
     ("old", "new", "why"),
     [
-        ("    for k in range(me.setting.robot_ids):\n", "    if me.step > 20:\n        counts[1] = -5\n        return\n    for k in range(me.setting.robot_ids):\n",
-         r"line 36: count writes \[0, -5\] into counts; must be whole numbers"),
-        ("    length = 2\n", "    if me.step > 20:\n        return -me.step\n    length = 2\n", r"line 43: bits\(.*returns -\d+; must be a"),
-        ("    for k in range(len(known)):\n        known[k] = max(", "    for k in range(len(known) + (me.step > 20)):\n        known[k] = max(",
-         r"line 33: merge\(.*fails: IndexError"),
-        ("    known[thing.id if", "    known[0] = 7 // (me.step - 15)\n    known[thing.id if", r"line 27: observe\(.*fails: ZeroDivisionError"),
+        (
+            "    for k in range(me.setting.robot_ids):\n",
+            f"    if {LATE}:\n        counts[1] = -5\n        return\n    for k in range(me.setting.robot_ids):\n",
+            r"line 35: count writes \[0, -5\] into counts; must be whole numbers",
+        ),
+        (
+            "    length = 2\n",
+            f"    if {LATE}:\n        return -me.step\n    length = 2\n",
+            r"line 42: bits\(.*returns -\d+; must be a",
+        ),
+        (
+            "    for k in range(len(known)):\n        known[k] = max(",
+            f"    for k in range(len(known) + ({LATE})):\n        known[k] = max(",
+            r"line 32: merge\(.*fails: IndexError",
+        ),
+        (
+            "    known[thing.id if",
+            f"    one = 1 // (1 - ({LATE}))\n    known[one * thing.id if",
+            r"line 27: observe\(.*fails: ZeroDivisionError",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_fails_only_in_a_run_is_told_with_function_line_and_run(write, old, new, why):
     scenario = scenario_of(write(replaced(SET, old, new)))
     said = rf"^mine\.py, {why}.*\(in run \d of seed 1\)$"
@@ -460,7 +477,7 @@ def test_what_fails_only_in_a_run_is_told_with_function_line_and_run(write, old,
         simulate_record(scenario, 2, 1, threads=1)
     with pytest.raises(FeasibeeError) as reference:
         simulate_record(scenario, 2, 1, backend="reference")
-    assert str(engine.value).startswith(str(reference.value))
+    assert str(engine.value)[:150] == str(reference.value)[:150]  # long arguments are shortened
 
 
 def test_liars_with_a_message_of_its_own_need_a_function(write):

@@ -123,6 +123,8 @@ def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
     empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
     what = next((line for line in lines if not line.startswith(empty)), lines[0])
+    if "NRT required" in what:
+        what = "it must not make lists, tuples of unknown length, or arrays"
     line = place[1] if place else function.__code__.co_firstlineno
     return (
         f"{strategy.name}, line {line}: {name} doesn't compile: {what}; "
