@@ -103,7 +103,7 @@ def test_strategies_import_nothing_but_math():
         assert strategy.name == name
 
 
-def tests_for_a_strategys_name(path):
+def uses_of_a_strategys_name(path):
     """Yield where a strategy's name is compared, a key or an index, in a list there or by itself."""
     tree = ast.parse(path.read_text())
     parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
@@ -119,7 +119,7 @@ def tests_for_a_strategys_name(path):
 def test_nothing_outside_a_strategys_file_tests_for_its_name():
     files = [path for path in PACKAGE.rglob("*.py") if path.parent.name != "strategies"]
     assert len(files) > 100
-    assert [found for path in files for found in tests_for_a_strategys_name(path)] == []
+    assert [found for path in files for found in uses_of_a_strategys_name(path)] == []
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_nothing_outside_a_strategys_file_tests_for_its_name():
 )
 def test_a_test_for_a_strategys_name_is_found(line, tmp_path):
     (tmp_path / "code.py").write_text(line)
-    assert len(list(tests_for_a_strategys_name(tmp_path / "code.py"))) >= 1
+    assert len(list(uses_of_a_strategys_name(tmp_path / "code.py"))) >= 1
 
 
 def test_a_strategy_says_its_rule_its_message_and_its_source():

@@ -254,8 +254,8 @@ def test_compiled_knowledge_is_loaded_in_a_second_process(write):
         f"s = Scenario().replace({{'decision.strategy': {str(path)!r}, 'run.steps': 20}})\n"
         "print(int(simulate(s, runs=3, seed=1).bits_sent.sum()), saved)"
     )
-    total = int(simulate_record(scenario_of(path, **{"arena.side": 20.0, "tasks.count": None, "run.steps": 20}),
-                                3, 1).bits_sent.sum())  # fmt: skip
+    large = {"arena.side": 20.0, "tasks.count": None, "run.steps": 20}
+    total = int(simulate_record(scenario_of(path, **large), 3, 1).bits_sent.sum())
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == f"{total} []\n"
 
@@ -421,13 +421,15 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
         ),
         (
             "    for k in range(len(known)):\n        known[k] = max(",
-            "    if me.step == 77:\n        return 1\n    for k in range(len(known)):\n        known[k] = max(",
+            "    if me.step == 77:\n        return 1\n"
+            "    for k in range(len(known)):\n        known[k] = max(",
             30,
             "merge",
         ),
         (
             "        known[k] = max(known[k], message[k])\n",
-            "        known[k] = max(known[k], message[k])\n        if me.step == 77:\n            message[k] = 0\n",
+            "        known[k] = max(known[k], message[k])\n"
+            "        if me.step == 77:\n            message[k] = 0\n",
             34,
             "merge doesn't compile",
         ),
@@ -450,7 +452,8 @@ LATE = "20 < me.step < 1000"  # no trial has it
     [
         (
             "    for k in range(me.setting.robot_ids):\n",
-            f"    if {LATE}:\n        counts[1] = -5\n        return\n    for k in range(me.setting.robot_ids):\n",
+            f"    if {LATE}:\n        counts[1] = -5\n        return\n"
+            "    for k in range(me.setting.robot_ids):\n",
             r"line 35: count writes \[0, -5\] into counts; must be whole numbers",
         ),
         (

@@ -121,13 +121,13 @@ class Pointer(types.WrapperAddressProtocol):
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function: Any = function  # keeps the code loaded
         self._numba_type_ = types.FunctionType(signature)
-        self._result = self.function.get_compile_result(signature)
+        self._result: Any = self.function.get_compile_result(signature)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the function."""
         return self.function(*arguments)
 
-    @property  # numba asks a compiled function only for the code that passes on exceptions
+    @property  # type: ignore[misc]  # numba asks only compiled functions for code that passes on exceptions
     def __class__(self) -> Any:
         """Return the class of compiled functions."""
         return type(self.function)

@@ -50,13 +50,13 @@ def _digits(_typing: Any, word: Any) -> Any:
 @overload_method(types.Integer, "bit_count", inline="always")
 def _bit_count(number):  # type: ignore[no-untyped-def]  # numba compares it with what it returns
     """Compile ``number.bit_count()``, which strategies may call, for up to 64 bits."""
-    return lambda number: _ones(abs(int64(number)))
+    return lambda number: _ones(abs(int64(number)))  # type: ignore[call-arg,arg-type]
 
 
 @overload_method(types.Integer, "bit_length", inline="always")
 def _bit_length(number):  # type: ignore[no-untyped-def]
     """Compile ``number.bit_length()`` likewise."""
-    return lambda number: _digits(abs(int64(number)))
+    return lambda number: _digits(abs(int64(number)))  # type: ignore[call-arg,arg-type]
 
 
 @intrinsic

@@ -59,7 +59,8 @@ def engine_functions(strategy: Strategy, fast: bool) -> Engine:
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
-    return Functions(*(_compiled(strategy, name) for name in GUARDS), update=_update_of(strategy))
+    compiled = {name: _compiled(strategy, name) for name in GUARDS}
+    return Functions(**compiled, update=_update_of(strategy))
 
 
 def _update_of(strategy: Strategy) -> Pointer:
@@ -85,7 +86,8 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
         line = own.__code__.co_firstlineno
         rule = f"{name} doesn't compile: it must return {must}, whatever it is given"
         raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
-    return compiled
+    function: Callable[..., Any] = compiled
+    return function
 
 
 def _text_of(strategy: Strategy) -> str:

@@ -155,7 +155,7 @@ def observe_fast(params, state, i, robot_bits, task_bits, limit):
 
 @spliced
 def observe_general(params, state, functions, i):
-    """Let a robot look at each thing in sight: is it seen, is it new, of which class is it (model.md 6.3).
+    """Observe each thing in sight of a robot: is it seen, is it new, which class has it (model.md 6.3).
 
     Counting alone, where nothing of that matters, takes a third off a step.
     """
