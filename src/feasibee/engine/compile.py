@@ -121,7 +121,8 @@ class Pointer(types.WrapperAddressProtocol):
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function: Any = function  # keeps the code loaded
         self._numba_type_ = types.FunctionType(signature)
-        self._result: Any = self.function.get_compile_result(signature)
+        compiled: Any = function
+        self._result: Any = compiled.get_compile_result(signature)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the function."""
