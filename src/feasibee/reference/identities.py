@@ -12,7 +12,7 @@ from feasibee.strategies.contract import Thing
 
 
 class Names:
-    """The names of one run's robots and tasks, and of what liars invent.
+    """The ids and hashes of one run's robots and tasks, and of those that Byzantine robots invent.
 
     Things are numbered: robots, tasks, invented robots (as many as tasks), invented tasks (one more than
     robots).
@@ -28,7 +28,7 @@ class Names:
         self._holder = [first[each] for each in ids]
 
     def id(self, number: int) -> int:
-        """Return a robot's id: the number of the first robot that has the same."""
+        """Return a robot's id: the number of the first robot with the same random id."""
         return self._holder[number]
 
     def robot(self, number: int, kind: int) -> Thing:
@@ -44,7 +44,7 @@ class Names:
         return Thing(False, number, kind, self.hash(self._robots + number))
 
     def inventions(self, feasible: int) -> list[Thing]:
-        """Return the robots, or tasks, that a Byzantine robot invents to make its point (model.md 6.12)."""
+        """Return the robots (feasible) or tasks that a Byzantine robot invents (model.md 6.12)."""
         first = self._robots + self._tasks
         if feasible:
             return [Thing(True, self._robots + k, 0, self.hash(first + k)) for k in range(self._tasks)]
@@ -53,7 +53,7 @@ class Names:
 
     @cache  # noqa: B019  # a run's names live as long as the run
     def hash(self, thing: int) -> int:
-        """Return the hash of a thing: 32 random bits."""
+        """Return the hash of a robot or task: 32 random bits."""
         return self._word(thing, 1)
 
     def _word(self, thing: int, which: int) -> int:

@@ -69,5 +69,5 @@ class Knowledge:
         return int(self._strategy.bits(tuple(message), self.me))
 
     def end_step(self) -> None:
-        """Let the time of one step pass."""
+        """End a step."""
         self.me = self.me._replace(step=self.me.step + 1)

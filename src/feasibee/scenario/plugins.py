@@ -1,4 +1,4 @@
-"""Strategies of users, from files and other packages: found and read as text, without running any of it.
+"""Users' strategies, from files and other packages: found and parsed as text, without running them.
 
 What a file declares (its constants, and which functions it has) is taken from its syntax tree, so that a
 scenario that names it can be checked, printed and compared. It runs when something simulates it:
@@ -34,7 +34,7 @@ from feasibee.strategies.contract import (
 )
 
 GROUP: Final = "feasibee.strategies"
-"""The entry points by which other packages register strategies."""
+"""Entry point group by which other packages register strategies."""
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
@@ -47,7 +47,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
 
 
 def manifest_of(name: str, source: str | None = None, trusted: bool = True) -> Manifest:
-    """Return what the strategy of a name declares; nothing of a user's file is run.
+    """Return the declarations of a strategy, by its name; a user's file is not run.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def _read(path: str) -> str:
 
 @lru_cache(256)
 def _parsed(name: str, source: str) -> Manifest:
-    """Return what the text of a file declares."""
+    """Return the declarations in a file's text."""
     file = Path(name).name
     try:
         tree = ast.parse(source, file)
@@ -186,7 +186,7 @@ def _parsed(name: str, source: str) -> Manifest:
 
 
 def _check_imports(tree: ast.Module, file: str) -> None:
-    """Raise an error for an import that would make runs differ, or not compile.
+    """Raise an error for an import of anything but `ALLOWED`, which could make runs differ.
 
     This isn't a sandbox: it keeps strategies reproducible, and a file that is run can do what its user can.
     """
@@ -204,7 +204,7 @@ def _check_imports(tree: ast.Module, file: str) -> None:
 
 
 def _bindings(tree: ast.Module) -> list[tuple[str, ast.AST]]:
-    """Return which names the file binds at its top level, and by which statement; the last one counts."""
+    """Return the names bound at the file's top level, each with its statement; the last one counts."""
     found: list[tuple[str, ast.AST]] = []
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
@@ -253,7 +253,7 @@ def _check_function(name: str, node: ast.AST | None, file: str) -> None:
 
 
 def _constant(name: str, node: ast.AST, file: str) -> Any:
-    """Return the value that a file gives a constant, which must be written out there."""
+    """Return a constant's value, which must be written out in the file."""
     rule, holds = RULES[name]
     value = getattr(node, "value", None)
     try:

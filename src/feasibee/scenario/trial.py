@@ -1,4 +1,4 @@
-"""The functions of a user's strategy: run once from the text, tried, and checked in every later call."""
+"""A user's strategy: its text is run once, its functions are tried, and each later call is checked."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
 """What each function must return."""
 FAILURES: Final = (Exception, SystemExit)
 SHOWN: Final = 300
-"""Characters of the arguments that an error shows."""
+"""Number of characters of arguments and values that an error shows."""
 
 
 def tried(manifest: Manifest) -> Strategy:
@@ -85,7 +85,7 @@ def tried(manifest: Manifest) -> Strategy:
 
 
 def own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
-    """Return a function as the user wrote it, without our check around it, or the default."""
+    """Return a function as the user wrote it, without the check around it, or the default."""
     function: Callable[..., Any] = getattr(strategy, name)
     return getattr(function, "__wrapped__", function)
 
@@ -107,7 +107,7 @@ def _executed(manifest: Manifest, file: str) -> ModuleType:
 
 
 def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
-    """Return a function that raises an error in a line for what it can't return."""
+    """Return a function that checks what the user's function returns, and names its line in errors."""
     if not isinstance(function, type(_checked)):
         raise FeasibeeError(f"{file}: {name} isn't a plain function; write def {name}(...)")
     rule, holds = RULES[name]
@@ -136,7 +136,7 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
 
 
 def _try(strategy: Strategy) -> None:
-    """Call the functions as a simulation does: with nothing seen or heard, little, and much."""
+    """Call the functions with arguments as in a simulation: nothing, little and much seen and heard."""
     counts = ((0, 0), (0, 1), (1, 0), (3, 2), (5, 2), (1000, 3), (3, 1000), (1000, 1000))
     rated = sorted({strategy.quality(*seen) for seen in counts})
     for quality, gain in product({0.5, *rated, *(1.0 - each for each in rated)}, (1e-3, 10.0, 1e6)):
@@ -157,7 +157,7 @@ def _try(strategy: Strategy) -> None:
 
 
 def _try_knowledge(strategy: Strategy) -> None:
-    """Let robots see, tell, hear and count: without classes and with, honest and Byzantine."""
+    """Call the functions for knowledge: without and with classes, for honest and Byzantine robots."""
     functions: Any = strategy
     parameters = strategy.parameters.values()
     for counts, classes, liars in (((3, 4), (0, 0), False), ((4, 2), (2, 3), True), ((1, 0), (0, 0), True)):
@@ -175,7 +175,7 @@ def _try_knowledge(strategy: Strategy) -> None:
 
 
 def _said_by(functions: Any, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
-    """Return what a robot knows that has seen everything, and its messages: true, and false in turn."""
+    """Return the knowledge of a robot that has seen everything, and its messages, true and false."""
     setting = me.setting
     known = Words([0] * functions.words(setting))
     told = len(known) if functions.message_words is None else functions.message_words(setting)
