@@ -4,7 +4,9 @@ BY_NAME = True
 
 
 def quality(robots_known, tasks_known):
-    """Return the share of robots among all that is known; a robot always knows itself."""
+    """Return the share of robots among all that is known; 1/2 if nothing is."""
+    if robots_known + tasks_known == 0:
+        return 0.5
     return robots_known / (robots_known + tasks_known)
 
 

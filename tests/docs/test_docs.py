@@ -40,7 +40,8 @@ def test_the_strategy_on_the_page_is_the_example(name):
 
 
 def test_the_roll_call_on_the_page_is_the_census():
-    mine = Scenario().replace({"decision.strategy": str(ROOT / "examples" / "roll_call.py"), "tasks.count": 21})
+    path = str(ROOT / "examples" / "roll_call.py")
+    mine = Scenario().replace({"decision.strategy": path, "tasks.count": 21})
     census = mine.replace({"decision.strategy": "census"})
     one, other = (simulate(scenario, runs=20, seed=1, curves=True) for scenario in (mine, census))
     assert one.equals(other)
