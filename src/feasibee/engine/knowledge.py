@@ -44,7 +44,7 @@ def told_by(params, passing, i):
     return passing.words[Copy.SENT, i, : params.strategy.knowledge.message_words]
 
 
-@spliced
+@inlined
 def robot_seen(params, passing, identity, kind):
     """Return a robot, true or invented, as others see it; its id is negative if it isn't there."""
     place = identity if identity < params.robots.count else identity + params.tasks.count
@@ -52,7 +52,7 @@ def robot_seen(params, passing, identity, kind):
     return Thing(True, identity, kind, mark)
 
 
-@spliced
+@inlined
 def task_seen(params, passing, identity, kind):
     """Return a task, true or invented, as robots see it; its id is negative if it isn't there."""
     place = identity + params.robots.count
@@ -62,7 +62,7 @@ def task_seen(params, passing, identity, kind):
     return Thing(False, identity, kind, mark)
 
 
-@spliced
+@inlined
 def me_of(params, passing, now, i):
     """Return the robot that a function of the strategy works for."""
     knowledge = params.strategy.knowledge
@@ -196,8 +196,8 @@ def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
         "encode": inlined(copy_known),
         **functions,
     }
-    own["falsify"] = spliced(_with(lie_own_way if "lie" in functions else invent, own))
-    parts = {part.__name__: spliced(_with(part, own)) for part in PARTS}
+    own["falsify"] = inlined(_with(lie_own_way if "lie" in functions else invent, own))
+    parts = {part.__name__: inlined(_with(part, own)) for part in PARTS}
     return _with(update, parts)
 
 
@@ -205,7 +205,7 @@ def _with(function: Any, names: Mapping[str, Any]) -> Callable[..., Any]:
     return FunctionType(function.__code__, {**globals(), **names}, function.__name__)
 
 
-@spliced
+@inlined
 def passing_of(state):
     """Return the arrays that the functions of a strategy's knowledge work on."""
     return Passing(
