@@ -70,9 +70,9 @@ def merge(known, message, sender, me):
 
 def count(known, counts, me):
     """Sum up all rows."""
-    for first in range(0, len(known), len(counts)):
-        for k in range(len(counts)):
-            counts[k] += known[first + k]
+    classes = len(counts)
+    for k in range(len(known)):
+        counts[k % classes] += known[k]
 
 
 def bits(message, me):
