@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE, Words
@@ -163,10 +164,10 @@ def scenario_of(path, **changes):
 
 
 def assert_same(first, second, runs=3, seed=2, **arrays):
-    one = simulate_record(first, runs, seed, curves=True)
+    one = simulate_record(first, Runs(runs, seed), curves=True)
     for other in (
-        simulate_record(second, runs, seed, curves=True),
-        simulate_record(second, 1, seed, curves=True, backend="reference"),
+        simulate_record(second, Runs(runs, seed), curves=True),
+        simulate_record(second, Runs(1, seed), curves=True, backend="reference"),
     ):
         for name in ARRAYS:
             np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
@@ -182,7 +183,7 @@ def why_not(path, **changes):
     """Return what is said of a file whose text can be a strategy, but that isn't one."""
     scenario = scenario_of(path, **changes)
     with pytest.raises(FeasibeeError) as caught:
-        simulate_record(scenario, 1, 0)
+        simulate_record(scenario, Runs(1, 0))
     assert len(str(caught.value).splitlines()) == 1
     return str(caught.value)
 
@@ -255,7 +256,7 @@ def test_compiled_knowledge_is_loaded_in_a_second_process(write):
         "print(int(simulate(s, runs=3, seed=1).bits_sent.sum()), saved)"
     )
     large = {"arena.side": 20.0, "tasks.count": None, "run.steps": 20}
-    total = int(simulate_record(scenario_of(path, **large), 3, 1).bits_sent.sum())
+    total = int(simulate_record(scenario_of(path, **large), Runs(3, 1)).bits_sent.sum())
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == f"{total} []\n"
 
@@ -437,7 +438,7 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
 )
 def test_what_does_not_compile_is_told_with_function_and_line(write, old, new, line, words):
     path = write(replaced(SET, old, new))
-    assert simulate_record(scenario_of(path, **{"run.steps": 5}), 1, 0, backend="reference").runs == 1
+    assert simulate_record(scenario_of(path, **{"run.steps": 5}), Runs(1, 0), backend="reference").runs == 1
     text = why_not(path, **{"run.steps": 5})
     assert f"mine.py, line {line}: " in text, text
     assert words in text
@@ -477,9 +478,9 @@ def test_what_fails_only_in_a_run_is_told_with_function_line_and_run(write, old,
     scenario = scenario_of(write(replaced(SET, old, new)))
     said = rf"^mine\.py, {why}.*\(in run \d of seed 1\)$"
     with pytest.raises(FeasibeeError, match=said) as engine:
-        simulate_record(scenario, 2, 1, threads=1)
+        simulate_record(scenario, Runs(2, 1), threads=1)
     with pytest.raises(FeasibeeError) as reference:
-        simulate_record(scenario, 2, 1, backend="reference")
+        simulate_record(scenario, Runs(2, 1), backend="reference")
     assert str(engine.value)[:60] == str(reference.value)[:60]  # long arguments are shortened
 
 

@@ -10,8 +10,8 @@ from scipy import stats
 
 from feasibee import Scenario
 from feasibee.robot.controller import Controller, Message
-from feasibee.scenario.runs import Runs
 from feasibee.robot.knowledge import Knowledge
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, sketch
