@@ -103,6 +103,34 @@ def test_strategies_import_nothing_but_math():
         assert strategy.name == name
 
 
+def uses_of_a_strategys_name(path):
+    """Yield where a strategy's name is compared or a key, in a list there or by itself."""
+    tree = ast.parse(path.read_text())
+    parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and node.value in strategies.STRATEGIES:
+            above = parents[node]
+            while isinstance(above, ast.Tuple | ast.List | ast.Set):
+                above = parents[above]
+            if isinstance(above, ast.Compare | ast.Dict | ast.MatchValue):
+                yield f"{path.name}, line {node.lineno}: {node.value}"
+
+
+def test_nothing_outside_a_strategys_file_tests_for_its_name():
+    files = [path for path in PACKAGE.rglob("*.py") if path.parent.name != "strategies"]
+    assert len(files) > 100
+    assert [found for path in files for found in uses_of_a_strategys_name(path)] == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    ['x = name == "census"', 'x = name in ("tally", "sketch")', 'x = {"tally": 1}'],
+)
+def test_a_test_for_a_strategys_name_is_found(line, tmp_path):
+    (tmp_path / "code.py").write_text(line)
+    assert len(list(uses_of_a_strategys_name(tmp_path / "code.py"))) >= 1
+
+
 def test_a_strategy_says_its_rule_its_message_and_its_source():
     for name in strategies.STRATEGIES:
         text = importlib.import_module(f"feasibee.strategies.{name.replace('-', '_')}").__doc__

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from feasibee import Scenario, simulate
+
 ROOT = Path(__file__).parents[2]
 SCRIPT = re.compile(r"```python\n((?:(?!```).)*print\([^\n]*\)  # ([^\n]*)\n)```", re.DOTALL)
 
@@ -28,12 +30,26 @@ def test_the_controller_on_the_page_does_what_the_page_says(page, tmp_path):
     assert (done.stderr, done.stdout.strip()) == ("", said.partition(":")[0])
 
 
-def test_the_strategy_on_the_page_is_the_example():
+@pytest.mark.parametrize("name", ["witness", "roll_call"])
+def test_the_strategy_on_the_page_is_the_example(name):
     text = (ROOT / "docs" / "add-a-strategy.md").read_text(encoding="utf-8")
     blocks = re.findall(r"   ```python\n(.*?)   ```", text, re.DOTALL)
-    assert (ROOT / "examples" / "witness.py").read_text() in [
+    assert (ROOT / "examples" / f"{name}.py").read_text() in [
         re.sub(r"(?m)^   ", "", each) for each in blocks
     ]
+
+
+def test_the_roll_call_on_the_page_is_the_census():
+    path = str(ROOT / "examples" / "roll_call.py")
+    mine = Scenario().replace({"decision.strategy": path, "tasks.count": 21})
+    census = mine.replace({"decision.strategy": "census"})
+    one, other = (simulate(scenario, runs=20, seed=1, curves=True) for scenario in (mine, census))
+    assert one.equals(other)
+    plain, compiled = (
+        simulate(mine.replace({"run.steps": 60}), runs=1, seed=1, curves=True, backend=backend)
+        for backend in ("reference", "engine")
+    )
+    assert plain.equals(compiled)
 
 
 def test_a_phase_may_have_mean_zero_on_the_pages():

@@ -272,7 +272,10 @@ def test_nonsense_that_is_returned_is_told(write, old, new, words):
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("Knowledge = dict", "defines Knowledge; only built-in strategies pass on knowledge"),
+        (
+            "def merge(known, message, sender, me): pass",
+            "by which robots pass on knowledge, but no function w",
+        ),
         ("decide = 3", "decide isn't a plain function; write def decide(mind, inbox)"),
         ("say = max", "say isn't a plain function; write def say(mind)"),
         ("from math import exp as say", "say isn't a plain function; write def say(mind)"),

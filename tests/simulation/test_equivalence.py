@@ -64,10 +64,8 @@ def deciding(draw, longest_exploration, longest_gain):
     return decision
 
 
-def ids(decision, classes=0):
-    """Draw the length of ids; a census can't tell the class of an id that is shared."""
-    if decision["strategy"] == "census" and classes > 1:
-        return st.none()
+def ids():
+    """Draw the length of ids."""
     return st.one_of(st.none(), st.none(), st.integers(1, 8), st.just(32))
 
 
@@ -83,9 +81,7 @@ def scenarios(draw):
         tasks={"count": draw(st.one_of(st.integers(0, 70), st.just(200)))},
         walk={"mean_run": draw(st.floats(0.1, 30))},
         sensing={"range": draw(reach), "count_self": draw(st.booleans())},
-        radio=draw(
-            st.one_of(st.just({}), st.builds(dict, range=reach), st.builds(dict, id_bits=ids(decision)))
-        ),
+        radio=draw(st.one_of(st.just({}), st.builds(dict, range=reach), st.builds(dict, id_bits=ids()))),
         decision=decision,
         run={"steps": draw(st.integers(1, 40)), "stop_at_decision": draw(st.booleans())},
     )
@@ -174,7 +170,7 @@ def beyond(draw):
     false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
     steps = draw(st.integers(1, 40))
     decision = draw(deciding(8, 15))
-    names_nothing = decision["strategy"] not in ("census", "sketch")
+    names_nothing = not STRATEGIES[decision["strategy"]].by_name
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -200,7 +196,7 @@ def beyond(draw):
         radio={
             "range": draw(reach),
             "loss": draw(chance),
-            "id_bits": draw(ids(decision, len(who.get("classes", ())))),
+            "id_bits": draw(ids()),
         },
         decision=decision,
         faults={

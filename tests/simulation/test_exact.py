@@ -9,14 +9,16 @@ import pytest
 
 from feasibee import Scenario, reference
 from feasibee.engine import layout, runner
-from feasibee.engine.params import Knowledge, packed
+from feasibee.engine.params import packed
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_of
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
 from feasibee.strategies import STRATEGIES, dmmd
+from feasibee.strategies.contract import Me
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
 UNIT = 2**32 / SIDE
@@ -27,6 +29,7 @@ class Engine:
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
+        self.scenario = scenario
         lowered = lower(scenario, 0)
         self.params = lowered.params
         self.state = layout.empty_state(self.params, lowered.tables, 64, lowered.strategy.memory)
@@ -602,15 +605,11 @@ def known(swarm, i):
     if isinstance(swarm, Plain):
         robots, tasks = swarm.minds[i].knowledge.counted()
         return sum(robots), sum(tasks)
-    words, params = swarm.state.knowledge[layout.Copy.KNOWN, i], swarm.params
-    if params.strategy.knowledge == Knowledge.TALLY:
-        return tuple(words.reshape(params.robots.count, 2).sum(axis=0).tolist())
-    side = -(-params.robots.count // 32)
-    invented = side + -(-params.tasks.count // 32)
-    liars = invented + (-(-params.tasks.count // 32) if params.faults.byzantine else 0)
-    robots, tasks, more, tasks_more = np.split(words, [side, invented, liars])
-    sizes = [int(np.bitwise_count(part).sum()) for part in (robots, tasks, more, tasks_more)]
-    return sizes[0] + sizes[2], sizes[1] + sizes[3]
+    strategy, setting = swarm.scenario.strategy, setting_of(swarm.scenario)
+    words = swarm.state.knowledge[layout.Copy.KNOWN, i].tolist()
+    counts = [0, 0]
+    strategy.count(words, counts, Me(0, 0, 0, 0, [], setting))
+    return tuple(counts)
 
 
 def speak_from_now(swarm, *robots):

@@ -10,6 +10,7 @@ from feasibee.engine import runner
 from feasibee.model.record import Record
 from feasibee.scenario import fields as sections
 from feasibee.scenario.fields import SECTIONS, Commit, RobotClass, Sensing, TaskClass, fields
+from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import load_engine, simulate_record
 from feasibee.simulation.fast_path import FAST_PATH_FIELDS, FAST_PATH_LIMITS, takes_fast_path
 from feasibee.simulation.lowering import lower
@@ -109,7 +110,7 @@ def test_a_field_on_the_list_takes_the_fast_path_with_the_same_outcome(path):
         changes["decision.strategy"] = "k-unanimity"
     scenario = Scenario().replace(changes)
     assert takes_fast_path(scenario)
-    by_fast_path = simulate_record(scenario, 3, 1, curves=True)
+    by_fast_path = simulate_record(scenario, Runs(3, 1), curves=True)
     by_general_engine = general_record(scenario, 3, 1)
     for name in by_fast_path.__dataclass_fields__:
         np.testing.assert_array_equal(getattr(by_fast_path, name), getattr(by_general_engine, name), name)

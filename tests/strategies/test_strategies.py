@@ -10,10 +10,12 @@ from scipy import stats
 
 from feasibee import Scenario
 from feasibee.robot.controller import Controller, Message
+from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, sketch
-from feasibee.strategies.contract import Inbox, Mind, sent
+from feasibee.strategies.contract import Inbox, Me, Mind, Thing, Words, sent
 
 Z = 5.3  # two-sided alpha of 1.2e-7
 
@@ -142,41 +144,63 @@ def test_bayes_bots_without_a_lead_have_no_opinion_at_any_credence():
 # --- Tally, estimate, census ---
 
 
-def robot_named(name, number, classes=(1, 1)):
-    return STRATEGIES[name].knowledge((number, 0, 1000 + number), classes)
+def robot_named(name, number, classes=(1, 1), counts=(10, 10), kind=0, mark=1000, id_bits=None):
+    """Return the knowledge of a robot; its hash is 1000 if not said."""
+    setting = setting_from(counts, classes, True, id_bits, ())
+    return Knowledge(STRATEGIES[name], Me(number, kind, mark, 0, [], setting))
+
+
+def robot(number=9, kind=0, mark=0):
+    return Thing(True, number, kind, mark)
+
+
+def task(number=4, kind=0, mark=0):
+    return Thing(False, number, kind, mark)
+
+
+def rows_of(message):
+    """Return the rows of a tally that aren't zero, by robot."""
+    rows = {k // 2: tuple(message[k : k + 2]) for k in range(0, len(message), 2)}
+    return {number: row for number, row in rows.items() if any(row)}
+
+
+def table(rows):
+    """Return a tally of ten robots with such rows."""
+    return tuple(total for number in range(10) for total in rows.get(number, (0, 0)))
 
 
 def test_a_tally_merges_in_any_order_and_counts_nothing_twice():
     robots = [robot_named("tally", k) for k in range(3)]
-    for k, robot in enumerate(robots):
+    for k, each in enumerate(robots):
         for _ in range(k + 1):
-            robot.see_robot(9, 0, 0)
-            robot.see_task(4, 0, 0)
-            robot.see_task(4, 0, 0)
-    messages = [robot.message() for robot in robots]
+            each.observe([robot(), task(), task()])
+    messages = [each.message() for each in robots]
     for _ in range(2):
-        for robot, order in zip(robots, ((1, 2, 0), (2, 0, 1), (0, 1, 2)), strict=True):
+        for each, order in zip(robots, ((1, 2, 0), (2, 0, 1), (0, 1, 2)), strict=True):
             for k in order:
-                robot.merge(messages[k])
-    assert [robot.counted() for robot in robots] == [([6], [12])] * 3
-    assert messages[0] == {0: (1, 2)}  # what was sent doesn't change
+                each.merge(messages[k], k)
+    assert [each.counted() for each in robots] == [([6], [12])] * 3
+    assert rows_of(messages[0]) == {0: (1, 2)}  # what was sent doesn't change
 
 
 def test_nobody_is_told_its_own_row_of_a_tally():
-    robot = robot_named("tally", 0)
-    robot.see_task(4, 0, 0)
-    robot.merge({0: (9, 9), 1: (2, 3)})
-    assert robot.counted() == ([2], [4])
+    own = robot_named("tally", 0)
+    own.observe([task()])
+    own.merge(table({0: (9, 9), 1: (2, 3)}), 1)
+    assert own.counted() == ([2], [4])
+    middle = robot_named("tally", 5)
+    middle.merge(table({4: (1, 2), 5: (9, 9), 6: (4, 8)}), 1)
+    assert middle.counted() == ([5], [10])
 
 
 def test_an_older_row_of_a_tally_changes_nothing():
-    robot, other = robot_named("tally", 0), robot_named("tally", 1)
+    own, other = robot_named("tally", 0), robot_named("tally", 1)
     old = other.message()
-    other.see_task(4, 0, 0)
+    other.observe([task()])
     new = other.message()
-    robot.merge(new)
-    robot.merge(old)
-    assert robot.counted() == ([0], [1])
+    own.merge(new, 1)
+    own.merge(old, 1)
+    assert own.counted() == ([0], [1])
 
 
 @pytest.mark.parametrize(("robots_known", "opinion"), [(2, 1), (3, 1)])
@@ -188,12 +212,10 @@ def test_the_neutral_point_of_an_estimate(robots_known, opinion):
     k = robots_known
     for tasks, expected in ((k - 1, opinion), (k, opinion), (k + 1, 0), (k + 2, 0)):
         estimates, tallies = robot_named("estimate", 0), robot_named("tally", 0)
-        for robot in (estimates, tallies):
-            for _ in range(7 * (k - 1)):
-                robot.see_robot(1, 0, 0)
-            for _ in range(7 * tasks):
-                robot.see_task(1, 0, 0)
-            robot.merge(dict.fromkeys(range(1, k), (7 * (k - 1), 7 * tasks)))
+        for each in (estimates, tallies):
+            each.observe(7 * (k - 1) * [robot()])
+            each.observe(7 * tasks * [task()])
+            each.merge(table(dict.fromkeys(range(1, k), (7 * (k - 1), 7 * tasks))), 1)
         quality = STRATEGIES["estimate"].quality(*(sum(side) for side in estimates.counted()))
         assert STRATEGIES["estimate"].decide(mind(0, quality), inbox()) == expected, tasks
         quality = STRATEGIES["tally"].quality(*(sum(side) for side in tallies.counted()))
@@ -202,28 +224,34 @@ def test_the_neutral_point_of_an_estimate(robots_known, opinion):
 
 
 def test_an_estimate_of_one_robot_alone_knows_of_no_other():
-    robot = robot_named("estimate", 0)
-    for _ in range(3):
-        robot.see_task(1, 0, 0)
-    assert robot.counted() == ([0], [0])
+    own = robot_named("estimate", 0)
+    own.observe(3 * [task()])
+    assert own.counted() == ([0], [0])
     assert STRATEGIES["estimate"].quality(0, 0) == 0.5
 
 
 def test_bits_with_classes_are_those_of_the_docstrings():
     """Three classes of robots and two of tasks; ids of five bits."""
-    me, classes = (0, 2, 77), (3, 2)
-    census = STRATEGIES["census"].knowledge(me, classes)
-    census.see_robot(4, 1, 0)
-    census.see_task(0, 1, 0)
-    assert census.bits(census.message(), 5) == 2 * (1 + 5 + 2) + 1 + (1 + 32 + 1) + 1
-    tally = STRATEGIES["tally"].knowledge(me, classes)
-    assert tally.bits(tally.message(), 5) == 6
-    for _ in range(8):
-        tally.see_task(0, 1, 0)
-    assert tally.bits(tally.message(), 5) == 5 + (1 + 5 + 5 * 4) + 1
+    shape = {"classes": (3, 2), "kind": 2, "id_bits": 5}
+    census = robot_named("census", 0, **shape)
+    census.observe([robot(4, 1), task(0, 1)])
+    assert census.bits(census.message()) == 2 * (1 + 5 + 2) + 1 + (1 + 32 + 1) + 1
+    tally = robot_named("tally", 0, **shape)
+    assert tally.bits(tally.message()) == 6
+    tally.observe(8 * [task(0, 1)])
+    assert tally.bits(tally.message()) == 5 + (1 + 5 + 5 * 4) + 1
     assert tally.counted() == ([0, 0, 0], [0, 8])
-    hll = STRATEGIES["sketch"].knowledge(me, classes)
-    assert hll.bits(hll.message(), 5) == 5 * 512
+    hll = robot_named("sketch", 0, **shape)
+    assert hll.bits(hll.message()) == 5 * 512
+
+
+@pytest.mark.parametrize("ids", [1, 30, 31, 32, 62, 63])
+def test_a_census_has_room_for_each_id_of_each_class(ids):
+    census = robot_named("census", 0, classes=(2, 3), counts=(ids, ids))
+    things = [(k, kind) for k in range(ids) for kind in range(3)]
+    census.observe([robot(k, kind) for k, kind in things if kind < 2])
+    census.observe([task(k, kind) for k, kind in things])
+    assert census.counted() == ([ids] * 2, [ids] * 3)
 
 
 # --- Sketch ---
@@ -240,13 +268,24 @@ def registers_of(marks):
     return registers.tolist()
 
 
+def sizes(sketches, classes=(1, 1)):
+    """Return the estimated sizes of sketches, one after the other."""
+    counts = [0] * sum(classes)
+    me = Me(0, 0, 0, 0, [], setting_from((1, 1), classes, False, None, ()))
+    sketch.count([rank for each in sketches for rank in each], counts, me)
+    return [count / 65536 for count in counts]
+
+
+def estimate(registers):
+    return sizes([registers, [0] * 128])[0]
+
+
 def test_a_sketch_notes_things_as_its_docstring_says():
     generator = np.random.default_rng(GENERATOR_SEED)
     marks = [0, 127, 128, 2**31, 2**32 - 1, *generator.integers(0, 2**32, 3000).tolist()]
-    robot = STRATEGIES["sketch"].knowledge((0, 0, marks[0]), (1, 1))
-    for mark in marks[1:]:
-        robot.see_robot(1, 0, mark)
-    assert robot.registers == [registers_of(marks), [0] * 128]
+    own = robot_named("sketch", 0, mark=marks[0])
+    own.observe([robot(1, 0, mark) for mark in marks[1:]])
+    assert own.words == [*registers_of(marks), *[0] * 128]
 
 
 @pytest.mark.parametrize("things", [1, 2, 5, 10, 20, 50, 100, 300, 1000, 10_000, 100_000])
@@ -258,10 +297,7 @@ def test_the_estimate_of_a_sketch_errs_as_ertl_says(things):
     generator = np.random.default_rng(things)
     sketches = 400
     errors = np.array(
-        [
-            sketch.estimate(registers_of(generator.integers(0, 2**32, things))) / things - 1
-            for _ in range(sketches)
-        ]
+        [estimate(registers_of(generator.integers(0, 2**32, things))) / things - 1 for _ in range(sketches)]
     )
     most = 1.04 / math.sqrt(128)
     assert np.sqrt((errors**2).mean()) < most * (1 + Z / math.sqrt(2 * sketches))
@@ -269,40 +305,41 @@ def test_the_estimate_of_a_sketch_errs_as_ertl_says(things):
 
 
 def test_nothing_is_estimated_as_nothing_and_a_full_sketch_is_finite():
-    assert sketch.estimate([0] * 128) == 0
-    sizes = [sketch.estimate([rank] * 128) for rank in range(15)]
-    assert sizes == sorted(sizes)
-    assert sizes[-1] < sketch.estimate([15] * 127 + [14]) < math.inf
+    assert estimate([0] * 128) == 0
+    full = [estimate([rank] * 128) for rank in range(15)]
+    assert full == sorted(full)
+    assert full[-1] < estimate([15] * 127 + [14]) < math.inf
+    assert estimate([15] * 128) == 128 * 2**15
 
 
 def test_merged_sketches_are_the_sketch_of_the_union():
     generator = np.random.default_rng(GENERATOR_SEED)
     first, second = generator.integers(0, 2**32, (2, 60)).tolist()
-    one, other, both = (STRATEGIES["sketch"].knowledge((0, 0, first[0]), (2, 1)) for _ in range(3))
-    for mark in first:
-        one.see_robot(0, 0, mark)
-        both.see_robot(0, 0, mark)
-    for mark in [*second, *first[:20]]:
-        other.see_robot(0, 0, mark)
-        both.see_robot(0, 0, mark)
-    other.see_task(0, 0, 99)
-    both.see_task(0, 0, 99)
+    one, other, both = (robot_named("sketch", 0, classes=(2, 1), mark=first[0]) for _ in range(3))
+    one.observe([robot(0, 0, mark) for mark in first])
+    other.observe([robot(0, 0, mark) for mark in [*second, *first[:20]]])
+    other.observe([task(0, 0, 99)])
+    both.observe([robot(0, 0, mark) for mark in [*first, *second]])
+    both.observe([task(0, 0, 99)])
     before = one.message()
-    one.merge(other.message())
-    assert one.registers == both.registers
+    one.merge(other.message(), 1)
+    assert one.words == both.words
     assert before != one.message()
     assert one.counted() == both.counted()
     assert abs(both.counted()[0][0] / 65536 - 120) < 120 * 5 * 0.092
 
 
 def test_a_liars_sketch_says_more_than_there_is():
-    robot = STRATEGIES["sketch"].knowledge((0, 0, 5), (1, 1))
-    phantoms = [(k, mark) for k, mark in enumerate(range(10**6, 10**8, 10**6 + 7))]
-    robots, tasks = robot.lie(True, phantoms), robot.lie(False, phantoms)
-    assert (robots[1], tasks[0]) == ([0] * 128, registers_of([5]))
-    assert sketch.estimate(robots[0]) > 50
-    assert sketch.estimate(tasks[1]) > 50
-    assert robot.message() == [registers_of([5]), [0] * 128]
+    own = robot_named("sketch", 0, mark=5)
+    phantoms = range(10**6, 10**8, 10**6 + 7)
+    robots, tasks = (
+        own.lie(own.message(), feasible, [Thing(feasible == 1, 0, 0, mark) for mark in phantoms])
+        for feasible in (1, 0)
+    )
+    assert (list(robots[128:]), list(tasks[:128])) == ([0] * 128, registers_of([5]))
+    assert estimate(robots[:128]) > 50
+    assert estimate(tasks[128:]) > 50
+    assert own.words == Words([*registers_of([5]), *[0] * 128])
 
 
 # --- How often the swarm is right ---
@@ -338,8 +375,8 @@ def test_the_targets_of_accuracy_by_step_300(strategy, tasks, target):
 
 
 def test_a_sketch_takes_at_most_1024_bits_a_message():
-    robot = robot_named("sketch", 0)
-    assert robot.bits(robot.message(), 5) == 1024
+    own = robot_named("sketch", 0)
+    assert own.bits(own.message()) == 1024
 
 
 def test_dmvd_decides_rightly_at_ratio_two():

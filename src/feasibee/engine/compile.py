@@ -69,9 +69,15 @@ def one_copy(compiled: Any) -> Callable[..., Any]:
     return function
 
 
-def careful(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a user's function, which raises what Python would; `entry` keeps the code of its caller."""
-    compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
+def careful(function: Callable[..., Any], arguments: Any = None) -> Callable[..., Any]:
+    """Compile a user's function, which raises what Python would; `entry` keeps what calls it.
+
+    With types of its arguments it is compiled at once and for these only, and inlined where it is called.
+    """
+    if arguments is None:
+        compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
+    else:
+        compiled = numba.njit(arguments, forceinline=True, **CAREFUL)(function)
     return compiled
 
 
@@ -113,23 +119,32 @@ class Pointer(types.WrapperAddressProtocol):
     """
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
-        self.function = function  # keeps the code loaded
-        self._signature = signature
+        self.function: Any = function  # keeps the code loaded
+        self._numba_type_ = types.FunctionType(signature)
         compiled: Any = function
-        result = compiled.get_compile_result(signature)
-        self._address = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+        self._result: Any = compiled.get_compile_result(signature)
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the function."""
         return self.function(*arguments)
 
+    @property  # type: ignore[misc]  # numba asks only compiled functions for code that passes on exceptions
+    def __class__(self) -> Any:
+        """Return the class of compiled functions."""
+        return type(self.function)
+
+    def get_compile_result(self, signature: Any) -> Any:
+        """Return the compiled code, whose address numba takes."""
+        return self._result
+
     def __wrapper_address__(self) -> int:
-        """Return the address of the code, which numba asks for."""
-        return int(self._address)
+        """Return the address of the code for C, which loses exceptions."""
+        name = self._result.fndesc.llvm_cfunc_wrapper_name
+        return int(self._result.library.get_pointer_to_function(name))
 
     def signature(self) -> Any:
         """Return the signature, by which numba knows the type."""
-        return self._signature
+        return self._numba_type_.signature
 
 
 class Kept:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
+from numba import int64, types
+from numba.extending import intrinsic, overload_method
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 as_tuple: Any = types.Tuple
@@ -25,6 +25,38 @@ def popcount(_typing: Any, word: Any) -> Any:
         return builder.zext(builder.ctpop(arguments[0]), LONG)
 
     return types.int64(types.uint32), generate
+
+
+@intrinsic
+def _ones(_typing: Any, word: Any) -> Any:
+    """Return the number of set bits of a 64-bit word."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.ctpop(arguments[0])
+
+    return types.int64(types.int64), generate
+
+
+@intrinsic
+def _digits(_typing: Any, word: Any) -> Any:
+    """Return the number of binary digits of a 64-bit word."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.sub(LONG(64), builder.ctlz(arguments[0], BIT(0)))
+
+    return types.int64(types.int64), generate
+
+
+@overload_method(types.Integer, "bit_count", inline="always")
+def _bit_count(number):  # type: ignore[no-untyped-def]  # numba compares it with what it returns
+    """Compile ``number.bit_count()``, which strategies may call, for up to 64 bits."""
+    return lambda number: _ones(abs(int64(number)))  # type: ignore[call-arg,arg-type]
+
+
+@overload_method(types.Integer, "bit_length", inline="always")
+def _bit_length(number):  # type: ignore[no-untyped-def]
+    """Compile ``number.bit_length()`` likewise."""
+    return lambda number: _digits(abs(int64(number)))  # type: ignore[call-arg,arg-type]
 
 
 @intrinsic

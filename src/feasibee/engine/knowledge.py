@@ -1,29 +1,240 @@
-"""What robots know and pass on in strategies whose messages hold more than opinions.
+"""The functions of a strategy's knowledge, called for many robots at once (model.md 6.11).
 
-A robot's knowledge is a row of 32-bit words: for a tally, the totals of each robot by class of robots and of
-tasks; for a census, sets of robots, of tasks and of what liars invented, one bit each; for a sketch, the
-registers of each class. It only grows: what two robots know together is the larger of each word, or the
-union. Things are numbered: robots, tasks, invented robots (as many as tasks), invented tasks (one more than
-robots).
+A call through a function pointer costs much with the arrays that knowledge needs. So the engine collects in
+`State.pending` whom each function is to be called for, and calls `update`, which is compiled for each
+strategy with the strategy's functions inlined: three or four times per step of the whole swarm.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Mapping
+from types import FunctionType
+from typing import Any, Final
 
-from numba import float64, int32, int64, uint32, uint64
+from numba import int64
 
-from feasibee.engine.bits import bit, contains, lowest_member, without_lowest
+from feasibee.engine.bits import contains, lowest_member, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import coin, draw_now, philox
-from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.layout import REGISTERS, Clock, Copy, Robot, Set
-from feasibee.engine.params import Knowledge, Lie
-from feasibee.model.purposes import IDENTITY, LIE
+from feasibee.engine.draws import coin, draw_now
+from feasibee.engine.intrinsics import popcount
+from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Robot, Set
+from feasibee.engine.params import Action, Lie
+from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
+from feasibee.model.purposes import LIE
+from feasibee.strategies.contract import Me, Setting, Thing
 
-POSITION_BITS = 32
-TOP = 15  # rank in a sketch
-SCALE = 65536.0  # of the estimates of sketches
+
+def _missing(*arguments: Any) -> Any:
+    """Stand for a strategy's function, in whose place a copy of `update` has it; see `updating`."""
+    raise NotImplementedError
+
+
+start = observe = encode = lie = falsify = merge = count = bits = _missing
+
+
+@spliced
+def known_by(params, passing, i):
+    """Return the words that a robot knows."""
+    return passing.words[Copy.KNOWN, i, : params.strategy.knowledge.words]
+
+
+@spliced
+def told_by(params, passing, i):
+    """Return the words of a robot's message."""
+    return passing.words[Copy.SENT, i, : params.strategy.knowledge.message_words]
+
+
+@inlined
+def robot_seen(params, passing, identity, kind):
+    """Return a robot, true or invented, as others see it; its id is negative if it isn't there."""
+    place = identity if identity < params.robots.count else identity + params.tasks.count
+    mark = int64(passing.hashes[place]) if identity >= 0 else int64(0)
+    return Thing(True, identity, kind, mark)
+
+
+@inlined
+def task_seen(params, passing, identity, kind):
+    """Return a task, true or invented, as robots see it; its id is negative if it isn't there."""
+    place = identity + params.robots.count
+    if identity >= params.tasks.count:
+        place += params.tasks.count
+    mark = int64(passing.hashes[place]) if identity >= 0 else int64(0)
+    return Thing(False, identity, kind, mark)
+
+
+@inlined
+def me_of(params, passing, now, i):
+    """Return the robot that a function of the strategy works for."""
+    knowledge = params.strategy.knowledge
+    setting = Setting(
+        params.robots.count,
+        params.tasks.count,
+        knowledge.robot_ids,
+        knowledge.task_ids,
+        params.robots.classes,
+        knowledge.task_classes,
+        params.radio.id_bits,
+        passing.parameters,
+    )
+    identity = int64(passing.robots[Robot.IDENTITY, i])
+    mark = int64(passing.hashes[identity])
+    return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting)
+
+
+def start_all(params, passing, now, number):
+    """Let all robots know what they know at step 0."""
+    for i in range(number):
+        known = known_by(params, passing, i)
+        known[:] = 0
+        start(known, me_of(params, passing, now, i))
+
+
+def observe_all(params, passing, now, number):
+    """Add what was seen to what is known."""
+    classes = params.robots.classes
+    for k in range(number):
+        i = int64(passing.pending[Pending.WHO, k])
+        identity, column = int64(passing.pending[Pending.ID, k]), int64(passing.pending[Pending.COLUMN, k])
+        if column < classes:
+            thing = robot_seen(params, passing, identity, column)
+        else:
+            thing = task_seen(params, passing, identity, column - classes)
+        observe(known_by(params, passing, i), thing, me_of(params, passing, now, i))
+
+
+def speak_all(params, passing, now, number):
+    """Write the messages; return their length in bits."""
+    total = int64(0)
+    for k in range(number):
+        i, says = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.FALSE_OPINION, k])
+        message, me = told_by(params, passing, i), me_of(params, passing, now, i)
+        encode(message, known_by(params, passing, i), me)
+        if says >= 0:
+            falsify(params, passing, message, says, me)
+        length = bits(message, me)
+        if not 0 <= length <= BITS_LIMIT:
+            raise ValueError("bits must return a whole number from 0 to 2**40")
+        total += length
+    return total
+
+
+def merge_all(params, passing, now, number):
+    """Add what was heard to what is known."""
+    for k in range(number):
+        i, sender = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.SPEAKER, k])
+        message, me = told_by(params, passing, sender), me_of(params, passing, now, i)
+        merge(known_by(params, passing, i), message, int64(passing.robots[Robot.IDENTITY, sender]), me)
+
+
+def count_all(params, passing, now, number):
+    """Count what is known, by class."""
+    for k in range(number):
+        i = int64(passing.pending[Pending.WHO, k])
+        counts = passing.counts[i]
+        counts[:] = 0
+        count(known_by(params, passing, i), counts, me_of(params, passing, now, i))
+        for kind in range(counts.size):
+            if not 0 <= counts[kind] <= COUNT_LIMIT:
+                raise ValueError("count must write whole numbers from 0 to 2**53")
+
+
+def copy_known(message, known, me):
+    """Encode a message as a copy of what is known."""
+    for k in range(len(known)):
+        message[k] = known[k]
+
+
+def start_empty(known, me):
+    """Know nothing at the start."""
+
+
+def lie_own_way(params, passing, message, feasible, me):
+    """Change a message as the strategy's ``lie`` does."""
+    lie(message, feasible, me)
+
+
+def invent(params, passing, message, feasible, me):
+    """Add invented robots, as many as tasks, or invented tasks, one more than robots (model.md 6.12)."""
+    if feasible:
+        for k in range(params.tasks.count):
+            observe(message, robot_seen(params, passing, params.robots.count + k, int64(0)), me)
+    else:
+        for k in range(params.robots.count + 1):
+            observe(message, task_seen(params, passing, params.tasks.count + k, int64(0)), me)
+
+
+def update(params, passing, now, action, number):
+    """Call a strategy's function for the first ``number`` entries of what is pending; return bits sent."""
+    if action == Action.OBSERVE:
+        observe_all(params, passing, now, number)
+    elif action == Action.MERGE:
+        merge_all(params, passing, now, number)
+    elif action == Action.SPEAK:
+        return speak_all(params, passing, now, number)
+    elif action == Action.COUNT:
+        count_all(params, passing, now, number)
+    else:
+        start_all(params, passing, now, number)
+    return int64(0)
+
+
+def update_nothing(params, passing, now, action, number):
+    """Stand in for a strategy that passes on no knowledge."""
+    return int64(0)
+
+
+PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all)
+
+
+def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
+    """Return a copy of `update` that calls a strategy's compiled functions.
+
+    A closure would do the same, but numba couldn't find its code on disk again.
+    """
+    own = {
+        "start": inlined(start_empty),
+        "encode": inlined(copy_known),
+        **functions,
+    }
+    own["falsify"] = inlined(_with(lie_own_way if "lie" in functions else invent, own))
+    parts = {part.__name__: inlined(_with(part, own)) for part in PARTS}
+    return _with(update, parts)
+
+
+def _with(function: Any, names: Mapping[str, Any]) -> Callable[..., Any]:
+    return FunctionType(function.__code__, {**globals(), **names}, function.__name__)
+
+
+@inlined
+def passing_of(state):
+    """Return the arrays that the functions of a strategy's knowledge work on."""
+    return Passing(
+        state.knowledge,
+        state.pending,
+        state.robots,
+        state.tables.class_of,
+        state.hashes,
+        state.seen,
+        state.memory,
+        state.tables.parameters,
+    )
+
+
+@inlined
+def update_pending(params, state, functions, action):
+    """Call a strategy's function for all that is pending."""
+    number = state.clock[Clock.PENDING]
+    if number > 0:
+        state.clock[Clock.BITS] += functions.update(
+            params, passing_of(state), state.clock[Clock.STEP], action, number
+        )
+        state.clock[Clock.PENDING] = 0
+
+
+@called
+def update_full(params, state, functions, action):
+    """Make room for more that is pending."""
+    update_pending(params, state, functions, action)
 
 
 @inlined
@@ -39,274 +250,30 @@ def sent_opinion(params, state, i):
     return int64(params.faults.byzantine_says == Lie.FEASIBLE)
 
 
-@called
-def assign_identities(params, state):
-    """Give robots their ids, things their hashes, and each robot the knowledge of itself."""
-    for i in range(params.robots.count):
-        state.robots[Robot.IDENTITY, i] = int32(i)
-    if params.radio.random_ids:
-        find_equal_ids(params, state)
-    for thing in range(state.hashes.size):
-        holder = int64(state.robots[Robot.IDENTITY, thing]) if thing < params.robots.count else int64(thing)
-        words = philox(
-            int64(0), holder, state.clock[Clock.RUN], int64(IDENTITY), params.seed.low, params.seed.high
-        )
-        state.hashes[thing] = words[1]
-    if params.strategy.knowledge:
-        state.knowledge[:] = uint32(0)
-        if params.strategy.knowledge != Knowledge.TALLY:
-            for i in range(params.robots.count):
-                me = int64(state.robots[Robot.IDENTITY, i])
-                learn(params, state, int64(Copy.KNOWN), i, me, int64(state.tables.class_of[i]))
-
-
-@called
-def find_equal_ids(params, state):
-    """Find for each robot the first that has the same id, by a hash table in the room of the counts."""
-    ids, table = state.robots[Robot.ORDER], state.counts
-    size = 4 * table.shape[1]
-    table[:] = 0
-    for i in range(params.robots.count):
-        words = philox(
-            int64(0), i, state.clock[Clock.RUN], int64(IDENTITY), params.seed.low, params.seed.high
-        )
-        ids[i] = int32(words[0] >> uint32(32 - params.radio.id_bits))
-        place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
-        holder = table[place & 3, place >> 2]
-        while holder > 0 and ids[holder - 1] != ids[i]:
-            place = (place + 1) % size
-            holder = table[place & 3, place >> 2]
-        if holder == 0:
-            table[place & 3, place >> 2] = i + 1
-        else:
-            state.robots[Robot.IDENTITY, i] = int32(holder - 1)
-
-
-@called
-def learn(params, state, row, i, thing, column):
-    """Add a thing to what a robot knows, or tells; ``column`` is its class, robots' first."""
-    words = state.knowledge[row, i]
-    if params.strategy.knowledge == Knowledge.TALLY:
-        words[state.robots[Robot.IDENTITY, i] * state.tables.adds.shape[1] + column] += uint32(1)
-    elif params.strategy.knowledge == Knowledge.CENSUS:
-        first, number = side_of(params, thing)
-        words[first + (number >> 5)] |= bit(number)
-    else:
-        mark = state.hashes[thing]
-        rest = uint32(mark >> uint32(7))
-        rank = uint32(TOP)
-        if rest:
-            rank = uint32(min(TOP, lowest(rest) + 1))
-        register = column * REGISTERS + int64(mark & uint32(REGISTERS - 1))
-        words[register] = max(words[register], rank)
-
-
-@inlined
-def side_of(params, thing):
-    """Return the first word of a thing's side of a census, and its number there."""
-    number = int64(thing)
-    first = int64(0)
-    if number < params.robots.count:
-        return first, number
-    number -= params.robots.count
-    first += (params.robots.count + 31) >> 5
-    if number < params.tasks.count:
-        return first, number
-    number -= params.tasks.count
-    first += (params.tasks.count + 31) >> 5
-    if number < params.tasks.count:
-        return first, number
-    return first + ((params.tasks.count + 31) >> 5), number - params.tasks.count
-
-
 @spliced
-def publish(params, state):
+def publish(params, state, functions):
     """Fix what each robot tells in this step, and count its bits."""
     for w in range(state.sets.shape[1]):
         speaking = state.sets[Set.SPEAKING, w]
         state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
-        if params.strategy.knowledge:
+        if params.strategy.knowledge.enabled:
             while speaking:
                 i = lowest_member(w, speaking)
-                for k in range(state.knowledge.shape[2]):
-                    state.knowledge[Copy.SENT, i, k] = state.knowledge[Copy.KNOWN, i, k]
-                if contains(state.sets[Set.BYZANTINE], i):
-                    lie(params, state, i)
-                state.clock[Clock.BITS] += length(params, state, i)
+                false_opinion = (
+                    sent_opinion(params, state, i) if contains(state.sets[Set.BYZANTINE], i) else int64(-1)
+                )
+                defer(params, state, functions, Action.SPEAK, i, false_opinion, int64(0))
                 speaking = without_lowest(speaking)
-
-
-@called
-def lie(params, state, i):
-    """Let a liar tell of robots, or tasks, that there aren't; or, in a tally, call one what is the other."""
-    feasible = sent_opinion(params, state, i)
-    column = int64(0) if feasible else params.robots.classes
-    if params.strategy.knowledge == Knowledge.TALLY:
-        classes = state.tables.adds.shape[1]
-        first = int64(state.robots[Robot.IDENTITY, i]) * classes
-        own = uint32(0)
-        for k in range(classes):
-            own += state.knowledge[Copy.SENT, i, first + k]
-            state.knowledge[Copy.SENT, i, first + k] = uint32(0)
-        state.knowledge[Copy.SENT, i, first + column] = own
-        return
-    thing = params.robots.count + params.tasks.count
-    number = params.tasks.count
-    if not feasible:
-        thing += params.tasks.count
-        number = params.robots.count + 1
-    for k in range(number):
-        learn(params, state, int64(Copy.SENT), i, int64(thing + k), column)
-
-
-@called
-def merge(params, state, i, sender):
-    """Let a robot take in what it hears."""
-    if params.strategy.knowledge == Knowledge.CENSUS:
-        for k in range(state.knowledge.shape[2]):
-            state.knowledge[Copy.KNOWN, i, k] |= state.knowledge[Copy.SENT, sender, k]
-    else:
-        own, end = int64(0), int64(0)
-        if params.strategy.knowledge == Knowledge.TALLY:  # nobody knows its own row better
-            own = int64(state.robots[Robot.IDENTITY, i]) * state.tables.adds.shape[1]
-            end = own + state.tables.adds.shape[1]
-        for k in range(state.knowledge.shape[2]):
-            heard = state.knowledge[Copy.SENT, sender, k]
-            if not own <= k < end:
-                state.knowledge[Copy.KNOWN, i, k] = max(heard, state.knowledge[Copy.KNOWN, i, k])
-
-
-@called
-def count_known(params, state, row, i):
-    """Count what a robot knows, or tells, by class: sightings, things, or their estimates times 2**16."""
-    classes = state.tables.adds.shape[1]
-    words = state.knowledge[row, i]
-    state.seen[i] = 0
-    if params.strategy.knowledge == Knowledge.TALLY:
-        for k in range(words.size):
-            state.seen[i, k % classes] += int64(words[k])
-        if params.strategy.estimates:
-            known, _ = rows_of(words, classes)
-            for k in range(classes):
-                state.seen[i, k] *= 2 * known + 1 if k < params.robots.classes else 2 * known - 2
-    elif params.strategy.knowledge == Knowledge.SKETCH:
-        for column in range(classes):
-            state.seen[i, column] = int64(estimate(words, column * REGISTERS) * SCALE)
-    else:
-        count_census(params, state, row, i)
-
-
-@called
-def count_census(params, state, row, i):
-    """Count the bits of a census, by side and class; what liars invented is of the first class."""
-    words = state.knowledge[row, i]
-    tasks = (params.robots.count + 31) >> 5
-    inventions = tasks + ((params.tasks.count + 31) >> 5)
-    invented_tasks = inventions + ((params.tasks.count + 31) >> 5)
-    for k in range(words.size):
-        left = words[k]
-        is_task = k >= invented_tasks or tasks <= k < inventions
-        if k >= inventions or not params.sensing.by_class:
-            state.seen[i, params.robots.classes if is_task else 0] += popcount(left)
-            continue
-        while left:
-            number = 32 * k + lowest(left)
-            if is_task:
-                kind = int64(state.tables.class_of[params.robots.count + number - 32 * tasks])
-                state.seen[i, params.robots.classes + kind] += 1
-            else:
-                state.seen[i, state.tables.class_of[number]] += 1
-            left = without_lowest(left)
-
-
-@called
-def length(params, state, i):
-    """Return the length of what a robot tells, in bits."""
-    classes = state.tables.adds.shape[1]
-    words = state.knowledge[Copy.SENT, i]
-    if params.strategy.knowledge == Knowledge.SKETCH:
-        return classes * REGISTERS * 4
-    if params.strategy.knowledge == Knowledge.TALLY:
-        rows, largest = rows_of(words, classes)
-        return 5 + rows * (1 + params.radio.id_bits + classes * bit_length(int64(largest))) + 1
-    count_known(params, state, int64(Copy.SENT), i)
-    robot = 1 + params.radio.id_bits + bit_length(params.robots.classes - 1)
-    task = 1 + POSITION_BITS + bit_length(classes - params.robots.classes - 1)
-    bits = int64(2)
-    for kind in range(classes):
-        bits += state.seen[i, kind] * (robot if kind < params.robots.classes else task)
-    return bits
-
-
-@called
-def rows_of(words, classes):
-    """Return how many rows of a tally aren't zero, and the largest number in it."""
-    rows, largest = int64(0), uint32(0)
-    for first in range(0, words.size, classes):
-        row = uint32(0)
-        for k in range(classes):
-            row = max(row, words[first + k])
-        rows += row > 0
-        largest = max(largest, row)
-    return rows, largest
+    update_pending(params, state, functions, Action.SPEAK)
 
 
 @inlined
-def bit_length(number):
-    """Return how many binary digits a number has; none for 0."""
-    digits = int64(0)
-    while number > 0:
-        digits += 1
-        number >>= 1
-    return digits
-
-
-@called
-def estimate(words, first):
-    """Return the estimated size of a sketch (Ertl 2017, algorithm 6)."""
-    # How many registers have each rank, in bytes: none has more than 128.
-    low, high = uint64(0), uint64(0)
-    for k in range(REGISTERS):
-        rank = uint64(words[first + k])
-        one = uint64(uint64(1) << uint64(uint64(8) * (rank & uint64(7))))
-        if rank < uint64(8):
-            low += one
-        else:
-            high += one
-    unused = int64(low & uint64(255))
-    if unused == REGISTERS:
-        return 0.0
-    if int64(high >> uint64(56)) == REGISTERS:  # it can't tell more things from this
-        return float64(REGISTERS * 2**TOP)
-    z = REGISTERS * tau(1.0 - float64(high >> uint64(56)) / REGISTERS)
-    for rank in range(TOP - 1, 0, -1):
-        byte = (high if rank >= 8 else low) >> uint64(8 * (rank & 7))
-        z = 0.5 * (z + float64(byte & uint64(255)))
-    z += REGISTERS * sigma(float64(unused) / REGISTERS)
-    return 0.7213475204444817 * REGISTERS * REGISTERS / z
-
-
-@inlined
-def sigma(x):
-    """Return x + the sum of 2**(k - 1) x**(2**k) over k >= 1."""
-    power, weight, total, last = x, 1.0, x, -1.0
-    while total != last:
-        last = total
-        power = power * power
-        total += power * weight
-        weight += weight
-    return total
-
-
-@inlined
-def tau(x):
-    """Return (1 - x - the sum of 2**-k (1 - x**(2**-k))**2 over k >= 1) / 3."""
-    if x in (0.0, 1.0):
-        return 0.0
-    root, weight, total, last = x, 1.0, 1.0 - x, -1.0
-    while total != last:
-        last = total
-        root = math.sqrt(root)
-        weight *= 0.5
-        total -= (1.0 - root) * (1.0 - root) * weight
-    return total / 3.0
+def defer(params, state, functions, action, i, first, second):
+    """Note that a strategy's function is to be called for robot i."""
+    place = state.clock[Clock.PENDING]
+    state.pending[Pending.WHO, place] = i
+    state.pending[Pending.ID, place] = first
+    state.pending[Pending.COLUMN, place] = second
+    state.clock[Clock.PENDING] = place + 1
+    if place + 1 == PENDING_ROOM:
+        update_full(params, state, functions, action)

@@ -15,13 +15,13 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.params import Knowledge, Params
+from feasibee.engine.params import Params
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
 """Robots per word of a set."""
-REGISTERS = 128
-"""Number of registers of a sketch."""
+PENDING_ROOM = 256
+"""Entries of `State.pending`."""
 
 Int8s = NDArray[np.int8]
 Int32s = NDArray[np.int32]
@@ -100,6 +100,16 @@ class Copy(IntEnum):
     SENT = 1  # in the messages of this step
 
 
+class Pending(IntEnum):
+    """Rows of `State.pending`; the second has a meaning for each action."""
+
+    WHO = 0  # the robot for which a function is called
+    ID = 1  # of the robot or task that it sees; negative for a false sighting
+    FALSE_OPINION = 1  # opinion that its message must support if it is Byzantine, else -1
+    SPEAKER = 1  # number of the robot that it hears
+    COLUMN = 2  # class of the robot or task that it sees: classes of robots, then of tasks
+
+
 class Point(IntEnum):
     """Rows of `State.tasks` and of `Cells.points`."""
 
@@ -119,6 +129,7 @@ class Clock(IntEnum):
     BITS = 5  # sent so far
     COMMITTED_FEASIBLE = 6  # counted robots committed to opinion 1
     COMMITTED_INFEASIBLE = 7
+    PENDING = 8  # entries of `State.pending`
 
 
 class Cells(NamedTuple):
@@ -151,13 +162,38 @@ class State(NamedTuple):
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
     inbox: Annotated[Int32s, "Slot", "robot", "slot"]  # hash tables; if together, VALUE by sender
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
-    knowledge: Annotated[Words, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
-    hashes: Annotated[Words, "robot, then task, then invention"]  # for sketches
+    knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
+    pending: Annotated[Int32s, "Pending", "entry"]  # calls of the functions of a strategy's knowledge
+    hashes: Annotated[Words, "robot, then task, then invention"]  # if robots pass on knowledge
     tasks: Annotated[Int32s, "Point", "task"]
     task_cells: Cells
     robot_cells: Cells
     tables: Tables
     clock: Annotated[Int64s, "Clock"]
+
+
+class Passing(NamedTuple):
+    """The arrays of `State` that the functions of a strategy's knowledge work on."""
+
+    words: Annotated[Int32s, "Copy", "robot", "word"]
+    pending: Annotated[Int32s, "Pending", "entry"]
+    robots: Annotated[Int32s, "Robot", "robot"]
+    class_of: Annotated[Int32s, "robot, then task"]
+    hashes: Annotated[Words, "robot, then task, then invention"]
+    counts: Annotated[Int64s, "robot", "class of robots, then of tasks"]
+    memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
+    parameters: Annotated[Floats, "parameter"]
+
+
+class Functions(NamedTuple):
+    """The compiled functions of a strategy, as pointers; see `feasibee.strategies.contract.Strategy`."""
+
+    quality: Any
+    dissemination: Any
+    decide: Any
+    say: Any
+    value: Any
+    update: Any  # see `feasibee.engine.knowledge`
 
 
 class Outcome(NamedTuple):
@@ -175,16 +211,6 @@ class Control(NamedTuple):
 
     steps_done: Annotated[Int64s, "one"]
     cancelled: Annotated[NDArray[np.bool_], "one"]
-
-
-class Functions(NamedTuple):
-    """The compiled functions of a strategy, as pointers; see `feasibee.strategies.contract.Strategy`."""
-
-    quality: Any
-    dissemination: Any
-    decide: Any
-    say: Any
-    value: Any
 
 
 class Lowered(NamedTuple):
@@ -206,24 +232,20 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
     padded = words * WORD
     classes = tables.adds.shape[1]
     remembered = words + -(-params.tasks.count // WORD)
-    things = params.robots.count + params.tasks.count
-    inventions = things + 1 if params.faults.byzantine else 0
+    knowledge = params.strategy.knowledge
     values = params.strategy.value_scale > 0
     state = State(
         robots=np.zeros((len(Robot), padded), np.int32),
         sets=np.zeros((len(Set), words), np.uint32),
         counts=np.zeros((len(Count), padded), np.int64),
         links=np.zeros((len(Link), WORD), np.uint32),
-        seen=np.zeros(
-            (padded if params.sensing.by_class or params.strategy.knowledge else 0, classes), np.int64
-        ),
+        seen=np.zeros((padded if params.sensing.by_class or knowledge.enabled else 0, classes), np.int64),
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, padded, slots, values), -1, np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
-        knowledge=np.zeros((len(Copy), padded, knowledge_words(params, classes)), np.uint32),
-        hashes=np.zeros(
-            things + inventions if params.strategy.knowledge == Knowledge.SKETCH else 0, np.uint32
-        ),
+        knowledge=np.zeros((len(Copy), padded, knowledge_words(params)), np.int32),
+        pending=np.zeros((Pending.COLUMN + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
+        hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid.bits),
@@ -240,7 +262,7 @@ def size_of(params: Params, tables: Tables, slots: int) -> int:
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
     inbox = math.prod(_inbox_shape(params, padded, slots, params.strategy.value_scale > 0))
-    return 4 * (inbox + padded * (remembered + 2 * knowledge_words(params, tables.adds.shape[1])))
+    return 4 * (inbox + padded * (remembered + 2 * knowledge_words(params)))
 
 
 def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple[int, int, int]:
@@ -251,15 +273,9 @@ def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple
     return (2 if values else 1, padded, slots)
 
 
-def knowledge_words(params: Params, classes: int) -> int:
-    """Return the number of words of a robot's knowledge."""
-    if params.strategy.knowledge == Knowledge.TALLY:
-        return params.robots.count * classes
-    if params.strategy.knowledge == Knowledge.CENSUS:
-        sides = (params.robots.count, params.tasks.count)
-        inventions = (params.tasks.count, params.robots.count + 1) if params.faults.byzantine else ()
-        return sum(-(-things // WORD) for things in (*sides, *inventions))
-    return REGISTERS * classes if params.strategy.knowledge == Knowledge.SKETCH else 0
+def knowledge_words(params: Params) -> int:
+    """Return the number of words for what a robot knows, and for its message."""
+    return max(params.strategy.knowledge.words, params.strategy.knowledge.message_words)
 
 
 def empty_cells(points: int, bits: int) -> Cells:

@@ -32,13 +32,14 @@ class Lie(IntEnum):
     RANDOM = 3
 
 
-class Knowledge(IntEnum):
-    """The data that robots pass on in addition to opinions."""
+class Action(IntEnum):
+    """When a function of a strategy's knowledge is called (`feasibee.engine.knowledge`)."""
 
-    NONE = 0
-    TALLY = 1
-    CENSUS = 2
-    SKETCH = 3
+    START = 0
+    SPEAK = 1
+    OBSERVE = 2
+    MERGE = 3
+    COUNT = 4
 
 
 class Grid(NamedTuple):
@@ -129,6 +130,17 @@ class RadioParams(NamedTuple):
     message_bits: int  # length of a message without its knowledge
 
 
+class KnowledgeParams(NamedTuple):
+    """What robots pass on in addition to opinions (model.md 6.11)."""
+
+    enabled: bool
+    words: int  # of what a robot knows
+    message_words: int
+    robot_ids: int  # inventions included
+    task_ids: int
+    task_classes: int
+
+
 class StrategyParams(NamedTuple):
     """The constants that a strategy declares."""
 
@@ -136,8 +148,7 @@ class StrategyParams(NamedTuple):
     starts_neutral: bool  # whether robots start without an opinion
     says: bool  # whether the strategy defines `say`; otherwise a robot sends its opinion
     value_scale: float  # the largest value that a message can hold; 0.0: messages hold none
-    knowledge: int  # Knowledge
-    estimates: bool  # whether a tally corrects for robots that don't see themselves
+    knowledge: KnowledgeParams
 
 
 class CommitParams(NamedTuple):

@@ -14,11 +14,12 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from feasibee.engine import entrypoints
-from feasibee.engine.compile import Pointer, careful, entry
-from feasibee.engine.guards import guarded
+from feasibee.engine.compile import Pointer, careful, entry, inlined
+from feasibee.engine.guards import GUARDS, guarded
+from feasibee.engine.knowledge import update_nothing, updating
 from feasibee.engine.layout import Control, Functions, Lowered, Outcome, empty_state
 from feasibee.engine.params import Params, packed
-from feasibee.engine.signatures import STRATEGY
+from feasibee.engine.signatures import KNOWLEDGE, STRATEGY
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Strategy
@@ -57,8 +58,45 @@ def engine_functions(strategy: Strategy, fast: bool) -> Engine:
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
-    """Compile the functions of a strategy to typed function pointers."""
-    return Functions(*(_compiled(strategy, name) for name in Functions._fields))
+    """Compile the functions of a strategy; the kernels take them as typed function pointers."""
+    compiled = {name: _compiled(strategy, name) for name in GUARDS}
+    return Functions(**compiled, update=_update_of(strategy))
+
+
+def _update_of(strategy: Strategy) -> Pointer:
+    """Compile `feasibee.engine.knowledge.update` with a strategy's functions in it."""
+    if not strategy.knowledge:
+        return Pointer(entry(STRATEGY.update)(update_nothing), STRATEGY.update)
+    functions = {name: _for_update(strategy, name) for name in KNOWLEDGE.keys() & strategy.functions}
+    return Pointer(entry(STRATEGY.update, _text_of(strategy))(updating(functions)), STRATEGY.update)
+
+
+def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
+    """Compile a function of a strategy's knowledge, which `update` calls."""
+    own, signature = _own_function(strategy, name), KNOWLEDGE[name]
+    if not strategy.source:
+        return inlined(own)
+    try:
+        compiled: Any = careful(own, signature.args)
+    except NumbaError as error:
+        raise FeasibeeError(_explained(strategy, name, error)) from None
+    (returned,) = (each.return_type for each in compiled.nopython_signatures)
+    if returned != signature.return_type:
+        must = "a whole number" if name == "bits" else "nothing"
+        line = own.__code__.co_firstlineno
+        rule = f"{name} doesn't compile: it must return {must}, whatever it is given"
+        raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
+    function: Callable[..., Any] = compiled
+    return function
+
+
+def _text_of(strategy: Strategy) -> str:
+    """Return the text of the files that a strategy's functions come from."""
+    if strategy.source:
+        return strategy.source
+    functions = (getattr(strategy, name) for name in sorted(strategy.functions))
+    files = dict.fromkeys(each.__code__.co_filename for each in functions)
+    return "".join(Path(file).read_text(encoding="utf-8") for file in files)
 
 
 def _compiled(strategy: Strategy, name: str) -> Pointer:
@@ -87,6 +125,8 @@ def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
     empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")
     what = next((line for line in lines if not line.startswith(empty)), lines[0])
+    if "NRT required" in what:
+        what = "it must not make lists, tuples of unknown length, or arrays"
     line = place[1] if place else function.__code__.co_firstlineno
     return (
         f"{strategy.name}, line {line}: {name} doesn't compile: {what}; "

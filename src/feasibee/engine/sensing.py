@@ -26,9 +26,9 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose, draw_now, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount, within
-from feasibee.engine.knowledge import learn, merge, publish, sent_opinion
-from feasibee.engine.layout import WORD, Clock, Copy, Count, Link, Point, Robot, Set
-from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING
+from feasibee.engine.knowledge import defer, publish, sent_opinion, update_pending
+from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
+from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.model.purposes import (
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
@@ -102,24 +102,26 @@ def sense_in_cells(params, state):
 
 
 @spliced
-def sense_general(params, state):
+def sense_general(params, state, functions):
     """Sense in the general engine (model.md 6.3, 6.5, 6.6).
 
     What a robot observes in a step it knows before it receives messages.
     """
-    publish(params, state)
+    publish(params, state, functions)
     fill_robots(params, state)
     for w in range(state.sets.shape[1]):
         looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while looking:
-            observe_general(params, state, lowest_member(w, looking))
+            observe_general(params, state, functions, lowest_member(w, looking))
             looking = without_lowest(looking)
+    update_pending(params, state, functions, Action.OBSERVE)
     find_listeners(params, state)
     for w in range(state.sets.shape[1]):
         speaking = state.sets[Set.SPEAKING, w]
         while speaking:
-            broadcast_with_loss(params, state, lowest_member(w, speaking))
+            broadcast_with_loss(params, state, functions, lowest_member(w, speaking))
             speaking = without_lowest(speaking)
+    update_pending(params, state, functions, Action.MERGE)
 
 
 @inlined
@@ -152,23 +154,23 @@ def observe_fast(params, state, i, robot_bits, task_bits, limit):
 
 
 @spliced
-def observe_general(params, state, i):
+def observe_general(params, state, functions, i):
     """Observe each thing in sight of a robot: is it seen, is it new, which class has it (model.md 6.3).
 
     Counting alone, where nothing of that matters, takes a third off a step.
     """
-    robots = observe_robots(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
-    tasks = observe_tasks(params, state, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    robots = observe_robots(params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    tasks = observe_tasks(params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
     if params.sensing.only_counts:
         state.counts[Count.ROBOTS_SEEN, i] += robots
         state.counts[Count.TASKS_SEEN, i] += tasks
     # Tested here, since the call would cost more than the test.
     if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
-        count_false_sightings(params, state, i)
+        count_false_sightings(params, state, functions, i)
 
 
 @spliced
-def observe_robots(params, state, i, x, y):
+def observe_robots(params, state, functions, i, x, y):
     """Observe the robots in sight of a robot; return how many count, if counting suffices."""
     points = state.robot_cells.points
     total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it sees itself
@@ -192,14 +194,14 @@ def observe_robots(params, state, i, x, y):
                     int64(state.robots[Robot.IDENTITY, other]),
                     int64(state.tables.class_of[other]),
                 )
-                count_sighting(params, state, i, identity, kind, True)
+                count_sighting(params, state, functions, i, identity, kind, True)
             close = without_lowest(close)
         first += 32
     return total
 
 
 @spliced
-def observe_tasks(params, state, i, x, y):
+def observe_tasks(params, state, functions, i, x, y):
     """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
     points = state.task_cells.points
     total = int64(0)
@@ -217,18 +219,18 @@ def observe_tasks(params, state, i, x, y):
                 total += new
             elif new:
                 kind = int64(state.tables.class_of[params.robots.count + task])
-                count_sighting(params, state, i, params.robots.count + task, kind, False)
+                count_sighting(params, state, functions, i, task, kind, False)
             close = without_lowest(close)
         first += 32
     return total
 
 
 @inlined
-def count_sighting(params, state, i, thing, kind, is_robot):
+def count_sighting(params, state, functions, i, identity, kind, is_robot):
     """Count one thing of a class, or add it to what the robot knows."""
     column = kind if is_robot else params.robots.classes + kind
-    if params.strategy.knowledge:
-        learn(params, state, int64(Copy.KNOWN), i, thing, column)
+    if params.strategy.knowledge.enabled:
+        defer(params, state, functions, Action.OBSERVE, i, identity, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
     elif is_robot:
@@ -238,7 +240,7 @@ def count_sighting(params, state, i, thing, kind, is_robot):
 
 
 @called
-def count_false_sightings(params, state, i):
+def count_false_sightings(params, state, functions, i):
     """Count false sightings, each of the class of a robot or task drawn at random."""
     if params.sensing.false_robots > 0.0:
         word = draw_now(params, state, i, FALSE_ROBOT)
@@ -247,8 +249,9 @@ def count_false_sightings(params, state, i):
             count_sighting(
                 params,
                 state,
+                functions,
                 i,
-                int64(0),
+                int64(-1),
                 int64(state.tables.class_of[choose(word, params.robots.count)]),
                 True,
             )
@@ -259,7 +262,7 @@ def count_false_sightings(params, state, i):
             if params.tasks.count > 0:
                 word = draw_now(params, state, i, FALSE_TASK_CLASS + PAIR * k)
                 kind = int64(state.tables.class_of[params.robots.count + choose(word, params.tasks.count)])
-            count_sighting(params, state, i, int64(0), kind, False)
+            count_sighting(params, state, functions, i, int64(-1), kind, False)
 
 
 @inlined
@@ -312,7 +315,7 @@ def find_listeners(params, state):
 
 
 @inlined
-def broadcast_with_loss(params, state, i):
+def broadcast_with_loss(params, state, functions, i):
     """Send a robot's message, true or a lie, to listening robots in radio range; some may lose it."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
     opinion = sent_opinion(params, state, i)
@@ -330,9 +333,9 @@ def broadcast_with_loss(params, state, i):
             j = sender_of(points[Point.LABEL, first + lowest(close)])
             can_hear = j != i and contains(state.sets[Set.LISTENING], j)
             if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.radio.loss):
-                if params.strategy.knowledge:
-                    merge(params, state, j, i)
-                if params.decision.commit.enabled or not params.strategy.knowledge:
+                if params.strategy.knowledge.enabled:
+                    defer(params, state, functions, Action.MERGE, j, i, int64(0))
+                if params.decision.commit.enabled or not params.strategy.knowledge.enabled:
                     receive(params, state, j, message, value)
             close = without_lowest(close)
         first += 32

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Any, Final, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numba import float64, from_dtype, int64, types
+from numba import boolean, float64, from_dtype, int32, int64, none, types
 
-from feasibee.engine.layout import Control, Functions, Outcome, State
+from feasibee.engine.layout import Control, Functions, Outcome, Passing, State
 from feasibee.engine.params import PARAMS as RECORD
-from feasibee.strategies.contract import Inbox, Mind
+from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
 
 of_types: Any = types.BaseTuple.from_types
 
@@ -41,9 +41,25 @@ STRATEGY: Final = Functions(
     decide=int64(MIND, INBOX),
     say=int64(MIND),
     value=float64(MIND),
+    update=int64(PARAMS, tuple_type(Passing), int64, int64, int64),
 )
 """Signatures of the functions of a strategy."""
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
+ROW: Final = types.Array(int32, 1, "C")
+MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
+SETTING: Final = of_types([int64] * 7 + [FLOATS], Setting)
+ME: Final = of_types([int64] * 4 + [FLOATS, SETTING], Me)
+THING: Final = of_types([boolean, int64, int64, int64], Thing)
+KNOWLEDGE: Final = {
+    "start": none(ROW, ME),
+    "observe": none(ROW, THING, ME),
+    "encode": none(ROW, ROW, ME),
+    "lie": none(ROW, int64, ME),
+    "merge": none(ROW, MESSAGE, int64, ME),
+    "count": none(MESSAGE, types.Array(int64, 1, "C"), ME),
+    "bits": int64(MESSAGE, ME),
+}
+"""Signatures of the functions of a strategy that passes on knowledge."""
 START: Final = types.void(PARAMS, STATE, int64)
 """Put the swarm of a run at step 0."""
 ADVANCE: Final = types.void(PARAMS, STATE, OUTCOME, int64, int64, CONTROL, FUNCTIONS)

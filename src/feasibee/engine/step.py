@@ -9,10 +9,12 @@ from feasibee.engine.bits import contains, first_bits, lowest_member, set_member
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw, draw_words, duration, shuffle
+from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import popcount
-from feasibee.engine.knowledge import assign_identities, count_known
-from feasibee.engine.layout import Clock, Copy, Count, Point, Robot, Set
+from feasibee.engine.knowledge import defer, update_pending
+from feasibee.engine.layout import Clock, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
+from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
 from feasibee.model.codes import NO_OPINION
@@ -53,6 +55,7 @@ def clear(params, state, run):
     state.clock[Clock.STEP] = 0
     state.clock[Clock.FULL] = 0
     state.clock[Clock.BITS] = 0
+    state.clock[Clock.PENDING] = 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
@@ -145,8 +148,11 @@ def advance_general(params, state, functions):
         stop(params, state)
     move_where_clear(params, state)
     tick(state)
-    sense_general(params, state)
-    rate_general(params, state, functions.quality)
+    if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
+        state.clock[Clock.PENDING] = params.robots.count
+        update_pending(params, state, functions, Action.START)
+    sense_general(params, state, functions)
+    rate_general(params, state, functions)
     finish(params, state, functions)
 
 
@@ -223,23 +229,29 @@ def rate(params, state, i, quality):
 
 
 @spliced
-def rate_general(params, state, quality):
+def rate_general(params, state, functions):
     """Rate the quality in the general engine.
 
     Knowledge grows while disseminating, so rate again before deciding.
     """
+    if params.strategy.knowledge.enabled:
+        for w in range(state.sets.shape[1]):
+            left = state.sets[Set.ENDING, w]
+            while left:
+                i = lowest_member(w, left)
+                defer(params, state, functions, Action.COUNT, i, int64(0), int64(0))
+                left = without_lowest(left)
+        update_pending(params, state, functions, Action.COUNT)
     for w in range(state.sets.shape[1]):
         left = state.sets[Set.ENDING, w]
-        if not params.strategy.knowledge:
+        if not params.strategy.knowledge.enabled:
             left = uint32(left & ~state.sets[Set.DISSEMINATING, w])
         while left:
             i = lowest_member(w, left)
-            if params.strategy.knowledge:
-                count_known(params, state, int64(Copy.KNOWN), i)
             if state.seen.shape[0] > 0:
-                state.memory[i, 0] = scarcest(params, state, i, quality)
+                state.memory[i, 0] = scarcest(params, state, i, functions.quality)
             else:
-                rate(params, state, i, quality)
+                rate(params, state, i, functions.quality)
             left = without_lowest(left)
 
 

@@ -25,6 +25,11 @@ ATTEMPTS: Final = 256
 LONGEST: Final = 2**30
 """Longest duration of a phase in steps; a user's strategy may return any mean."""
 
+COUNT_LIMIT: Final = 2**53
+"""What a strategy may count of robots, or of tasks, in units of its own."""
+BITS_LIMIT: Final = 2**40
+"""Bits of one message."""
+
 SEED_LIMIT: Final = 2**64
 """Seeds are smaller than this."""
 RUN_LIMIT: Final = 2**32

@@ -1,4 +1,4 @@
-"""The model in plain Python, to be read beside the paper: the oracle that the engine must equal bit for bit.
+"""The model in plain Python, to read next to the paper; the engine must equal it bit for bit.
 
 It shares with the engine the scenario, the vocabulary, the record and the strategies, and no line of code
 that computes. Every robot is an object, driven by the controller of ``robot.py``, the one for real robots.

@@ -1,4 +1,4 @@
-"""Random numbers: four words for a coordinate, and what is made of them."""
+"""Random numbers: four words per coordinate, and the quantities drawn from them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fractions import Fraction
 from feasibee.model.codes import LONGEST, exact
 
 TURN = 2**32
-"""One more than the largest word; a full turn of a heading."""
+"""Number of words; as an angle, a full turn."""
 
 
 def philox(seed: int, run: int, robot: int, counter: int, purpose: int) -> tuple[int, int, int, int]:
@@ -48,7 +48,7 @@ def cos_sin(heading: int) -> tuple[float, float]:
 
 
 def happens(word: int, probability: float) -> bool:
-    """Tell whether something of this probability happens; never for 0, always for 1."""
+    """Return whether an event of this probability happens; never for 0, always for 1."""
     return word < exact(probability) * TURN
 
 
@@ -58,7 +58,7 @@ def choose(word: int, count: int) -> int:
 
 
 def poisson(word: int, mean: float) -> int:
-    """Return a Poisson number by going up its distribution function."""
+    """Return a Poisson number by inversion of its distribution function."""
     number = 0
     probability = math.exp(-mean)
     below = probability
@@ -87,5 +87,5 @@ def shuffle(count: int, draw: Callable[[int], int]) -> list[int]:
 
 
 def rounded(share: Fraction, count: int) -> int:
-    """Return the whole number nearest to a share of a count, halves up."""
+    """Return the whole number nearest to a share of a count; halves are rounded up."""
     return math.floor(share * count + Fraction(1, 2))

@@ -1,4 +1,4 @@
-"""What robots and tasks are called: ids, which may collide, and the hashes of what a sketch notes."""
+"""The ids of robots and tasks, which may collide, and their hashes."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from functools import cache
 from feasibee.model.purposes import IDENTITY
 from feasibee.reference.draws import philox
 from feasibee.scenario.scenario import Scenario
-
-Name = tuple[int, int, int]
+from feasibee.scenario.setting import setting_of
+from feasibee.strategies.contract import Thing
 
 
 class Names:
-    """The names of one run's robots and tasks, and of what liars invent.
+    """The ids and hashes of one run's robots and tasks, and of those that Byzantine robots invent.
 
     Things are numbered: robots, tasks, invented robots (as many as tasks), invented tasks (one more than
     robots).
@@ -22,34 +22,38 @@ class Names:
         self._seed, self._run = seed, run
         self._robots, self._tasks = scenario.robots.count, scenario.tasks.count
         bits = scenario.radio.id_bits
-        self.id_bits = bits or max(1, (self._robots - 1).bit_length())
+        self.id_bits = setting_of(scenario).id_bits
         ids = [self._word(i, 0) >> (32 - bits) if bits else i for i in range(self._robots)]
         first = {each: i for i, each in reversed(list(enumerate(ids)))}
         self._holder = [first[each] for each in ids]
 
     def id(self, number: int) -> int:
-        """Return a robot's id: the number of the first robot that has the same."""
+        """Return a robot's id: the number of the first robot with the same random id."""
         return self._holder[number]
 
-    def robot(self, number: int, kind: int) -> Name:
-        """Return a robot's id, class and mark."""
-        return self.id(number), kind, self.mark(self.id(number))
+    def robot(self, number: int, kind: int) -> Thing:
+        """Return a robot as others see it."""
+        return Thing(True, self.id(number), kind, self.hash(self.id(number)))
 
-    def task(self, number: int, kind: int) -> Name:
-        """Return a task's name, class and mark."""
-        return number, kind, self.mark(self._robots + number)
+    def me(self, number: int, kind: int) -> tuple[int, int, int]:
+        """Return a robot's id, class and hash."""
+        return self.robot(number, kind)[1:]
 
-    def inventions(self, feasible: int) -> list[tuple[int, int]]:
-        """Return name and mark of each robot, or task, that a liar invents to make its point."""
+    def task(self, number: int, kind: int) -> Thing:
+        """Return a task as robots see it."""
+        return Thing(False, number, kind, self.hash(self._robots + number))
+
+    def inventions(self, feasible: int) -> list[Thing]:
+        """Return the robots (feasible) or tasks that a Byzantine robot invents (model.md 6.12)."""
         first = self._robots + self._tasks
         if feasible:
-            return [(k, self.mark(k)) for k in range(first, first + self._tasks)]
+            return [Thing(True, self._robots + k, 0, self.hash(first + k)) for k in range(self._tasks)]
         first += self._tasks
-        return [(k, self.mark(k)) for k in range(first, first + self._robots + 1)]
+        return [Thing(False, self._tasks + k, 0, self.hash(first + k)) for k in range(self._robots + 1)]
 
     @cache  # noqa: B019  # a run's names live as long as the run
-    def mark(self, thing: int) -> int:
-        """Return the hash of a thing: 32 random bits."""
+    def hash(self, thing: int) -> int:
+        """Return the hash of a robot or task: 32 random bits."""
         return self._word(thing, 1)
 
     def _word(self, thing: int, which: int) -> int:

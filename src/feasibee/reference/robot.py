@@ -1,4 +1,4 @@
-"""One robot: a body that wanders, sees and hears, and a mind."""
+"""One robot: its place, walk, senses and faults, and its controller."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from feasibee.reference.identities import Names
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Commit, Controller, Message
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.setting import setting_of
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 
@@ -66,11 +67,11 @@ class Robot:
         self._remembers_since = 0
 
     def works(self, step: int) -> bool:
-        """Tell whether it hasn't stopped by a step."""
+        """Return whether the robot still works at a step."""
         return self.fault != STOPPED or step < self._scenario.faults.stop_step
 
     def says(self, step: int) -> Message | None:
-        """Return what it broadcasts in a step; a Byzantine robot lies."""
+        """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
         message = self.mind.message()
         if message is None or self.fault != BYZANTINE:
             return message
@@ -82,11 +83,13 @@ class Robot:
         }
         told = lies[self._scenario.faults.byzantine_says]
         value = 2**self.mind.strategy.value_bits - 1 if told else 0
-        knowledge = self.mind.knowledge and self.mind.knowledge.lie(told == 1, self._names.inventions(told))
+        knowledge: tuple[int, ...] = ()
+        if self.mind.knowledge:
+            knowledge = self.mind.knowledge.lie(message.knowledge, told, self._names.inventions(told))
         return message._replace(opinion=told, value=value, knowledge=knowledge)
 
     def counts(self, thing: str, number: int) -> bool:
-        """Tell whether a thing in view counts: always, or when it is new (model.md 6.3)."""
+        """Return whether a robot or task in sight counts: always, or only when new (model.md 6.3)."""
         sensing = self._scenario.sensing
         if sensing.observation == "repeated":
             return True
@@ -98,22 +101,22 @@ class Robot:
         return is_new
 
     def end_step(self, blocked: bool) -> None:
-        """Let the timers of heading and phase advance; a blocked robot turns (model.md 3.3, 6.2)."""
+        """Advance the timers of heading and phase; a blocked robot turns (model.md 3.3, 6.2)."""
         self._walk_left -= 1
         if blocked or self._walk_left == 0:
             self._turn()
         self.mind.end_step()
 
     def happens(self, step: int, purpose: int, probability: float) -> bool:
-        """Tell whether something happens to it in a step."""
+        """Return whether an event of this probability happens to the robot in a step."""
         return probability > 0 and happens(self.draw(step, purpose), probability)
 
     def draw(self, counter: int, purpose: int) -> int:
-        """Draw a word."""
+        """Return the first random word of a coordinate of this robot."""
         return philox(*self._coordinates, counter, purpose)[0]
 
     def _turn(self) -> None:
-        """Take a new heading for a while (model.md 2.1)."""
+        """Draw a heading and how long it lasts (model.md 2.1)."""
         heading, lasting, _, _ = philox(*self._coordinates, self._walks, WALK)
         self._walks += 1
         cosine, sine = cos_sin(heading)
@@ -121,7 +124,7 @@ class Robot:
         self._walk_left = duration(lasting, self._scenario.walk.mean_run)
 
     def _mind(self) -> Controller:
-        """Return its controller, as the scenario has it."""
+        """Return the controller with the settings of the scenario."""
         decision = self._scenario.decision
         rule = decision.commit
         return Controller(
@@ -141,11 +144,12 @@ class Robot:
             commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
             stubborn=self.fault == STUBBORN,
             sets=hall_sets(self._scenario),
-            me=self._names.robot(self.number, self.kind),
+            me=self._names.me(self.number, self.kind),
+            setting=setting_of(self._scenario),
         )
 
     def _draw_choice(self) -> tuple[float, float]:
-        """Draw a chance and a message; the same coordinate then says how long the next phase lasts."""
+        """Return a chance and a drawn message; the next phase's duration has the same coordinate."""
         _, chance, message, _ = philox(*self._coordinates, self._phases, PHASE)
         return chance / TURN, message / TURN
 
@@ -156,14 +160,14 @@ class Robot:
 
 
 def listening(listen: Any) -> int | None:
-    """Return in how many last steps of dissemination a robot hears; 0: in all; None: always."""
+    """Return the number of last steps of dissemination in which a robot listens; 0: all; None: always."""
     if listen == "always":
         return None
     return 0 if listen == "dissemination" else int(listen["last"])
 
 
 def hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:
-    """Return, for each set of skills, what every class of robots and of tasks adds to it (model.md 6.7).
+    """Return what each class of robots and of tasks adds to each set of skills (model.md 6.7).
 
     A robot counts if it has a skill of the set; a task counts its places that ask for one. The last set is
     that of all skills: to it every robot counts, and a task of no class, which any robot can do.

@@ -1,4 +1,4 @@
-"""The robots and tasks of one run, and what becomes of them step by step."""
+"""One run, step by step: the robots, the tasks, and the swarm's decision."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from feasibee.model.purposes import (
 )
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
-from feasibee.reference.identities import Name, Names
+from feasibee.reference.identities import Names
 from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.strategies.contract import Thing
 
 
 def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
-    """Simulate runs one after the other."""
+    """Simulate runs one after the other; return their record."""
     record = Record.empty(runs.first, runs.count, scenario.run.steps + 1 if curves else 0)
     for row in range(runs.count):
         for step, swarm in enumerate(play(scenario, runs.seed, runs.first + row)):
@@ -80,7 +81,7 @@ class Swarm:
         self._radio = self.world.squared(scenario.radio.range)
 
     def step(self) -> None:
-        """Let one step pass: move, observe and hear, end the step (model.md 3)."""
+        """Simulate one step: move, observe and receive, end the step (model.md 3)."""
         self.time += 1
         working = [robot for robot in self.robots if robot.works(self.time)]
         blocked = self._move(working)
@@ -98,7 +99,7 @@ class Swarm:
             robot.end_step(robot in blocked)
 
     def _move(self, working: list[Robot]) -> set[Robot]:
-        """Move all robots whose way is clear at once; return the others (model.md 3.1, 6.2)."""
+        """Move at once all robots whose way is clear; return the blocked ones (model.md 3.1, 6.2)."""
         intended = {robot: self.world.moved(robot.place, robot.velocity) for robot in working}
         blocked = {robot for robot in working if not self._is_clear(robot, intended)}
         for robot in working:
@@ -107,7 +108,7 @@ class Swarm:
         return blocked
 
     def _is_clear(self, robot: Robot, intended: dict[Robot, Place]) -> bool:
-        """Tell whether a robot's disc keeps clear of walls and of all others, whether they move or stay."""
+        """Return whether a robot's disc avoids walls and all other discs, whether these move or stay."""
         if not self.world.is_inside(intended[robot], self.world.radius):
             return False
         if not self.scenario.robots.avoid_collisions:
@@ -123,40 +124,39 @@ class Swarm:
         return True
 
     def _observe(self, robot: Robot) -> None:
-        """Let a robot count what it sees, by class (model.md 4.2, 6.3)."""
+        """Count the robots and tasks that a robot sees, by class (model.md 4.2, 6.3)."""
         sensing = self.scenario.sensing
         robots, tasks = robot.mind.robots_seen, robot.mind.tasks_seen
         robots_now, tasks_now = [0] * len(robots), [0] * len(tasks)
-        names: tuple[list[Name], list[Name]] = ([], [])
+        things: list[Thing] = []
         for other in self.robots:
             seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
             if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
                 robots_now[other.kind] += 1
-                names[0].append(self.names.robot(other.number, other.kind))
+                things.append(self.names.robot(other.number, other.kind))
         for number, place in enumerate(self.tasks):
             if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
                 tasks_now[self.task_kinds[number]] += 1
-                names[1].append(self.names.task(number, self.task_kinds[number]))
+                things.append(self.names.task(number, self.task_kinds[number]))
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
         for kind in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
             robots_now[kind] += 1
-            names[0].append((-1, kind, 0))
+            things.append(Thing(True, -1, kind, 0))
         false = (FALSE_TASK, FALSE_TASK_CLASS)
         for kind in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
             tasks_now[kind] += 1
-            names[1].append((-1, kind, 0))
+            things.append(Thing(False, -1, kind, 0))
         robot.mind.observe(robots_now, tasks_now)
-        if robot.mind.knowledge:
-            robot.mind.recognise(*names)
+        robot.mind.recognise(things)
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
-        """Tell whether a thing is in range, the range included, and not missed (model.md 1.4, 6.3)."""
+        """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
         return self.world.squared_distance(robot.place, place) <= self._sight and not robot.happens(
             self.time, purpose + PAIR * number, self.scenario.sensing.miss
         )
 
     def _hears(self, robot: Robot, sender: Robot) -> bool:
-        """Tell whether a message arrives (model.md 6.5)."""
+        """Return whether a sender's message arrives (model.md 6.5)."""
         distance = self.world.squared_distance(robot.place, sender.place)
         return distance <= self._radio and not robot.happens(
             self.time, LOSS + PAIR * sender.number, self.scenario.radio.loss
@@ -165,23 +165,23 @@ class Swarm:
     def _false_sightings(
         self, robot: Robot, mean: float, kinds: list[int], number: int, kind: int
     ) -> Iterator[int]:
-        """Yield the classes of what a robot sees though it isn't there: that of some thing of the swarm's."""
+        """Yield the classes of a robot's false sightings: each that of a robot or task drawn at random."""
         if mean > 0:
             for k in range(poisson(robot.draw(self.time, number), mean)):
                 word = robot.draw(self.time, kind + PAIR * k)
                 yield kinds[choose(word, len(kinds))] if kinds else 0
 
     def _bits(self, sender: Robot, message: Message) -> int:
-        """Return the length of a message: id, opinion, value, commitment, or what it passes on."""
+        """Return the length of a message in bits: id, opinion, value and commitment, or knowledge."""
         commitment = self.scenario.decision.commit is not None
         if sender.mind.knowledge:
-            bits: int = sender.mind.knowledge.bits(message.knowledge, self.names.id_bits)
+            bits = sender.mind.knowledge.bits(message.knowledge)
             return bits + (self.names.id_bits + 2 if commitment else 0)
         return self.names.id_bits + 1 + sender.mind.strategy.value_bits + commitment
 
     @property
     def counted(self) -> list[Robot]:
-        """The robots that the decision is taken over: honest, and still working (model.md 6.6)."""
+        """The counted robots: honest and still working (model.md 6.6)."""
         return [robot for robot in self.robots if robot.fault != BYZANTINE and robot.works(self.time)]
 
     def holding(self, opinion: int) -> list[Robot]:
@@ -210,7 +210,7 @@ class Swarm:
 
     @property
     def decision(self) -> int:
-        """What strictly more than the threshold's share of the counted robots holds (model.md 4.7)."""
+        """The opinion that more than the threshold's share of the counted robots holds (model.md 4.7)."""
         needed = exact(self.scenario.decision.threshold) * len(self.counted)
         if self.feasible_count > needed:
             return FEASIBLE
@@ -220,7 +220,7 @@ class Swarm:
 
 
 def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:
-    """Return each robot's fault; which robots have one is drawn (model.md 6.6)."""
+    """Return each robot's fault; the faulty robots are drawn at random (model.md 6.6)."""
     count = scenario.robots.count
     faults = [HONEST] * count
     numbers = [

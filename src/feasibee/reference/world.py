@@ -1,4 +1,4 @@
-"""The arena: places in fixed point, distances, discs that meet, and where things stand at the start."""
+"""The arena: places in fixed point, distances, collisions of discs, and placement at the start."""
 
 from __future__ import annotations
 
@@ -57,18 +57,18 @@ class World:
         return dx * dx + dy * dy
 
     def moved(self, place: Place, velocity: Place) -> Place:
-        """Return where a step leads: round the torus, or maybe beyond a wall."""
+        """Return the place after a step: wrapped on the torus, possibly outside within walls."""
         x, y = place[0] + velocity[0], place[1] + velocity[1]
         return (x % self.size[0], y % self.size[1]) if self.is_torus else (x, y)
 
     def is_inside(self, place: Place, margin: int) -> bool:
-        """Tell whether a place is in the arena, off the walls by a margin; the torus has no outside."""
+        """Return whether a place is in the arena, a margin off its walls; always on the torus."""
         return self.is_torus or all(
             margin <= p <= side - margin for p, side in zip(place, self.size, strict=True)
         )
 
     def meet(self, way: Place, approach: Place) -> bool:
-        """Tell whether two discs overlap at some moment of a step (model.md 6.2).
+        """Return whether two discs overlap at some moment of a step (model.md 6.2).
 
         ``way`` is the difference of their places at the start, ``approach`` that of their velocities.
         """
@@ -83,7 +83,7 @@ class World:
         return across**2 < least * length  # they pass
 
     def robot_places(self) -> list[Place]:
-        """Return where the robots start; their discs apart if they avoid collisions (model.md 1.2, 6.4)."""
+        """Return the first places of the robots, apart if they avoid collisions (model.md 1.2, 6.4)."""
         section = self.scenario.robots
         apart = (2 * self.radius) ** 2
         places: list[Place] = []
@@ -101,7 +101,7 @@ class World:
         return places
 
     def task_places(self) -> list[Place]:
-        """Return where the tasks are (model.md 1.3, 6.4)."""
+        """Return the places of the tasks (model.md 1.3, 6.4)."""
         section = self.scenario.tasks
         purposes = (PLACE_TASK, CENTRE_TASK, CLUSTER_TASK, SCATTER_TASK)
         return [next(iter(self._candidates(section, i, 0, *purposes))) for i in range(section.count)]
@@ -109,7 +109,7 @@ class World:
     def _candidates(
         self, section: Placed, i: int, margin: int, uniform: int, centre: int, cluster: int, scatter: int
     ) -> Iterable[Place]:
-        """Yield the places drawn for a thing; those beyond a wall are brought back to it."""
+        """Yield the places drawn for a robot or task; places outside are moved to the wall."""
         if section.placement == "points":
             yield self._held(self._given(section.points[i]), margin)
             return
@@ -151,7 +151,7 @@ class World:
         return x, y
 
     def _lattice(self, count: int) -> list[Place]:
-        """Return places side by side on a square lattice, spread over all of it, in random order."""
+        """Return places on a square lattice over the whole arena, in random order."""
         step = 2 * self.radius
         columns, rows = self.size[0] // step, self.size[1] // step
         order = shuffle(count, lambda k: philox(self._seed, self._run, 0, k, SITE)[0])

@@ -29,41 +29,42 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from feasibee.strategies.contract import Inbox, Mind, Strategy, sent
+from feasibee.robot.knowledge import Knowledge
+from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Strategy, Thing, sent
 
 NONE = -1
 
 
 class Message(NamedTuple):
-    """What a robot broadcasts, beside its id."""
+    """What a robot broadcasts in addition to its id."""
 
     opinion: int
-    """What is told: 1 feasible, 0 infeasible."""
+    """The opinion: 1 feasible, 0 infeasible."""
     value: int = 0
-    """A number that some strategies send, at the width of their ``value_bits``."""
+    """The value as a whole number of ``value_bits`` bits; 0 if the strategy sends none."""
     committed: bool = False
     """Whether the sender has committed to its opinion."""
-    knowledge: Any = None
-    """What some strategies pass on."""
+    knowledge: tuple[int, ...] = ()
+    """The words of the message, if the strategy passes on knowledge."""
 
 
 class Commit(NamedTuple):
-    """When a robot commits for good to what it decided."""
+    """The rule by which a robot commits to its opinion for good (model.md 6.14)."""
 
     quorum: Fraction
-    """The least share of its inbox that must agree,"""
+    """Least share of the inbox that must agree with the opinion."""
     rounds: int
-    """in as many decisions running,"""
+    """Number of successive decisions with such an inbox."""
     heard: int
-    """each upon as many messages."""
+    """Least number of messages in such an inbox."""
 
 
 class Controller:
-    """One robot's mind (model.md 4).
+    """The controller of one robot (model.md 4).
 
     Parameters
     ----------
@@ -101,7 +102,9 @@ class Controller:
         For unlike robots and tasks: what each class of robots and each class of tasks adds to the two sides
         of a set of skills; by default all robots against all tasks.
     me : tuple of int
-        Its id, class and 32-bit mark, for strategies that pass on knowledge.
+        Its id, class and hash (32 random bits), for strategies that pass on knowledge.
+    setting : Setting, optional
+        The numbers that strategies that pass on knowledge need.
     """
 
     def __init__(
@@ -124,6 +127,7 @@ class Controller:
         stubborn: bool = False,
         sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
         me: tuple[int, int, int] = (0, 0, 0),
+        setting: Setting | None = None,
     ) -> None:
         self.strategy = strategy
         self.opinion = NONE if strategy.starts_neutral else opinion
@@ -142,9 +146,13 @@ class Controller:
         self.explorations = 0
         self.feasible_quality = 0.5
         classes = (len(sets[0][0]), len(sets[0][1]))
-        self.knowledge: Any = strategy.knowledge(me, classes) if strategy.knowledge else None
         self._parameters = list(strategy.parameters.values() if parameters is None else parameters)
         self._memory = [0.0] * strategy.memory
+        self.knowledge: Knowledge | None = None
+        if strategy.knowledge:
+            if setting is None:
+                raise TypeError(f"{strategy.name} passes on knowledge: give the controller a setting")
+            self.knowledge = Knowledge(strategy, Me(*me, 0, self._memory, setting))
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice
@@ -153,10 +161,10 @@ class Controller:
         self._explore()
 
     def message(self) -> Message | None:
-        """Return what to broadcast in this step; None while it explores or has nothing to say."""
+        """Return the message of this step, None while exploring or silent; call it once per step."""
         if not self.disseminating or self._said == NONE:
             return None
-        knowledge = self.knowledge.message() if self.knowledge else None
+        knowledge = self.knowledge.message() if self.knowledge else ()
         return Message(self._said, self._value, self.committed, knowledge)
 
     @property
@@ -167,24 +175,21 @@ class Controller:
         return self.disseminating and not 0 < self.listens_for < self.phase_left
 
     def observe(self, robots: int | Sequence[int], tasks: int | Sequence[int]) -> None:
-        """Count robots and tasks in sight, by class if there are several, if exploring (model.md 4.2)."""
+        """Count robots and tasks in sight while exploring, by class if there are several (model.md 4.2)."""
         if not self.disseminating:
             for seen, new in ((self.robots_seen, robots), (self.tasks_seen, tasks)):
                 for kind, number in enumerate([new] if isinstance(new, int) else new):
                     seen[kind] += number
 
-    def recognise(self, robots: Sequence[Sequence[int]], tasks: Sequence[Sequence[int]]) -> None:
-        """Tell the things in sight by id, class and mark, for a strategy that passes on knowledge."""
-        if not self.disseminating:
-            for robot in robots:
-                self.knowledge.see_robot(*robot)
-            for task in tasks:
-                self.knowledge.see_task(*task)
+    def recognise(self, things: Iterable[Thing]) -> None:
+        """Add robots and tasks in sight to the knowledge while exploring (model.md 6.11)."""
+        if self.knowledge and not self.disseminating:
+            self.knowledge.observe(things)
 
     def hear(self, sender: int, message: Message) -> None:
         """Keep a message: the latest of each sender, or every one (model.md 4.5)."""
         if self.knowledge:
-            self.knowledge.merge(message.knowledge)
+            self.knowledge.merge(message.knowledge, sender)
         if self.every_message:
             self._messages.append(message)
             return
@@ -194,7 +199,7 @@ class Controller:
             self._latest.pop(next(iter(self._latest)))
 
     def end_step(self) -> None:
-        """Let the time of one step pass; a phase that ends makes its transition (model.md 3.3)."""
+        """End a step; if its phase ends, the robot changes phase (model.md 3.3)."""
         self.phase_left -= 1
         if self.phase_left == 0:
             if self.disseminating:
@@ -202,9 +207,11 @@ class Controller:
                 self._explore()
             else:
                 self._disseminate()
+        if self.knowledge:
+            self.knowledge.end_step()
 
     def _explore(self) -> None:
-        """Start afresh: an empty inbox, and no counts unless evidence is kept (model.md 4.2, 4.6)."""
+        """Begin exploring: empty the inbox; reset the counts if the strategy forgets (model.md 4.2, 4.6)."""
         self.disseminating = False
         self.explorations += 1
         if self.strategy.forgets:
@@ -215,7 +222,7 @@ class Controller:
         self.phase_left = self._draw_duration(self.exploration)
 
     def _disseminate(self) -> None:
-        """Rate the own opinion, and broadcast for as long as that warrants (model.md 4.3, 4.4)."""
+        """Begin disseminating, for a time drawn by the quality of the opinion (model.md 4.3, 4.4)."""
         self._rate()
         self.disseminating = True
         mind = self._mind()
@@ -227,7 +234,7 @@ class Controller:
         self.phase_left = self.dissemination_floor + self._draw_duration(mean)
 
     def _rate(self) -> None:
-        """Find the quality of *feasible*: that of the scarcest skills (model.md 4.3, 6.7)."""
+        """Rate *feasible*: the least quality over the sets of skills (model.md 4.3, 6.7)."""
         robots, tasks = self.knowledge.counted() if self.knowledge else (self.robots_seen, self.tasks_seen)
         sides = [(_sum(robot, robots), _sum(task, tasks)) for robot, task in self.sets]
         observed = [pair for pair in sides if sum(pair) > 0] or [(0, 0)]
@@ -243,7 +250,7 @@ class Controller:
         return Mind(self.opinion, quality, self.feasible_quality, own_vote, self._memory, self._parameters)
 
     def _inbox(self) -> Inbox:
-        """Return the messages heard, one drawn of them and a chance."""
+        """Return the counts of the messages heard, one drawn message, and a chance."""
         chance, drawn = self._draw_choice()
         # The draw is among all those that say feasible, in the order of their senders, and then the others.
         senders = sorted(self._latest)
@@ -258,7 +265,7 @@ class Controller:
         return Inbox(feasible, len(votes) - feasible, heard.opinion, heard.value / one, mean, chance)
 
     def _decide(self) -> None:
-        """Follow the inbox, or what is known (model.md 4.6)."""
+        """Decide by the inbox or the knowledge (model.md 4.6)."""
         if self.knowledge:
             self._rate()
         inbox = self._inbox()
@@ -269,7 +276,7 @@ class Controller:
             self._consider_commitment(self.commit, inbox)
 
     def _consider_commitment(self, rule: Commit, inbox: Inbox) -> None:
-        """Commit if others have long agreed with the own opinion."""
+        """Commit if enough successive inboxes agreed with the robot's opinion (model.md 6.14)."""
         agreeing = {1: inbox.feasible_votes, 0: inbox.infeasible_votes}.get(self.opinion, 0)
         votes = inbox.feasible_votes + inbox.infeasible_votes
         agrees = self.opinion != NONE and votes >= rule.heard and agreeing >= rule.quorum * votes

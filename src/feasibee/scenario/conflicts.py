@@ -9,7 +9,8 @@ from typing import Any
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
-from feasibee.strategies.contract import Manifest
+from feasibee.scenario.setting import excess, setting_from
+from feasibee.strategies.contract import Manifest, Strategy
 
 Explicit = Mapping[str, Mapping[str, Any]]
 Places = Mapping[str, tuple[str, Sequence[int]]]
@@ -18,8 +19,6 @@ Fit = Callable[..., bool]
 SKILLS = 8
 UNIQUE_LIMIT = 4 * 2**30
 """Largest memory of unique observations of all robots of a swarm, in bytes."""
-KNOWLEDGE_LIMIT = 4 * 2**30
-"""Bytes of what all robots of a swarm know and tell, for strategies that pass on knowledge."""
 
 
 def conflicts(
@@ -59,8 +58,8 @@ def conflicts(
     yield from _arena_conflicts(explicit, places, fit)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
-        if fit("decision.strategy"):
-            yield from _knowledge_memory(explicit)
+        if fit("decision.strategy", "decision.parameters", "radio.id_bits"):
+            yield from _knowledge_memory(explicit, manifest_of(explicit["decision"]["strategy"]))
 
 
 def _swarm_conflicts(explicit: Explicit, given: Mapping[str, Any], fit: Fit) -> Iterator[Problem]:
@@ -190,34 +189,36 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
     if strategy.knowledge and fit("decision.quality_floor") and decision["quality_floor"] != 0:
         rule = f"{strategy.name} rates what the swarm knows, not the counts of one exploration"
         yield Problem("decision.quality_floor", decision["quality_floor"], rule, "leave it out")
-    by_name = strategy.name == "census" and explicit["radio"]["id_bits"] is not None
-    if by_name and fit("radio.id_bits", "robots.classes") and len(explicit["robots"]["classes"]) > 1:
-        rule = "lets robots of two classes have one id, of which a census can't tell the class"
-        yield Problem("radio.id_bits", explicit["radio"]["id_bits"], rule, "leave it out, or choose sketch")
-    for name in ("false_robots", "false_tasks"):
-        if strategy.name in ("census", "sketch") and fit(f"sensing.{name}") and sensing[name] != 0:
-            rule = f"{strategy.name} counts things by name, and what isn't there has none"
-            yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    if strategy.by_name:
+        for name in ("false_robots", "false_tasks"):
+            if fit(f"sensing.{name}") and sensing[name] != 0:
+                rule = f"{strategy.name} counts things by name, and what isn't there has none"
+                yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    says_no_lie = "encode" in strategy.functions and "lie" not in strategy.functions
+    if says_no_lie and fit("faults.byzantine") and explicit["faults"]["byzantine"] != 0:
+        rule = f"{strategy.name} has encode, but no function for a Byzantine robot's message"
+        remedy = "write def lie(message, feasible, me) in its file"
+        yield Problem("faults.byzantine", explicit["faults"]["byzantine"], rule, remedy)
 
 
-def _knowledge_memory(explicit: Explicit) -> Iterator[Problem]:
-    """Refuse swarms whose robots together know more than fits."""
-    strategy = explicit["decision"]["strategy"]
-    robots, tasks = total(explicit["robots"]), total(explicit["tasks"])
-    kinds = sum(max(1, len(explicit[section]["classes"])) for section in ("robots", "tasks"))
-    inventions = robots + tasks if explicit["faults"]["byzantine"] else 0
-    each = {
-        "tally": 4 * robots * kinds,
-        "estimate": 4 * robots * kinds,
-        "census": (robots + tasks + inventions) / 8,
-        "sketch": 4 * 128 * kinds,
-    }
-    needed = 2 * robots * each.get(strategy, 0)
-    if needed > KNOWLEDGE_LIMIT:
-        rule = (
-            f"what {robots} robots know would take {needed / 2**30:.0f} GiB, over {KNOWLEDGE_LIMIT // 2**30}"
-        )
-        yield Problem("decision.strategy", strategy, rule, "choose sketch or average, or fewer robots")
+def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Problem]:
+    """Find built-in strategies whose robots together know more than fits; a user's file isn't run here."""
+    if not isinstance(strategy, Strategy) or not strategy.knowledge or strategy.source:
+        return
+    functions: Any = strategy
+    setting = setting_from(
+        (total(explicit["robots"]), total(explicit["tasks"])),
+        (len(explicit["robots"]["classes"]), len(explicit["tasks"]["classes"])),
+        explicit["faults"]["byzantine"] != 0,
+        explicit["radio"]["id_bits"],
+        {**strategy.parameters, **explicit["decision"]["parameters"]}.values(),
+    )
+    words = functions.words(setting)
+    told = words if functions.message_words is None else functions.message_words(setting)
+    problem = excess(setting, words, told)
+    if problem:
+        remedy = "choose sketch or average, or fewer robots"
+        yield Problem("decision.strategy", strategy.name, problem, remedy)
 
 
 def _reaches(explicit: Explicit, fit: Any) -> Iterator[Problem]:

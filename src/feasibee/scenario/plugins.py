@@ -1,4 +1,4 @@
-"""Strategies of users, from files and other packages: found and read as text, without running any of it.
+"""Users' strategies, from files and other packages: found and parsed as text, without running them.
 
 What a file declares (its constants, and which functions it has) is taken from its syntax tree, so that a
 scenario that names it can be checked, printed and compared. It runs when something simulates it:
@@ -23,10 +23,18 @@ from typing import Any, Final, TypeGuard
 from feasibee.errors import FeasibeeError
 from feasibee.files import UnreadableError, read_text
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, REQUIRED, Manifest, Strategy
+from feasibee.strategies.contract import (
+    ARGUMENTS,
+    CONSTANTS,
+    KNOWLEDGE,
+    KNOWLEDGE_OPTIONS,
+    REQUIRED,
+    Manifest,
+    Strategy,
+)
 
 GROUP: Final = "feasibee.strategies"
-"""The entry points by which other packages register strategies."""
+"""Entry point group by which other packages register strategies."""
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
@@ -34,11 +42,12 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: _is_whole(value, 16)),
     "FORGETS": ("True or False", lambda value: isinstance(value, bool)),
     "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
+    "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
 }
 
 
 def manifest_of(name: str, source: str | None = None, trusted: bool = True) -> Manifest:
-    """Return what the strategy of a name declares; nothing of a user's file is run.
+    """Return the declarations of a strategy, by its name; a user's file is not run.
 
     Parameters
     ----------
@@ -155,7 +164,7 @@ def _read(path: str) -> str:
 
 @lru_cache(256)
 def _parsed(name: str, source: str) -> Manifest:
-    """Return what the text of a file declares."""
+    """Return the declarations in a file's text."""
     file = Path(name).name
     try:
         tree = ast.parse(source, file)
@@ -164,20 +173,20 @@ def _parsed(name: str, source: str) -> Manifest:
         raise FeasibeeError(f"{file}{line}: {type(error).__name__}: {error.args[0]}") from None
     _check_imports(tree, file)
     bound = dict(_bindings(tree))
-    if "Knowledge" in bound:
-        raise FeasibeeError(f"{file}: defines Knowledge; only built-in strategies pass on knowledge")
+    functions = frozenset(ARGUMENTS).intersection(bound)
     for function in ARGUMENTS:
         _check_function(function, bound.get(function), file)
+    _check_completeness(functions, file)
     constants = {
         field: _constant(constant, bound[constant], file)
         for constant, field in CONSTANTS.items()
         if constant in bound
     }
-    return Manifest(name=name, source=source, **constants)
+    return Manifest(name=name, source=source, functions=functions, **constants)
 
 
 def _check_imports(tree: ast.Module, file: str) -> None:
-    """Raise an error for an import that would make runs differ, or not compile.
+    """Raise an error for an import of anything but `ALLOWED`, which could make runs differ.
 
     This isn't a sandbox: it keeps strategies reproducible, and a file that is run can do what its user can.
     """
@@ -195,7 +204,7 @@ def _check_imports(tree: ast.Module, file: str) -> None:
 
 
 def _bindings(tree: ast.Module) -> list[tuple[str, ast.AST]]:
-    """Return which names the file binds at its top level, and by which statement; the last one counts."""
+    """Return the names bound at the file's top level, each with its statement; the last one counts."""
     found: list[tuple[str, ast.AST]] = []
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
@@ -212,14 +221,29 @@ def _is_bound(node: ast.AST) -> TypeGuard[ast.Name]:
     return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
 
 
+def _check_completeness(functions: frozenset[str], file: str) -> None:
+    """Raise an error if a function is missing: one of all strategies', or one of those for knowledge."""
+    for name in REQUIRED:
+        if name not in functions:
+            raise FeasibeeError(f"{file}: has no function {name}; {_wanted(name)}")
+    first = next((name for name in (*KNOWLEDGE, *KNOWLEDGE_OPTIONS) if name in functions), None)
+    missing = next((name for name in KNOWLEDGE if name not in functions), None)
+    if first and missing:
+        rule = f"has {first}, by which robots pass on knowledge, but no function {missing}"
+        raise FeasibeeError(f"{file}: {rule}; {_wanted(missing)}")
+    if "message_words" in functions and "encode" not in functions:
+        raise FeasibeeError(f"{file}: has message_words, but no function encode; {_wanted('encode')}")
+
+
+def _wanted(name: str) -> str:
+    return f"write def {name}({', '.join(ARGUMENTS[name])})"
+
+
 def _check_function(name: str, node: ast.AST | None, file: str) -> None:
-    """Raise an error unless the file defines a function with the right number of arguments, if it must."""
-    arguments = ARGUMENTS[name]
-    wanted = f"write def {name}({', '.join(arguments)})"
+    """Raise an error if the file defines a function as something else, or with other arguments."""
     if node is None:
-        if name in REQUIRED:
-            raise FeasibeeError(f"{file}: has no function {name}; {wanted}")
         return
+    arguments, wanted = ARGUMENTS[name], _wanted(name)
     if not isinstance(node, ast.FunctionDef) or node.decorator_list:
         raise FeasibeeError(f"{file}, line {_line(node)}: {name} isn't a plain function; {wanted}")
     given = node.args
@@ -229,7 +253,7 @@ def _check_function(name: str, node: ast.AST | None, file: str) -> None:
 
 
 def _constant(name: str, node: ast.AST, file: str) -> Any:
-    """Return the value that a file gives a constant, which must be written out there."""
+    """Return a constant's value, which must be written out in the file."""
     rule, holds = RULES[name]
     value = getattr(node, "value", None)
     try:

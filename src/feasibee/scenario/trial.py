@@ -1,4 +1,4 @@
-"""The functions of a user's strategy: run once from the text, tried, and checked in every later call."""
+"""A user's strategy: its text is run once, its functions are tried, and each later call is checked."""
 
 from __future__ import annotations
 
@@ -13,10 +13,23 @@ from types import ModuleType
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import LONGEST
-from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, Inbox, Manifest, Mind, Strategy
+from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST
+from feasibee.scenario.setting import WORDS_LIMIT, setting_from
+from feasibee.strategies.contract import (
+    ARGUMENTS,
+    CONSTANTS,
+    Inbox,
+    Manifest,
+    Me,
+    Mind,
+    Setting,
+    Strategy,
+    Thing,
+    Words,
+)
 
 OPINIONS: Final = "must be 1, 0, or -1 for none"
+ROWS: Final = "must return nothing: it writes into"
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "quality": ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
     "dissemination": (
@@ -26,11 +39,26 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "decide": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     "say": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     "value": ("must be a number", lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
+    "words": (
+        f"must be a whole number from 1 to {WORDS_LIMIT}",
+        lambda value: _is_whole(value, WORDS_LIMIT) and value > 0,
+    ),
+    "message_words": (
+        f"must be a whole number from 0 to {WORDS_LIMIT}",
+        lambda value: _is_whole(value, WORDS_LIMIT),
+    ),
+    "start": (f"{ROWS} known", lambda value: value is None),
+    "observe": (f"{ROWS} known", lambda value: value is None),
+    "encode": (f"{ROWS} message", lambda value: value is None),
+    "lie": (f"{ROWS} message", lambda value: value is None),
+    "merge": (f"{ROWS} known", lambda value: value is None),
+    "count": (f"{ROWS} counts", lambda value: value is None),
+    "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: _is_whole(value, BITS_LIMIT)),
 }
 """What each function must return."""
 FAILURES: Final = (Exception, SystemExit)
 SHOWN: Final = 300
-"""Characters of the arguments that an error shows."""
+"""Number of characters of arguments and values that an error shows."""
 
 
 def tried(manifest: Manifest) -> Strategy:
@@ -47,13 +75,17 @@ def tried(manifest: Manifest) -> Strategy:
         name: _checked(getattr(module, name), name, file) for name in ARGUMENTS if hasattr(module, name)
     }
     declared: dict[str, Any] = {field: getattr(manifest, field) for field in CONSTANTS.values()}
-    strategy = Strategy(name=manifest.name, source=manifest.source, **declared, **functions)
+    strategy = Strategy(
+        name=manifest.name, source=manifest.source, functions=frozenset(functions), **declared, **functions
+    )
     _try(strategy)
+    if strategy.knowledge:
+        _try_knowledge(strategy)
     return strategy
 
 
 def own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
-    """Return a function as the user wrote it, without our check around it, or the default."""
+    """Return a function as the user wrote it, without the check around it, or the default."""
     function: Callable[..., Any] = getattr(strategy, name)
     return getattr(function, "__wrapped__", function)
 
@@ -75,7 +107,7 @@ def _executed(manifest: Manifest, file: str) -> ModuleType:
 
 
 def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
-    """Return a function that raises an error in a line for what it can't return."""
+    """Return a function that checks what the user's function returns, and names its line in errors."""
     if not isinstance(function, type(_checked)):
         raise FeasibeeError(f"{file}: {name} isn't a plain function; write def {name}(...)")
     rule, holds = RULES[name]
@@ -92,13 +124,19 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
             line = function.__code__.co_firstlineno
             shown = repr(result)[:SHOWN]
             raise FeasibeeError(f"{file}, line {line}: {_call(name, arguments)} returns {shown}; {rule}")
+        if name == "count" and not all(_is_whole(each, COUNT_LIMIT) for each in arguments[1]):
+            line, written = function.__code__.co_firstlineno, repr(list(arguments[1]))[:SHOWN]
+            raise FeasibeeError(
+                f"{file}, line {line}: count writes {written} into counts; "
+                f"must be whole numbers from 0 to {COUNT_LIMIT}"
+            )
         return result
 
     return call
 
 
 def _try(strategy: Strategy) -> None:
-    """Call the functions as a simulation does: with nothing seen or heard, little, and much."""
+    """Call the functions with arguments as in a simulation: nothing, little and much seen and heard."""
     counts = ((0, 0), (0, 1), (1, 0), (3, 2), (5, 2), (1000, 3), (3, 1000), (1000, 1000))
     rated = sorted({strategy.quality(*seen) for seen in counts})
     for quality, gain in product({0.5, *rated, *(1.0 - each for each in rated)}, (1e-3, 10.0, 1e6)):
@@ -118,6 +156,53 @@ def _try(strategy: Strategy) -> None:
             strategy.decide(mind, inbox)
 
 
+def _try_knowledge(strategy: Strategy) -> None:
+    """Call the functions for knowledge: without and with classes, for honest and Byzantine robots."""
+    functions: Any = strategy
+    parameters = strategy.parameters.values()
+    for counts, classes, liars in (((3, 4), (0, 0), False), ((4, 2), (2, 3), True), ((1, 0), (0, 0), True)):
+        setting = setting_from(counts, classes, liars, None, parameters)
+        for number in sorted({0, setting.robots - 1}):
+            kind, memory = setting.robot_classes - 1, [0.0] * strategy.memory
+            me = Me(number, kind, 2**32 - 1 - number, 0, memory, setting)
+            known, messages = _said_by(functions, me)
+            for message in messages:
+                functions.bits(message, me)
+                functions.merge(known, message, 0, me._replace(step=1000))
+            numbers = [0] * (setting.robot_classes + setting.task_classes)
+            functions.count(tuple(known), numbers, me)
+            strategy.quality(sum(numbers[: setting.robot_classes]), sum(numbers[setting.robot_classes :]))
+
+
+def _said_by(functions: Any, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
+    """Return the knowledge of a robot that has seen everything, and its messages, true and false."""
+    setting = me.setting
+    known = Words([0] * functions.words(setting))
+    told = len(known) if functions.message_words is None else functions.message_words(setting)
+    if functions.start is not None:
+        functions.start(known, me)
+    for thing in _things(setting, false=not functions.by_name):
+        functions.observe(known, thing, me)
+    message = Words(known)
+    if functions.encode is not None:
+        message = Words([0] * told)
+        functions.encode(message, known, me)
+    messages = [tuple(message)]
+    if functions.lie is not None and setting.robot_ids > setting.robots:
+        for feasible in (1, 0):
+            message = Words(messages[0])
+            functions.lie(message, feasible, me)
+            messages.append(tuple(message))
+    return known, messages
+
+
+def _things(setting: Setting, false: bool) -> list[Thing]:
+    """Return the robots and tasks that can be seen or invented, and one of each that isn't there."""
+    robots = [Thing(True, k, k % setting.robot_classes, 2**32 - 1 - 77 * k) for k in range(setting.robot_ids)]
+    tasks = [Thing(False, k, k % setting.task_classes, 2**31 + 128 * k) for k in range(setting.task_ids)]
+    return [*robots, *tasks, *([Thing(True, -1, 0, 0), Thing(False, -1, 0, 0)] if false else [])]
+
+
 def _mind(strategy: Strategy, opinion: int, quality: float, feasible_quality: float, own_vote: int) -> Mind:
     parameters = [float(number) for number in strategy.parameters.values()]
     return Mind(opinion, quality, feasible_quality, own_vote, [0.0] * strategy.memory, parameters)
@@ -125,6 +210,10 @@ def _mind(strategy: Strategy, opinion: int, quality: float, feasible_quality: fl
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and abs(value) < 1e300  # what is larger overflows sooner or later
+
+
+def _is_whole(value: Any, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
 
 
 def _call(name: str, arguments: tuple[Any, ...]) -> str:

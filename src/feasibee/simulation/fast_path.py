@@ -37,7 +37,7 @@ FAST_PATH_FIELDS: Final = frozenset(
 
 FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
     "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],
-    "decision.strategy": lambda scenario: scenario.manifest.knowledge is None,
+    "decision.strategy": lambda scenario: not scenario.manifest.knowledge,
     "decision.listen": lambda scenario: scenario.decision.listen in ("always", "dissemination"),
 }
 """Conditions on the values of some of these fields."""

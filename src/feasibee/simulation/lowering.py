@@ -17,7 +17,7 @@ from feasibee.engine.params import (
     DecisionParams,
     FaultParams,
     Grid,
-    Knowledge,
+    KnowledgeParams,
     Lie,
     Params,
     Placement,
@@ -34,16 +34,11 @@ from feasibee.engine.params import (
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.setting import knowledge_words, setting_of
 from feasibee.simulation.fast_path import takes_fast_path
 from feasibee.strategies import contract
 
 TURN = 2**32
-KNOWLEDGE = {
-    "tally": Knowledge.TALLY,
-    "estimate": Knowledge.TALLY,
-    "census": Knowledge.CENSUS,
-    "sketch": Knowledge.SKETCH,
-}
 
 
 def lower(scenario: Scenario, seed: int) -> Lowered:
@@ -153,8 +148,21 @@ def _strategy(scenario: Scenario) -> StrategyParams:
         starts_neutral=strategy.starts_neutral,
         says=strategy.say is not contract.say,
         value_scale=float(2**strategy.value_bits - 1),
-        knowledge=KNOWLEDGE[strategy.name] if strategy.knowledge else Knowledge.NONE,
-        estimates=strategy.name == "estimate",
+        knowledge=_knowledge(scenario),
+    )
+
+
+def _knowledge(scenario: Scenario) -> KnowledgeParams:
+    setting = setting_of(scenario)
+    enabled = scenario.strategy.knowledge
+    words, message_words = knowledge_words(scenario.strategy, setting) if enabled else (0, 0)
+    return KnowledgeParams(
+        enabled=enabled,
+        words=words,
+        message_words=message_words,
+        robot_ids=setting.robot_ids,
+        task_ids=setting.task_ids,
+        task_classes=setting.task_classes,
     )
 
 

@@ -5,6 +5,8 @@ what it sees when it explores, broadcasts both sets for g steps on average, and 
 hears. At the end of each dissemination it decides on their sizes: feasible if robots >= tasks, for every
 set of skills. Nothing is counted twice, so that the answer is exact once the sets are complete.
 
+A Byzantine robot adds as many robots as there are tasks, or one task more than there are robots.
+
 Message: for each robot known 1 bit and its id, for each task 1 bit and its position in 32 bits, with classes
 also theirs, and 1 bit at the end of either list. Memory: the same.
 
@@ -13,7 +15,10 @@ References
 Our own; sets that only grow merge in any order (Shapiro et al., "Conflict-free replicated data types", 2011).
 """
 
+BY_NAME = True
 POSITION_BITS = 32
+MEMBERS = 31
+"""Number of a set's members in a word."""
 
 
 def quality(robots_known, tasks_known):
@@ -33,53 +38,53 @@ def decide(mind, inbox):
     return 1 if mind.feasible_quality >= 0.5 else 0
 
 
-class Knowledge:
-    """Robots and tasks by name, each with its class.
+def words(setting):
+    """Return the size of all sets: one of ids for each class of robots, and then of tasks."""
+    robots = setting.robot_classes * ((setting.robot_ids + MEMBERS - 1) // MEMBERS)
+    return robots + setting.task_classes * ((setting.task_ids + MEMBERS - 1) // MEMBERS)
 
-    Parameters
-    ----------
-    me : tuple of int
-        Own id, class, and 32-bit mark.
-    classes : tuple of int
-        How many classes of robots and of tasks there are.
-    """
 
-    def __init__(self, me, classes):
-        self.classes = classes
-        self.robots = {(me[0], me[1])}
-        self.tasks = set()
+def start(known, me):
+    """Note the robot itself."""
+    first = me.kind * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS)
+    known[first + me.id // MEMBERS] |= 1 << (me.id % MEMBERS)
 
-    def see_robot(self, robot, kind, mark):
-        """Note a robot in sight."""
-        self.robots.add((robot, kind))
 
-    def see_task(self, task, kind, mark):
-        """Note a task in sight."""
-        self.tasks.add((task, kind))
+def observe(known, thing, me):
+    """Note a robot or task in sight."""
+    robot_words = (me.setting.robot_ids + MEMBERS - 1) // MEMBERS
+    if thing.is_robot:
+        first = thing.kind * robot_words
+    else:
+        first = me.setting.robot_classes * robot_words
+        first += thing.kind * ((me.setting.task_ids + MEMBERS - 1) // MEMBERS)
+    known[first + thing.id // MEMBERS] |= 1 << (thing.id % MEMBERS)
 
-    def message(self):
-        """Return what to broadcast."""
-        return frozenset(self.robots), frozenset(self.tasks)
 
-    def lie(self, feasible, phantoms):
-        """Return what a liar broadcasts: robots, or tasks, that there aren't, as well."""
-        robots, tasks = self.message()
-        invented = {(name, 0) for name, _ in phantoms}
-        return (robots | invented, tasks) if feasible else (robots, tasks | invented)
+def merge(known, message, sender, me):
+    """Unite the sets."""
+    for k in range(len(known)):
+        known[k] |= message[k]
 
-    def merge(self, message):
-        """Take in what was heard."""
-        self.robots |= message[0]
-        self.tasks |= message[1]
 
-    def counted(self):
-        """Return how many robots and tasks are known, by class."""
-        robots = [sum(kind == k for _, kind in self.robots) for k in range(self.classes[0])]
-        tasks = [sum(kind == k for _, kind in self.tasks) for k in range(self.classes[1])]
-        return robots, tasks
+def count(known, counts, me):
+    """Count the members of each set."""
+    word = 0
+    for k in range(len(counts)):
+        ids = me.setting.robot_ids if k < me.setting.robot_classes else me.setting.task_ids
+        for _ in range((ids + MEMBERS - 1) // MEMBERS):
+            counts[k] += known[word].bit_count()
+            word += 1
 
-    def bits(self, message, id_bits):
-        """Return the length of a message."""
-        robot_bits = 1 + id_bits + (self.classes[0] - 1).bit_length()
-        task_bits = 1 + POSITION_BITS + (self.classes[1] - 1).bit_length()
-        return len(message[0]) * robot_bits + 1 + len(message[1]) * task_bits + 1
+
+def bits(message, me):
+    """Return the length of all sets."""
+    robot_words = me.setting.robot_classes * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS)
+    robots, tasks = 0, 0
+    for k in range(robot_words):
+        robots += message[k].bit_count()
+    for k in range(robot_words, len(message)):
+        tasks += message[k].bit_count()
+    robot_bits = 1 + me.setting.id_bits + (me.setting.robot_classes - 1).bit_length()
+    task_bits = 1 + POSITION_BITS + (me.setting.task_classes - 1).bit_length()
+    return robots * robot_bits + 1 + tasks * task_bits + 1

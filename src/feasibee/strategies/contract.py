@@ -1,14 +1,34 @@
-"""What a strategy is: a few plain functions, the same file in the engine, in the reference and on a robot.
+"""The contract of a strategy: plain functions, the same file in the engine, in the reference and on a robot.
 
 A strategy's file must define ``quality``, ``dissemination`` and ``decide``. It may define ``say`` and
-``value``, and the constants ``PARAMETERS``, ``MEMORY``, ``VALUE_BITS``, ``FORGETS`` and ``STARTS_NEUTRAL``:
-see `Strategy`. The functions use numbers and ``math`` only, since the engine compiles them.
+``value``, and the constants of `CONSTANTS`: see `Strategy`. The functions use numbers and ``math`` only,
+since the engine compiles them.
+
+Knowledge
+---------
+Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
+strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
+``message_words``, ``start``, ``encode`` and ``lie``: see `Strategy`. A robot's knowledge is a row of `Words`,
+0 at the start.
+In each step, in this order:
+
+1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
+   it knows. The message of a Byzantine robot then passes through ``lie(message, feasible, me)``. The
+   length of the message is ``bits(message, me)``.
+2. Each robot that explores calls ``observe(known, thing, me)`` once per robot and task that it sees.
+3. Each robot that listens calls ``merge(known, message, sender, me)`` once per message received.
+4. Each robot whose phase ends calls ``count(known, counts, me)``; ``quality`` then rates the counts.
+
+So a robot passes on what it learns in a step from the next step on. Without ``lie`` a Byzantine robot
+invents things: each is given to ``observe``, with the message in place of the knowledge. It invents as many
+robots as there are tasks, or one task more than there are robots.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from operator import index
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
@@ -18,15 +38,30 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "decide": ("mind", "inbox"),
     "say": ("mind",),
     "value": ("mind",),
+    "words": ("setting",),
+    "message_words": ("setting",),
+    "start": ("known", "me"),
+    "observe": ("known", "thing", "me"),
+    "encode": ("message", "known", "me"),
+    "lie": ("message", "feasible", "me"),
+    "merge": ("known", "message", "sender", "me"),
+    "count": ("known", "counts", "me"),
+    "bits": ("message", "me"),
 }
 """The functions of a strategy's file, and the arguments of each."""
 REQUIRED: Final = ("quality", "dissemination", "decide")
+"""The functions that every strategy's file defines."""
+KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
+"""The functions that a file must define in addition if its robots pass on knowledge."""
+KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie")
+"""The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
     "MEMORY": "memory",
     "VALUE_BITS": "value_bits",
     "FORGETS": "forgets",
     "STARTS_NEUTRAL": "starts_neutral",
+    "BY_NAME": "by_name",
 }
 """The constants of a strategy's file, and the fields of `Manifest` that hold them."""
 
@@ -65,6 +100,76 @@ class Inbox(NamedTuple):
     """A random number, 0 <= chance < 1, for what the strategy leaves to chance."""
 
 
+class Setting(NamedTuple):
+    """The numbers of a scenario on which the size and the meaning of knowledge may depend."""
+
+    robots: int
+    """Number of robots; their ids are below it."""
+    tasks: int
+    """Number of tasks; their ids are below it. For the size of rows: a real robot doesn't know it."""
+    robot_ids: int
+    """Number of ids of robots, those that Byzantine robots invent included."""
+    task_ids: int
+    """Number of ids of tasks, those that Byzantine robots invent included."""
+    robot_classes: int
+    """Number of classes of robots, at least 1."""
+    task_classes: int
+    """Number of classes of tasks, at least 1."""
+    id_bits: int
+    """Length of a robot's id in a message, in bits."""
+    parameters: Any
+    """The values of ``PARAMETERS``, floats in their order."""
+
+
+class Me(NamedTuple):
+    """The robot whose knowledge a function is given."""
+
+    id: int
+    """Its id; with ``radio.id_bits`` two robots may have the same."""
+    kind: int
+    """Number of its class, 0 for the first."""
+    hash: int
+    """32 random bits, the same for all who see a robot of this id."""
+    step: int
+    """Number of steps that have passed before this one, by its own clock."""
+    memory: Any
+    """As many floats as ``MEMORY`` says: the same as `Mind.memory`."""
+    setting: Setting
+    """The numbers of the scenario."""
+
+
+class Thing(NamedTuple):
+    """A robot or a task that a robot sees."""
+
+    is_robot: bool
+    """Whether it is a robot."""
+    id: int
+    """Below `Setting.robot_ids` or `Setting.task_ids`; -1 for a false sighting."""
+    kind: int
+    """Number of its class, among those of robots or among those of tasks."""
+    hash: int
+    """32 random bits, the same for all who see it; 0 for a false sighting."""
+
+
+class Words(list[int]):
+    """A row of words in Python: whole numbers from -2**31 to 2**31 - 1, which wrap as in the engine."""
+
+    def __setitem__(self, place: Any, value: Any) -> None:
+        """Set a word, or a stretch of words to as many others."""
+        if isinstance(place, slice):
+            words = list(map(_wrapped, value))
+            if len(words) != len(self[place]):
+                raise ValueError(f"{len(words)} words don't fit {len(self[place])}")
+            super().__setitem__(place, words)
+        else:
+            super().__setitem__(place, _wrapped(value))
+
+
+def _wrapped(value: Any) -> int:
+    """Return a whole number as a word; other numbers are a TypeError."""
+    return (index(value) + 2**31) % 2**32 - 2**31
+
+
 def say(mind: Mind) -> int:
     """Return the opinion to tell: the robot's own."""
     return mind.opinion
@@ -86,15 +191,17 @@ class Manifest:
     parameters : mapping of str to float
         ``PARAMETERS``, with their defaults; a scenario changes them in ``[decision.parameters]``.
     memory : int
-        ``MEMORY``: how many floats a robot keeps.
+        ``MEMORY``: number of floats that a robot keeps.
     value_bits : int
-        ``VALUE_BITS``: at how many bits the value is sent; 0: messages have none.
+        ``VALUE_BITS``: length of the value in a message, in bits; 0: messages have none.
     forgets : bool
         ``FORGETS``: whether each exploration counts afresh.
     starts_neutral : bool
         ``STARTS_NEUTRAL``: whether robots start without an opinion.
-    knowledge : type, optional
-        ``Knowledge``: what robots pass on in addition to opinions (built-in strategies only).
+    by_name : bool
+        ``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing.
+    functions : frozenset of str
+        The functions of `ARGUMENTS` that the file defines.
     source : str
         The text of a user's file; it is part of a scenario's hash. Built-in strategies have none here.
     trusted : bool
@@ -107,7 +214,8 @@ class Manifest:
     value_bits: int = 0
     forgets: bool = True
     starts_neutral: bool = False
-    knowledge: Any = None
+    by_name: bool = False
+    functions: frozenset[str] = frozenset()
     source: str = ""
     trusted: bool = True
 
@@ -117,10 +225,17 @@ class Manifest:
     def __hash__(self) -> int:
         return hash((self.name, self.source))
 
+    @property
+    def knowledge(self) -> bool:
+        """Whether robots pass on knowledge in addition to opinions."""
+        return "merge" in self.functions
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strategy(Manifest):
     """How opinions are rated, told and chosen: a manifest with its functions.
+
+    The functions from ``words`` on are those of a strategy that passes on knowledge; others have None.
 
     Parameters
     ----------
@@ -135,6 +250,28 @@ class Strategy(Manifest):
         ``say(mind)``: what to tell for the whole dissemination, 1 or 0, or -1 to be silent.
     value : callable, optional
         ``value(mind)``: a number from 0 to 1 to tell with it, near 1 if it speaks for *feasible*.
+    words : callable
+        ``words(setting)``: number of words that a robot's knowledge takes. Called before a run, never in it.
+    message_words : callable, optional
+        ``message_words(setting)``: number of words that a message takes; by default as many as knowledge.
+    start : callable, optional
+        ``start(known, me)``: write what a robot knows at step 0; by default nothing.
+    observe : callable
+        ``observe(known, thing, me)``: add a robot or task in sight to what is known.
+    encode : callable, optional
+        ``encode(message, known, me)``: write the message, once per step while disseminating. It may change
+        what is known, such as whose turn it is. By default a copy of what is known.
+    lie : callable, optional
+        ``lie(message, feasible, me)``: change a Byzantine robot's message so that it speaks for *feasible*
+        (1) or *infeasible* (0). A file with ``encode`` needs it if robots are Byzantine.
+    merge : callable
+        ``merge(known, message, sender, me)``: add what a message says; ``sender`` is the id of the
+        neighbour that sent it. The message can't be changed.
+    count : callable
+        ``count(known, counts, me)``: write the numbers of robots and then of tasks, by class, whole and at
+        least 0, into ``counts``, which is all 0. Only their ratio matters to most rules of ``quality``.
+    bits : callable
+        ``bits(message, me)``: exact length of a message, in bits.
     """
 
     quality: Callable[[int, int], float]
@@ -142,13 +279,22 @@ class Strategy(Manifest):
     decide: Callable[[Mind, Inbox], int]
     say: Callable[[Mind], int] = say
     value: Callable[[Mind], float] = value
+    words: Callable[[Setting], int] | None = None
+    message_words: Callable[[Setting], int] | None = None
+    start: Callable[[Any, Me], None] | None = None
+    observe: Callable[[Any, Thing, Me], None] | None = None
+    encode: Callable[[Any, Any, Me], None] | None = None
+    lie: Callable[[Any, int, Me], None] | None = None
+    merge: Callable[[Any, Any, int, Me], None] | None = None
+    count: Callable[[Any, Any, Me], None] | None = None
+    bits: Callable[[Any, Me], int] | None = None
 
 
 def strategy_of_module(name: str, module: ModuleType) -> Strategy:
     """Return the strategy that an imported module of this package defines."""
     functions = {each: getattr(module, each) for each in ARGUMENTS if hasattr(module, each)}
     constants = {field: getattr(module, each) for each, field in CONSTANTS.items() if hasattr(module, each)}
-    return Strategy(name=name, knowledge=getattr(module, "Knowledge", None), **functions, **constants)
+    return Strategy(name=name, functions=frozenset(functions), **functions, **constants)
 
 
 def sent(value: float, bits: int) -> int:

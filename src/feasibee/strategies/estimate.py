@@ -19,13 +19,23 @@ from feasibee.strategies import tally
 quality = tally.quality
 dissemination = tally.dissemination
 decide = tally.decide
+words = tally.words
+observe = tally.observe
+lie = tally.lie
+merge = tally.merge
+bits = tally.bits
 
 
-class Knowledge(tally.Knowledge):
-    """The table of a tally, and both sides of the comparison made of it."""
-
-    def counted(self):
-        """Return the sums, times 2k + 1 for robots and 2k - 2 for tasks, by class."""
-        robots, tasks = super().counted()
-        known = len(self.totals)
-        return [(2 * known + 1) * each for each in robots], [(2 * known - 2) * each for each in tasks]
+def count(known, counts, me):
+    """Sum up all rows, times 2k + 1 for robots and 2k - 2 for tasks: both sides of the comparison."""
+    classes = len(counts)
+    rows = 0
+    for first in range(0, len(known), classes):
+        row = 0
+        for k in range(classes):
+            counts[k] += known[first + k]
+            row = max(row, known[first + k])
+        if row > 0:
+            rows += 1
+    for k in range(classes):
+        counts[k] *= 2 * rows + 1 if k < me.setting.robot_classes else max(0, 2 * rows - 2)

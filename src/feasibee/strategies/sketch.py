@@ -7,6 +7,8 @@ by register. At the end of each dissemination the robot decides on the estimated
 >= tasks, for every set of skills. The error is about 1.04 / sqrt(128) = 9 % of a large set, less of one
 smaller than 128.
 
+A Byzantine robot notes as many invented robots as there are tasks, or invented tasks, one more than robots.
+
 Message: 512 bits a class of robots or tasks, so 1,024 in all without classes. Memory: the same.
 
 References
@@ -19,107 +21,94 @@ import math
 
 from feasibee.strategies import census
 
+BY_NAME = True
 REGISTERS = 128
 TOP = 15
-
 
 quality = census.quality
 dissemination = census.dissemination
 decide = census.decide
 
 
-class Knowledge:
-    """A sketch of each class of robots, and then of tasks.
-
-    Parameters
-    ----------
-    me : tuple of int
-        Own id, class, and 32-bit mark.
-    classes : tuple of int
-        How many classes of robots and of tasks there are.
-    """
-
-    def __init__(self, me, classes):
-        self.classes = classes
-        self.registers = [[0] * REGISTERS for _ in range(sum(classes))]
-        self.see_robot(*me)
-
-    def see_robot(self, robot, kind, mark):
-        """Note a robot in sight; ``mark`` is a hash of its id, 32 random bits."""
-        _note(self.registers[kind], mark)
-
-    def see_task(self, task, kind, mark):
-        """Note a task in sight; ``mark`` is a hash of its position."""
-        _note(self.registers[self.classes[0] + kind], mark)
-
-    def message(self):
-        """Return what to broadcast."""
-        return [list(each) for each in self.registers]
-
-    def lie(self, feasible, phantoms):
-        """Return what a liar broadcasts: robots, or tasks, that there aren't, as well."""
-        message = self.message()
-        for _, mark in phantoms:
-            _note(message[0 if feasible else self.classes[0]], mark)
-        return message
-
-    def merge(self, message):
-        """Take in what was heard."""
-        for known, heard in zip(self.registers, message, strict=True):
-            known[:] = map(max, known, heard)
-
-    def counted(self):
-        """Return estimates of how many robots and tasks are known, by class, in units of 2**-16."""
-        sizes = [int(estimate(each) * 65536) for each in self.registers]
-        return sizes[: self.classes[0]], sizes[self.classes[0] :]
-
-    def bits(self, message, id_bits):
-        """Return the length of a message."""
-        return len(message) * REGISTERS * 4
+def words(setting):
+    """Return the number of registers: a sketch for each class of robots, and then of tasks."""
+    return (setting.robot_classes + setting.task_classes) * REGISTERS
 
 
-def estimate(registers):
-    """Return the estimated number of different things that were noted."""
-    counts = [registers.count(rank) for rank in range(TOP + 1)]
-    if counts[0] == REGISTERS:
-        return 0.0
-    if counts[TOP] == REGISTERS:  # it can't tell more things from this
-        return float(REGISTERS * 2**TOP)
-    z = REGISTERS * _tau(1.0 - counts[TOP] / REGISTERS)
-    for rank in range(TOP - 1, 0, -1):
-        z = 0.5 * (z + counts[rank])
-    z += REGISTERS * _sigma(counts[0] / REGISTERS)
-    return 0.7213475204444817 * REGISTERS * REGISTERS / z  # 1 / (2 log 2)
-
-
-def _note(registers, mark):
-    place, rest = mark % REGISTERS, mark // REGISTERS
+def start(known, me):
+    """Note the robot itself."""
+    rest = me.hash // REGISTERS
     rank = 1
     while rank < TOP and rest % 2 == 0:
         rest //= 2
         rank += 1
-    registers[place] = max(registers[place], rank)
+    register = me.kind * REGISTERS + me.hash % REGISTERS
+    known[register] = max(known[register], rank)
 
 
-def _sigma(x):
-    """Return x + the sum of 2**(k - 1) x**(2**k) over k >= 1."""
-    y, z, last = 1.0, x, -1.0
-    while z != last:
-        last = z
-        x *= x
-        z += x * y
-        y += y
-    return z
+def observe(known, thing, me):
+    """Note a robot or task in sight."""
+    rest = thing.hash // REGISTERS
+    rank = 1
+    while rank < TOP and rest % 2 == 0:
+        rest //= 2
+        rank += 1
+    column = thing.kind if thing.is_robot else me.setting.robot_classes + thing.kind
+    register = column * REGISTERS + thing.hash % REGISTERS
+    known[register] = max(known[register], rank)
 
 
-def _tau(x):
-    """Return (1 - x - the sum of 2**-k (1 - x**(2**-k))**2 over k >= 1) / 3."""
-    if x in (0.0, 1.0):
-        return 0.0
-    y, z, last = 1.0, 1.0 - x, -1.0
-    while z != last:
-        last = z
-        x = math.sqrt(x)
-        y *= 0.5
-        z -= (1.0 - x) * (1.0 - x) * y
-    return z / 3.0
+def merge(known, message, sender, me):
+    """Unite the sketches."""
+    for k in range(len(known)):
+        known[k] = max(known[k], message[k])
+
+
+def count(known, counts, me):
+    """Estimate the sizes, in units of 2**-16, by Ertl's algorithm 6."""
+    for k in range(len(counts)):
+        # How many registers have each rank, at 8 bits a rank: none has more than 128.
+        low, middle, high = 0, 0, 0
+        for register in range(k * REGISTERS, (k + 1) * REGISTERS):
+            rank = known[register]
+            if rank < 7:
+                low += 1 << (8 * rank)
+            elif rank < 14:
+                middle += 1 << (8 * (rank - 7))
+            else:
+                high += 1 << (8 * (rank - 14))
+        unused, full = low & 255, high >> 8
+        if unused == REGISTERS:
+            continue
+        if full == REGISTERS:  # it can't tell more things from this
+            counts[k] = REGISTERS * 2**TOP * 65536
+            continue
+        # tau(x) = (1 - x - the sum of 2**-k (1 - x**(2**-k))**2 over k >= 1) / 3
+        x = 1.0 - full / REGISTERS
+        tau, weight, last = 0.0, 1.0, -1.0
+        if 0.0 < x < 1.0:
+            tau = 1.0 - x
+            while tau != last:
+                last = tau
+                x = math.sqrt(x)
+                weight *= 0.5
+                tau -= (1.0 - x) * (1.0 - x) * weight
+        z = REGISTERS * (tau / 3.0)
+        for rank in range(TOP - 1, 0, -1):
+            ranks = low if rank < 7 else middle if rank < 14 else high
+            z = 0.5 * (z + (ranks >> (8 * (rank % 7)) & 255))
+        # sigma(x) = x + the sum of 2**(k - 1) x**(2**k) over k >= 1
+        x = unused / REGISTERS
+        sigma, weight, last = x, 1.0, -1.0
+        while sigma != last:
+            last = sigma
+            x *= x
+            sigma += x * weight
+            weight += weight
+        z += REGISTERS * sigma
+        counts[k] = int(0.7213475204444817 * REGISTERS * REGISTERS / z * 65536)  # 1 / (2 log 2)
+
+
+def bits(message, me):
+    """Return the length of all sketches: 4 bits a register."""
+    return len(message) * 4

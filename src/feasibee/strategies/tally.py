@@ -4,7 +4,9 @@ Each robot keeps a table of every robot's totals, n_j sightings of robots and m_
 its own row when it explores, broadcasts the table for g steps on average, and keeps the newest of each row
 that it hears: as totals only grow, that is the larger. At the end of each dissemination it decides on the
 sums: feasible if sum n_j > sum m_j, infeasible if less, for the scarcest set of skills; a tie keeps the
-opinion. No sighting is counted twice.
+opinion. No sighting is counted twice. A robot never takes its own row from others.
+
+A Byzantine robot calls all that it saw robots, or tasks.
 
 Message: for each row that isn't zero 1 bit, the id and the totals at the width of the largest, 5 bits for
 this width and 1 bit at the end. Memory: the same.
@@ -35,60 +37,53 @@ def decide(mind, inbox):
     return 1 if mind.feasible_quality > 0.5 else 0
 
 
-class Knowledge:
-    """The totals of each robot: sightings of robots and then of tasks, by class.
+def words(setting):
+    """Return the size of the table: a row for each robot, a total for each class."""
+    return setting.robots * (setting.robot_classes + setting.task_classes)
 
-    Parameters
-    ----------
-    me : tuple of int
-        Own id, class, and 32-bit mark.
-    classes : tuple of int
-        How many classes of robots and of tasks there are.
-    """
 
-    def __init__(self, me, classes):
-        self.me = me[0]
-        self.classes = classes
-        self.totals = {}
+def observe(known, thing, me):
+    """Count a robot or task in sight in the own row."""
+    column = thing.kind if thing.is_robot else me.setting.robot_classes + thing.kind
+    known[me.id * (me.setting.robot_classes + me.setting.task_classes) + column] += 1
 
-    def see_robot(self, robot, kind, mark):
-        """Count a robot in sight."""
-        self._add(kind)
 
-    def see_task(self, task, kind, mark):
-        """Count a task in sight."""
-        self._add(self.classes[0] + kind)
+def lie(message, feasible, me):
+    """Call all that was seen robots, or tasks, of the first class."""
+    classes = me.setting.robot_classes + me.setting.task_classes
+    first = me.id * classes
+    total = 0
+    for k in range(first, first + classes):
+        total += message[k]
+        message[k] = 0
+    message[first if feasible == 1 else first + me.setting.robot_classes] = total
 
-    def message(self):
-        """Return what to broadcast."""
-        return dict(self.totals)
 
-    def lie(self, feasible, phantoms):
-        """Return what a liar broadcasts: all that it saw were robots, or tasks."""
-        own = sum(self.totals.get(self.me, ()))
-        row = [0] * sum(self.classes)
-        row[0 if feasible else self.classes[0]] = own
-        return {**self.totals, self.me: tuple(row)} if own else self.message()
+def merge(known, message, sender, me):
+    """Keep the larger of each total, but for the own row."""
+    classes = me.setting.robot_classes + me.setting.task_classes
+    for k in range(me.id * classes):
+        known[k] = max(known[k], message[k])
+    for k in range((me.id + 1) * classes, len(known)):
+        known[k] = max(known[k], message[k])
 
-    def merge(self, message):
-        """Take in what was heard."""
-        for robot, heard in message.items():
-            if robot == self.me:  # nobody knows it better
-                continue
-            known = self.totals.get(robot, heard)
-            self.totals[robot] = tuple(max(pair) for pair in zip(known, heard, strict=True))
 
-    def counted(self):
-        """Return all sightings of robots and of tasks, by class."""
-        sums = [sum(column) for column in zip(*self.totals.values(), strict=True)] or [0] * sum(self.classes)
-        return sums[: self.classes[0]], sums[self.classes[0] :]
+def count(known, counts, me):
+    """Sum up all rows."""
+    classes = len(counts)
+    for k in range(len(known)):
+        counts[k % classes] += known[k]
 
-    def bits(self, message, id_bits):
-        """Return the length of a message."""
-        width = max((max(row) for row in message.values()), default=0).bit_length()
-        return 5 + len(message) * (1 + id_bits + sum(self.classes) * width) + 1
 
-    def _add(self, kind):
-        row = list(self.totals.get(self.me, (0,) * sum(self.classes)))
-        row[kind] += 1
-        self.totals[self.me] = tuple(row)
+def bits(message, me):
+    """Return the length of a table."""
+    classes = me.setting.robot_classes + me.setting.task_classes
+    rows, largest = 0, 0
+    for first in range(0, len(message), classes):
+        row = 0
+        for k in range(first, first + classes):
+            row = max(row, message[k])
+        if row > 0:
+            rows += 1
+        largest = max(largest, row)
+    return 5 + rows * (1 + me.setting.id_bits + classes * largest.bit_length()) + 1

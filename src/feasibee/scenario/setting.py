@@ -1,0 +1,75 @@
+"""The numbers of a scenario that knowledge may depend on, and the memory that knowledge takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Final
+
+from feasibee.errors import FeasibeeError
+from feasibee.strategies.contract import Setting, Strategy
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
+
+KNOWLEDGE_LIMIT: Final = 4 * 2**30
+"""Bytes of what all robots of a swarm know and tell."""
+WORDS_LIMIT: Final = 2**24
+"""Words of one robot's knowledge, and of one message."""
+
+
+def setting_of(scenario: Scenario) -> Setting:
+    """Return the numbers of a scenario that a strategy's knowledge may depend on."""
+    return setting_from(
+        (scenario.robots.count, scenario.tasks.count),
+        (len(scenario.robots.classes), len(scenario.tasks.classes)),
+        scenario.faulty[1] > 0,
+        scenario.radio.id_bits,
+        scenario.decision.parameters.values(),
+    )
+
+
+def setting_from(
+    counts: tuple[int, int],
+    classes: tuple[int, int],
+    liars: bool,
+    id_bits: int | None,
+    parameters: Iterable[float],
+) -> Setting:
+    """Return the same from numbers of robots and tasks, of their classes, and the rest."""
+    robots, tasks = counts
+    return Setting(
+        robots=robots,
+        tasks=tasks,
+        robot_ids=robots + (tasks if liars else 0),
+        task_ids=tasks + (robots + 1 if liars else 0),
+        robot_classes=max(1, classes[0]),
+        task_classes=max(1, classes[1]),
+        id_bits=id_bits or max(1, (robots - 1).bit_length()),
+        parameters=tuple(float(each) for each in parameters),
+    )
+
+
+def knowledge_words(strategy: Strategy, setting: Setting) -> tuple[int, int]:
+    """Return the number of words that a robot's knowledge takes, and that of its message.
+
+    Raises
+    ------
+    FeasibeeError
+        If all robots' words together don't fit the memory that they may take.
+    """
+    functions: Any = strategy
+    known = functions.words(setting)
+    told = known if functions.message_words is None else functions.message_words(setting)
+    problem = excess(setting, known, told)
+    if problem:
+        raise FeasibeeError(f"{strategy.name}: {problem}; take fewer robots or a smaller row of words")
+    return known, told
+
+
+def excess(setting: Setting, known: int, told: int) -> str:
+    """Return what is wrong with the memory that all robots' words take; empty if they fit."""
+    needed = 4 * setting.robots * (known + told)
+    if needed <= KNOWLEDGE_LIMIT:
+        return ""
+    gibibytes = f"{needed / 2**30:.0f} GiB, over {KNOWLEDGE_LIMIT // 2**30}"
+    return f"what {setting.robots} robots know would take {gibibytes}"
