@@ -11,12 +11,12 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+from feasibee.figures.sweep import draw_map
 from feasibee.sweeps import executors
-from feasibee.sweeps.figures import draw_map
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
-from feasibee.sweeps.table import summaries
+from feasibee.sweeps.table import shares_by_cell, summaries
 
 STUDY = """
 runs = 200
@@ -32,7 +32,8 @@ with tempfile.TemporaryDirectory() as folder:
     done = sweep(study, folder, executors.threads())
     with Journal(folder) as journal:
         points = summaries(journal)
-figure = draw_map(points, "tasks.count", "sensing.range", "accuracy")
+x, y = "tasks.count", "sensing.range"
+figure = draw_map(shares_by_cell(points, x, y, "accuracy"), x, y, "accuracy")
 
 # %%
 # The step by which half of the swarms had decided, with 100 tasks:

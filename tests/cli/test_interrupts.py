@@ -16,9 +16,8 @@ import pytest
 
 from feasibee import Scenario, simulate
 from feasibee.sweeps import executors
-from feasibee.sweeps import sweep as sweeping
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.pace import Pace
+from feasibee.sweeps.pace import CHUNK_WORK, LEAST_WORK, Pace
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
 
@@ -167,7 +166,7 @@ def test_a_second_interrupt_ends_at_once(tmp_path, crew):
     assert process.poll() is None
     begin = time.monotonic()
     interrupt(process)
-    what = "0 runs kept" if crew else "what was kept stays"
+    what = "0 runs kept" if crew else "the runs in the journal are kept"
     assert end(process) == f"feasibee: interrupted; {what}; the same command goes on"
     assert time.monotonic() - begin < 3
     assert kept(tmp_path / "results") == 0
@@ -209,12 +208,16 @@ def test_no_worker_ever_sees_an_interrupt(tmp_path):
     ],
 )
 def test_other_commands_end_in_a_line(tmp_path, arguments):
+    kept = r"no file was left half-written|(the|\d+) runs .*kept; the same command goes on"
     for moment in (0.0, 1.0):
         process = start(tmp_path, *arguments)
         time.sleep(moment)
         interrupt(process)
-        assert end(process) == "feasibee: interrupted; no file was left half-written"
-    assert not (tmp_path / "runs.nc").exists()
+        assert re.fullmatch(f"feasibee: interrupted; ({kept})", end(process))
+    assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} <= {".toml", *JOURNAL}
+
+
+JOURNAL = {".sqlite", ".lock", ".seal", ".sqlite-shm", ".sqlite-wal"}
 
 
 def test_an_interrupt_that_python_cant_raise_isnt_lost():
@@ -280,7 +283,7 @@ def seconds_to_commits(speed, workers, chunks):
     pace = Pace(workers)
     busy, ends, works = [0.0] * workers, [], []
     for _ in range(chunks):
-        work = min(pace.budget, sweeping.CHUNK_WORK)
+        work = min(pace.budget, CHUNK_WORK)
         worker = busy.index(min(busy))
         busy[worker] += work / speed
         ends.append(busy[worker])
@@ -296,7 +299,7 @@ def test_the_first_commit_is_soon_on_any_machine_and_chunks_grow_to_a_second(spe
     ends, works = seconds_to_commits(speed, workers, 100 * workers)
     assert ends[0] <= 1
     assert max(works) / speed <= 2.5
-    wanted = min(sweeping.CHUNK_WORK, speed)
+    wanted = min(CHUNK_WORK, speed)
     assert 0.4 * wanted < works[-1] < 2.5 * wanted
 
 
@@ -308,3 +311,12 @@ def test_a_machine_that_slept_soon_has_chunks_of_a_second_again():
     for second in range(30_001, 30_006):
         pace.count(int(pace.budget), second)
     assert pace.budget > 5_000_000
+
+
+def test_the_last_chunks_shrink_so_that_all_workers_end_together():
+    pace = Pace(4)
+    pace.budget = 30_000_000
+    left = [10**9, 200_000_000, 40_000_000, 1_000_000]
+    assert [pace.share(each) for each in left] == [30_000_000, 25_000_000, 5_000_000, LEAST_WORK]
+    pace.budget = 10**12
+    assert pace.share(10**12) == CHUNK_WORK

@@ -14,7 +14,7 @@ from PIL import Image, ImageColor
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
-from feasibee.figures.animation import AFTER_DECISION, animate, frame
+from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
 from feasibee.figures.frames import DRAWN, LIGHT, Painter
 from feasibee.model.codes import COLOURS
 
@@ -99,20 +99,20 @@ def test_the_frame_of_a_step_shows_the_engines_step(tmp_path, world, step):
 def test_a_frame_of_a_swarm_of_ones_own(dark):
     swarm = Swarm(WORLDS["torus"], seed=1)
     swarm.advance(12)
-    picture = frame(swarm, size=501, dark=dark)
+    picture = draw_frame(swarm, size=501, dark=dark)
     assert picture.mode == "RGB"
     assert picture.width == 502
     assert picture.height % 2 == 0
     assert agreement(picture, swarm) == 1
     assert (sum(picture.getpixel((0, 0))) < 200) == dark
-    with_curve = frame(swarm, size=501, dark=dark, span=(12, 12))
+    with_curve = draw_frame(swarm, size=501, dark=dark, span=(12, 12))
     assert with_curve.height > picture.height
 
 
 @pytest.mark.parametrize(("boundary", "copies"), [("torus", True), ("walls", False)])
 def test_a_robot_near_an_edge_of_a_torus_shows_on_both_sides(boundary, copies):
     swarm = standing_at((0.5, 19.5), boundary=boundary, diameter=2.0 if copies else 1.0)
-    picture = frame(swarm)
+    picture = draw_frame(swarm)
     paper = picture.getpixel((0, 0))
     for place in ((19.8, 19.8), (0.4, 0.2), (19.8, 0.2)):
         x, y = in_frame(swarm, 480, place)
@@ -121,7 +121,7 @@ def test_a_robot_near_an_edge_of_a_torus_shows_on_both_sides(boundary, copies):
 
 def test_an_opinion_has_a_shape_beside_its_colour():
     swarm = Swarm(Scenario(robots={"count": 40}, tasks={"count": 0}), seed=1)
-    picture, seen = frame(swarm, size=1000), set()
+    picture, seen = draw_frame(swarm, size=1000), set()
     for robot, place in enumerate(swarm.positions):
         others = np.hypot(*(np.delete(swarm.positions, robot, 0) - place).T)
         if others.min() > 1.5:
@@ -140,7 +140,7 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
     there = swarm.positions
     swarm.advance(1)
     moved = (swarm.positions - there + 20) % 40 - 20  # round the torus
-    picture, seen = frame(swarm, size=1200), []
+    picture, seen = draw_frame(swarm, size=1200), []
     for place, (dx, dy), disseminates in zip(swarm.positions, moved, swarm.disseminating, strict=True):
         others = np.sort(np.hypot(*(swarm.positions - place).T))
         if disseminates or others[1] < 2 or not (place > 1).all() or not (place < 39).all():
@@ -158,7 +158,7 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
 
 def test_robots_that_are_not_counted_are_pale():
     swarm = Swarm(Scenario(tasks={"count": 0}, faults={"byzantine": 0.5}), seed=1)
-    picture = frame(swarm, size=600)
+    picture = draw_frame(swarm, size=600)
     for place, counted in zip(swarm.positions, swarm.counted, strict=True):
         x, y = in_frame(swarm, 600, place + np.array([0, 0.36]))
         full = any(close(picture.getpixel((int(x), int(y))), rgb(each)) for each in COLOURS.values())
@@ -241,7 +241,7 @@ def test_an_mp4_plays_everywhere(tmp_path, robots):
     reader = imageio_ffmpeg.read_frames(str(path))
     meta = next(reader)
     swarm = Swarm(scenario, seed=1)
-    drawn = frame(swarm, size=300, span=(0, 0))
+    drawn = draw_frame(swarm, size=300, span=(0, 0))
     assert (meta["codec"], meta["fps"], meta["size"]) == ("h264", 4, drawn.size)
     assert meta["pix_fmt"].startswith("yuv420p")
     shown = [np.frombuffer(each, np.uint8).reshape(drawn.height, drawn.width, 3) for each in reader]
@@ -307,7 +307,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
     assert "0 and run.steps = 1000" in refused("--out", out, "--steps", "0:1001")
     assert "must not begin after its end" in refused("--out", out, "--steps", "7:3")
     assert "such as --steps 100" in refused("--out", out, "--steps", "7:x")
-    assert "every 4th" in refused("--out", out, "--steps", "0:70000", "--set", "run.steps=100000")
+    assert "use every = 4" in refused("--out", out, "--steps", "0:70000", "--set", "run.steps=100000")
     assert "--size" in refused("--out", out, "--size", 100)
     with pytest.raises(FeasibeeError, match="size = 5000"):
         animate(Scenario(), out, size=5000)

@@ -13,12 +13,13 @@ from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
 from feasibee.results.statistics import paired_difference
 from feasibee.studies.assess import _turned, assess
-from feasibee.studies.assessment import Trial, wait_for, words
+from feasibee.studies.assessment import Trial, paragraphs, wait_for
 from feasibee.studies.comparison import compare
 from feasibee.studies.report import write_report
 from feasibee.studies.sensitivity import latin_hypercube, sensitivities, spearman
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import tune
+from feasibee.sweeps.sweep import Execution
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
@@ -75,7 +76,7 @@ def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
     assert trial.difference.low > 0
     with_yes = replace(found, strategies=[trial, *found.strategies])
     assert [each.name for each in with_yes.better] == [each.name for each in found.better]
-    assert "With 50 tasks, where the truth is the other, " in words(found)[1]
+    assert "With 50 tasks, where the truth is the opposite, " in paragraphs(found)[1]
     assert found.to_dict()["opposite"]["tasks"] == 50
 
 
@@ -102,7 +103,7 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
 
 
 def test_words_json_and_page(assessment, tmp_path):
-    text = " ".join(words(assessment))
+    text = " ".join(paragraphs(assessment))
     assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
     assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
     write_report(assessment, tmp_path / "page.html")
@@ -205,8 +206,8 @@ def test_a_search_goes_on_and_is_judged_on_fresh_runs(tmp_path):
     pytest.importorskip("optuna")
     space = dimensions(HARD, ["decision.gain", "radio.range=0.5:5"])
     scenario = HARD.replace({"radio.range": 0.6})
-    first = tune(scenario, space, tmp_path, trials=6, runs=20)
-    again = tune(scenario, space, tmp_path, trials=10, runs=20)
+    first = tune(scenario, space, trials=6, runs=20, execution=Execution(tmp_path))
+    again = tune(scenario, space, trials=10, runs=20, execution=Execution(tmp_path))
     assert again.trials[:6] == first.trials
     assert len(again.trials) == 10
     assert again.trials[0][0] == {"decision.gain": 10.0, "radio.range": 0.6}  # the start is the first trial

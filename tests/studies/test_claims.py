@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from feasibee import wilson
-from feasibee.studies.claims import CANNOT_TELL, FAILS, HOLDS, Point, check_claims
+from feasibee.studies.claims import CANNOT_TELL, FAILS, HOLDS, RatioSummary, check_claims
 
 ROBOTS = 20
 TASKS = (2, 4, 8, 10, 20, 40, 50, 100, 200)
@@ -47,7 +47,7 @@ def study(shares=reliable, steps=earlier, spread=narrower, undecided=0.0, runs=4
         decision[left:] = [1] * feasible + [0] * (runs - left - feasible)
         curves = np.repeat(np.asarray(spread(ratio, runs), np.float32)[:, None], 5, axis=1)
         points.append(
-            Point(
+            RatioSummary(
                 robots=ROBOTS,
                 tasks=number,
                 first_run=number * 1000,

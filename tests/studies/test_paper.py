@@ -12,11 +12,15 @@ import pytest
 from matplotlib.image import imread
 
 from feasibee import FeasibeeError, Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate
-from feasibee.studies.paper import reproduce
+from feasibee.studies.paper import reproduce, run_study
+from feasibee.sweeps import executors
+from feasibee.sweeps.schema import LOCK, NAME, SEAL
+from feasibee.sweeps.sweep import Execution
 
 RUNS, SEED = 8, 1
 FIGURES = ("fig1_arena", "fig2a_converging", "fig2b_diverging", "fig3_decisions")
 FILES = sorted([*(f"{name}.{suffix}" for name in FIGURES for suffix in ("png", "pdf", "csv")), "claims.json"])
+JOURNAL = [LOCK, SEAL, NAME]
 
 
 def names(folder):
@@ -33,7 +37,8 @@ def study(tmp_path_factory):
     """The study on one thread: its folder, its claims, and the progress it told."""
     folder = tmp_path_factory.mktemp("study") / "new" / "paper"
     told = []
-    claims = reproduce(folder, RUNS, SEED, threads=1, progress=told.append)
+    execution = Execution(folder, executors.threads(1), lambda progress: told.append(progress.share))
+    claims = reproduce(folder, RUNS, SEED, execution)
     return folder, claims, told
 
 
@@ -53,7 +58,7 @@ def simulated(study):
 
 
 def test_every_file_is_there_and_no_other(study):
-    assert names(study[0]) == FILES
+    assert names(study[0]) == sorted([*FILES, *JOURNAL])
     assert names(study[0].parent) == ["paper"]
 
 
@@ -150,18 +155,26 @@ def test_the_least_share_of_right_decisions_is_that_of_the_simulation(study, sim
     assert claims[1].estimate == min(infeasible)
 
 
+def test_the_bands_of_the_claims_are_those_of_every_25th_step(simulated):
+    points = {point.tasks: point for point in run_study(RUNS, SEED)}
+    for tasks in (2, 10, 20):
+        shares = simulated[tasks].feasible_count.values[:, ::25] * 5
+        np.testing.assert_allclose(points[tasks].thinned, shares)
+    assert points[3].thinned.size == points[3].quartiles.size == 0  # nothing draws them
+
+
 def test_the_progress_climbs_to_the_end(study):
     told = study[2]
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1)
-    assert 0 < told[0] < 0.1
+    assert told[0] < 0.1
 
 
 def test_two_threads_write_the_same_bytes_and_nothing_elsewhere(study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    reproduce("again", RUNS, SEED, threads=2)
+    reproduce("again", RUNS, SEED, Execution("again", executors.threads(2)))
     assert names(tmp_path) == ["again"]
-    assert names(tmp_path / "again") == FILES
+    assert names(tmp_path / "again") == sorted([*FILES, *JOURNAL])
     different = [
         name for name in FILES if (tmp_path / "again" / name).read_bytes() != (study[0] / name).read_bytes()
     ]
@@ -173,7 +186,7 @@ def test_a_study_replaces_an_older_one_and_leaves_what_isnt_its_own(study, tmp_p
     (tmp_path / "claims.json").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
     reproduce(tmp_path, 4, SEED + 1)
-    assert names(tmp_path) == sorted([*FILES, "notes.txt"])
+    assert names(tmp_path) == sorted([*FILES, *JOURNAL, "notes.txt"])
     assert (tmp_path / "notes.txt").read_text() == "mine"
     assert json.loads((tmp_path / "claims.json").read_text())["seed"] == SEED + 1
     for name in ("fig1_arena.csv", "fig3_decisions.csv"):
@@ -200,10 +213,10 @@ def test_impossible_numbers_are_told_and_make_no_folder(tmp_path, runs, seed, wo
 
 
 def test_an_interrupted_study_leaves_no_part_of_a_file(tmp_path):
-    def interrupt(share):
-        if share > 0.1:
+    def interrupt(progress):
+        if progress.share > 0.1:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        reproduce(tmp_path / "out", RUNS, SEED, progress=interrupt)
-    assert not (tmp_path / "out").exists() or names(tmp_path / "out") == []
+        reproduce(tmp_path / "out", RUNS, SEED, Execution(tmp_path / "out", progress=interrupt))
+    assert names(tmp_path / "out") == sorted(JOURNAL)

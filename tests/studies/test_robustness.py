@@ -14,16 +14,21 @@ from feasibee.cli import main
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import RUNS_APART
 from feasibee.studies.robustness import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
+from feasibee.sweeps import executors
+from feasibee.sweeps.schema import LOCK, NAME, SEAL
+from feasibee.sweeps.sweep import Execution
 
 RUNS, SEED = 4, 1
 FILES = ["beyond.csv", "beyond.pdf", "beyond.png"]
+JOURNAL = [LOCK, SEAL, NAME]
 
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study") / "new" / "beyond"
     told = []
-    rows = reproduce_beyond(folder, RUNS, SEED, threads=1, progress=told.append)
+    execution = Execution(folder, executors.threads(1), lambda progress: told.append(progress.share))
+    rows = reproduce_beyond(folder, RUNS, SEED, execution)
     return folder, rows, told
 
 
@@ -34,7 +39,7 @@ def written(folder):
 
 def test_the_files_are_written_and_the_figure_is_a_picture(study):
     folder = study[0]
-    assert sorted(path.name for path in folder.iterdir()) == FILES
+    assert sorted(path.name for path in folder.iterdir()) == sorted([*FILES, *JOURNAL])
     picture = imread(folder / "beyond.png")
     assert picture.shape[1] == 1440
     assert len(np.unique(picture.reshape(-1, picture.shape[-1]), axis=0)) > 50

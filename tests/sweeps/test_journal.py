@@ -24,7 +24,7 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import checksums
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.merging import merge
-from feasibee.sweeps.plan import Point, Until
+from feasibee.sweeps.plan import DesignPoint, StoppingRule
 from feasibee.sweeps.schema import FORMAT, LOCK, NAME, PLACES, SCHEMA, SEAL, Entry, Kind
 from feasibee.sweeps.table import summaries
 
@@ -42,7 +42,7 @@ def decide(mind, inbox):
 
 
 def point(changes=None):
-    return Point(changes or {}, SMALL.replace(changes or {}))
+    return DesignPoint(changes or {}, SMALL.replace(changes or {}))
 
 
 def rows_of(record):
@@ -130,13 +130,13 @@ def test_a_chunk_that_fails_leaves_nothing(filled):
 def test_what_is_missing(tmp_path):
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([point()], 0)
-        assert journal.missing(number, 10, False) == [(0, 10)]
+        assert journal.missing(number, 0, 10, False) == [(0, 10)]
         for first, runs, curves in ((2, 3, True), (5, 1, False), (8, 1, False)):
             journal.write([(number, simulate_record(SMALL, Runs(runs, 0, first), curves=curves))])
-        assert journal.missing(number, 12, False) == [(0, 2), (6, 8), (9, 12)]
-        assert journal.missing(number, 9, False) == [(0, 2), (6, 8)]
-        assert journal.missing(number, 5, False) == [(0, 2)]
-        assert journal.missing(number, 12, True) == [(0, 2), (5, 12)]
+        assert journal.missing(number, 0, 12, False) == [(0, 2), (6, 8), (9, 12)]
+        assert journal.missing(number, 0, 9, False) == [(0, 2), (6, 8)]
+        assert journal.missing(number, 0, 5, False) == [(0, 2)]
+        assert journal.missing(number, 0, 12, True) == [(0, 2), (5, 12)]
 
 
 def test_right_decisions_are_counted_by_the_truth(tmp_path):
@@ -150,7 +150,7 @@ def test_right_decisions_are_counted_by_the_truth(tmp_path):
         assert journal.counts() == {
             number: (60, right) for number, right in zip(numbers, expected, strict=True)
         }
-        assert journal.right(numbers[0], 20) == int((records[0].decision[:20] == 1).sum())
+        assert journal.right(numbers[0], 0, 20) == int((records[0].decision[:20] == 1).sum())
         assert [each.right for each in summaries(journal)] == expected
 
 
@@ -182,7 +182,7 @@ def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
     """The rows stay with the text that they were computed with, in a merged journal, too."""
     own = tmp_path / "own.py"
     own.write_text(STRATEGY)
-    before = Point({}, SMALL.replace({"decision.strategy": str(own)}))
+    before = DesignPoint({}, SMALL.replace({"decision.strategy": str(own)}))
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([before], 0)
         journal.write([(number, simulate_record(SMALL, Runs(3, 0)))])  # any runs will do
@@ -228,7 +228,7 @@ def test_a_rule_that_chose_the_number_of_runs_stays(tmp_path):
     with Journal(tmp_path, write=True) as journal, Journal(tmp_path / "other", write=True) as other:
         journal.add([point()], 0)
         assert journal.points[0].until is None
-        journal.add([point()], 0, Until(0.1, None, 500))
+        journal.add([point()], 0, StoppingRule(0.1, None, 500))
         journal.add([point(), point({"tasks.count": 9})], 0)
         merge(other, [tmp_path])
         for each in (journal, other):
@@ -357,7 +357,7 @@ def test_what_is_computed_again_must_be_the_same(filled):
 
 def test_a_second_writer_is_refused_and_readers_arent(filled):
     with Journal(filled, write=True) as journal:
-        with pytest.raises(FeasibeeError, match="another sweep writes here; wait for it"):
+        with pytest.raises(FeasibeeError, match="another process writes here; wait for it"):
             Journal(filled, write=True)
         with Journal(filled) as reader:
             assert len(reader.columns(1)) == 30
@@ -373,7 +373,7 @@ def test_a_writer_of_another_process_is_refused(filled):
             [sys.executable, "-c", code, filled], capture_output=True, text=True, check=False
         )
     assert other.returncode == 1
-    assert "another sweep writes here" in other.stderr
+    assert "another process writes here" in other.stderr
     subprocess.run([sys.executable, "-c", code, filled], check=True)
 
 
@@ -407,12 +407,12 @@ def refuse(folder, rule):
         (
             "format",
             FORMAT + 1,
-            f"is of format {FORMAT + 1}, and this feasibee of {FORMAT}; install the newer",
+            f"has format {FORMAT + 1}, this feasibee has {FORMAT}; install the newer",
         ),
         ("format", FORMAT - 1, "choose another folder"),
-        ("model_version", MODEL_VERSION + 1, "is of model version .*; install the newer feasibee"),
-        ("model_version", MODEL_VERSION - 1, "is of model version .*; choose another folder"),
-        ("model_version", "one", "is no journal of feasibee"),
+        ("model_version", MODEL_VERSION + 1, "has model version .*; install the newer feasibee"),
+        ("model_version", MODEL_VERSION - 1, "has model version .*; choose another folder"),
+        ("model_version", "one", "isn't a journal of feasibee"),
     ],
 )
 def test_other_versions_are_refused(filled, key, number, rule):
@@ -435,13 +435,13 @@ def test_a_journal_of_the_format_before_is_refused(tmp_path):
         other.execute("CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID")
         rows = [("format", "2"), ("model_version", str(MODEL_VERSION)), ("version", "0.1.0")]
         other.executemany("INSERT INTO about VALUES (?, ?)", rows)
-    refuse(tmp_path, f"is of format 2, and this feasibee of {FORMAT}; choose another folder")
+    refuse(tmp_path, f"has format 2, this feasibee has {FORMAT}; choose another folder")
 
 
 def test_any_other_database_is_refused(tmp_path):
     with database(tmp_path) as other:
         other.execute("CREATE TABLE photographs (id INTEGER)")
-    refuse(tmp_path, "is no journal of feasibee; choose another folder")
+    refuse(tmp_path, "isn't a journal of feasibee; choose another folder")
 
 
 def test_garbage_is_refused(tmp_path):
@@ -474,7 +474,7 @@ def test_a_folder_without_one_is_told(tmp_path):
 def test_an_empty_file_is_a_new_journal(tmp_path):
     """The process was killed before it had made the tables."""
     (tmp_path / NAME).touch()
-    with pytest.raises(FeasibeeError, match="is no journal"):
+    with pytest.raises(FeasibeeError, match="isn't a journal"):
         Journal(tmp_path)
     with Journal(tmp_path, write=True) as journal:
         assert journal.points == []

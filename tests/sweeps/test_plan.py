@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
 from feasibee.scenario import scenario as scenario_module
-from feasibee.sweeps.plan import POINTS_LIMIT, Study, Until
+from feasibee.sweeps.plan import POINTS_LIMIT, StoppingRule, Study
 
 STRATEGY = """
 def quality(robots_seen, tasks_seen):
@@ -262,16 +262,16 @@ def test_files_are_found_from_the_studys_folder(study, tmp_path, monkeypatch):
     assert swept.points[0].scenario.tasks.points == ((1.0, 2.0), (3.0, 4.0))
 
 
-# --- Until ---
+# --- StoppingRule ---
 
 
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ("{width = 0.05}", Until(0.05, None, 100_000)),
-        ("{decided = 0.75}", Until(None, 0.75, 100_000)),
-        ("{width = 0.1, most = 500}", Until(0.1, None, 500)),
-        ("{width = 0.1, most = 5}", Until(0.1, None, 100)),  # no fewer than the study's runs
+        ("{width = 0.05}", StoppingRule(0.05, None, 100_000)),
+        ("{decided = 0.75}", StoppingRule(None, 0.75, 100_000)),
+        ("{width = 0.1, most = 500}", StoppingRule(0.1, None, 500)),
+        ("{width = 0.1, most = 5}", StoppingRule(0.1, None, 100)),  # no fewer than the study's runs
     ],
 )
 def test_until(study, given, expected):
@@ -318,12 +318,12 @@ def test_an_impossible_number_of_most_runs(refused, most):
         ("curves = 1", "curves = 1", "true or false"),
         ("scenario = 3", "scenario = 3", "write [scenario]"),
         ("sweep = 3", "sweep = 3", "write [sweep]"),
-        ("design = 3", "design = 3", "name a CSV file"),
-        ("file = 3", "file = 3", "name a scenario"),
+        ("design = 3", "design = 3", "must be a file name, such as"),
+        ("file = 3", "file = 3", "must be a file name, such as"),
         ('combine = "cross"', "combine = 'cross'", "must be 'grid' or 'zip'"),
         ("combine = ['zip']", "combine = ['zip']", "must be 'grid' or 'zip'"),
         ('combine = "zip"\n[sweep]\n' + TWO, "sweep", "{'tasks.count': 2, 'radio.loss': 3} differ"),
-        ('design = "d.csv"\n[sweep]\n' + TWO, "design and sweep", "leave one of them out"),
+        ('design = "d.csv"\n[sweep]\n' + TWO, "design and sweep", "leave out one of them"),
         ("runs = = 3", "not TOML", "line 1"),
     ],
 )
@@ -418,8 +418,8 @@ def test_a_problem_of_the_common_scenario_is_told_once_with_its_file(study, tmp_
 @pytest.mark.parametrize(
     ("table", "rule"),
     [
-        ("", "has no row"),
-        ("tasks.count\n", "has no row"),
+        ("", "has no points"),
+        ("tasks.count\n", "has no points"),
         ("tasks.count,radio.loss\n3,0.1\n\n4\n", "line 4 has 1 values, not 2"),
         ("tasks.count\n3,0.1\n", "line 2 has 2 values, not 1"),
         ("tasks.count,tasks.count\n3,4\n", "names a field twice"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import os
 import re
 import signal
@@ -27,14 +28,15 @@ from feasibee.cli import main
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps import executors, pace
-from feasibee.sweeps import sweep as sweeping
-from feasibee.sweeps.executors import Crew
+from feasibee.sweeps import executors, pace, workers
+from feasibee.sweeps.executors import WorkerPool
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import Until, study_of
+from feasibee.sweeps.plan import StoppingRule, study_of
+from feasibee.sweeps.schedule import _piece_size, is_sure
 from feasibee.sweeps.schema import NAME
-from feasibee.sweeps.sweep import Progress, is_sure, play, sweep
-from feasibee.sweeps.table import KINDS, share, summaries
+from feasibee.sweeps.sweep import Progress, sweep
+from feasibee.sweeps.table import KINDS, share, share_of, shares_by_cell, shares_by_line, summaries
+from feasibee.sweeps.workers import play
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -103,7 +105,7 @@ class Here(Executor):
 @pytest.fixture
 def small_chunks(monkeypatch):
     """Chunks of two runs or so."""
-    monkeypatch.setattr(sweeping, "CHUNK_WORK", 2 * WORK)
+    monkeypatch.setattr(pace, "CHUNK_WORK", 2 * WORK)
     monkeypatch.setattr(pace, "CHUNK_SECONDS", 1e9)  # or less, on a slow machine
 
 
@@ -150,13 +152,14 @@ def test_nothing_is_computed_again(tmp_path):
     assert everything(tmp_path) == everything(fresh)
 
 
-def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks):
+def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks, monkeypatch):
+    monkeypatch.setattr(pace, "CHUNK_WORK", WORK)  # chunks of one run
     sweep(study(runs=5), tmp_path, executors.threads(1))
     with sqlite3.connect(tmp_path / NAME) as database:
         database.execute("DELETE FROM runs WHERE point = 2 AND run IN (1, 2, 4)")
     database.close()
     here = Here()
-    sweep(study(runs=6), tmp_path, Crew(lambda: here, 1))
+    sweep(study(runs=6), tmp_path, WorkerPool(lambda: here, 1))
     asked = Counter(
         (point, first + k) for pieces in here.asked for point, first, runs in pieces for k in range(runs)
     )
@@ -194,7 +197,7 @@ def test_a_half_done_sweep_is_balanced(tmp_path, small_chunks):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sweep(study(runs=48), tmp_path, Crew(Here, 1), progress=tell)
+        sweep(study(runs=48), tmp_path, WorkerPool(Here, 1), progress=tell)
     assert 100 <= sum(counts(tmp_path)) < 110
     assert told[0].runs_done == told[0].runs_new == 0
     assert {(each.points, each.runs) for each in told} == {(6, 288)}
@@ -230,7 +233,7 @@ def test_a_chunk_that_is_being_computed_is_kept(tmp_path, small_chunks):
     for number, error in enumerate((KeyboardInterrupt(), FeasibeeError("the log is full"))):
         slow = Slow()
         with pytest.raises(type(error)):
-            sweep(study(), tmp_path / str(number), Crew(lambda slow=slow: slow, 3), progress=tell)
+            sweep(study(), tmp_path / str(number), WorkerPool(lambda slow=slow: slow, 3), progress=tell)
         slow.late.join()
         assert slow.submitted > 2
         assert sum(counts(tmp_path / str(number))) == 4
@@ -241,7 +244,7 @@ def test_a_chunk_that_is_being_computed_is_kept(tmp_path, small_chunks):
 
 def test_processes_give_the_same_and_a_death_is_survived(whole, tmp_path, small_chunks, monkeypatch):
     """The spawned processes import this module, whose play ends the first that comes."""
-    monkeypatch.setattr(sweeping, "play", play_but_die_once)
+    monkeypatch.setattr(workers, "play", play_but_die_once)
     monkeypatch.setenv("FEASIBEE_TEST_MARK", str(tmp_path / "died"))
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     done = sweep(study(curves=True), tmp_path / "out", executors.processes(2))
@@ -293,7 +296,7 @@ def test_few_deaths_lose_nothing(whole, tmp_path, small_chunks, workers):
         made.append(Mortal(deadly))
         return made[-1]
 
-    done = sweep(study(curves=True), tmp_path, Crew(make, workers))
+    done = sweep(study(curves=True), tmp_path, WorkerPool(make, workers))
     assert len(made) > 3
     assert done.runs_new == 144
     assert everything(tmp_path) == everything(whole)
@@ -312,10 +315,8 @@ def test_a_chunk_that_kills_every_worker_is_told(whole, tmp_path, small_chunks, 
         made.append(Mortal(deadly))
         return made[-1]
 
-    with pytest.raises(
-        FeasibeeError, match=r"workers died again and again.*out of memory; take fewer"
-    ) as caught:
-        sweep(study(curves=True), tmp_path, Crew(make, workers))
+    with pytest.raises(FeasibeeError, match=r"workers died 3 times.*out of memory; use fewer") as caught:
+        sweep(study(curves=True), tmp_path, WorkerPool(make, workers))
     assert "\n" not in str(caught.value)
     assert 3 <= len(made) <= 3 + 2 * workers
     assert str(study().points[4].values) in str(caught.value)  # the one that did it, not one that was by
@@ -331,7 +332,7 @@ class KilledWorker(Exception):  # noqa: N818
 
 @pytest.mark.parametrize(
     ("error", "rule"),
-    [(KilledWorker("task"), "workers died again and again"), (CancelledError(), "the cluster has gone")],
+    [(KilledWorker("task"), "workers died 3 times"), (CancelledError(), "the cluster has gone")],
 )
 def test_what_a_cluster_may_say(tmp_path, error, rule):
     class Far(Executor):
@@ -345,7 +346,7 @@ def test_what_a_cluster_may_say(tmp_path, error, rule):
             return future
 
     with pytest.raises(FeasibeeError, match=rule):
-        sweep(study(), tmp_path, Crew(Far, 2))
+        sweep(study(), tmp_path, WorkerPool(Far, 2))
     assert sum(counts(tmp_path)) == 0
 
 
@@ -353,7 +354,7 @@ def test_an_error_of_the_work_isnt_hidden(tmp_path, monkeypatch):
     def fail(*arguments):
         raise MemoryError
 
-    monkeypatch.setattr(sweeping, "play", fail)
+    monkeypatch.setattr(workers, "play", fail)
     with pytest.raises(MemoryError):
         sweep(study(), tmp_path, executors.threads(2))
     monkeypatch.undo()
@@ -398,7 +399,7 @@ def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
 
 def test_dask_that_isnt_installed_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(FeasibeeError, match=r"install feasibee\[dask\]"):
+    with pytest.raises(FeasibeeError, match="Dask: not installed; "):
         executors.dask("tcp://127.0.0.1:8786")
 
 
@@ -419,9 +420,9 @@ from distributed import Client, LocalCluster
 sys.path.insert(0, sys.argv[1])
 
 def main():
-    from test_sweep import WORK, executors, study, sweep, sweeping
+    from test_sweep import WORK, executors, pace, study, sweep
 
-    sweeping.CHUNK_WORK = WORK
+    pace.CHUNK_WORK = WORK
     killed = []
 
     def tell(progress):
@@ -501,7 +502,7 @@ def looks(until, runs):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "until",
-    [Until(0.25, None, 2000), Until(None, 0.6, 400), Until(0.05, None, 70)],
+    [StoppingRule(0.25, None, 2000), StoppingRule(None, 0.6, 400), StoppingRule(0.05, None, 70)],
     ids=["width", "decided", "most"],
 )
 def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
@@ -523,15 +524,15 @@ def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
     else:
         assert len(set(counts(tmp_path))) > 1
     assert sweep(plan, tmp_path, executors.threads(1)).runs_new == 0
-    for number, (chunk, crew) in enumerate([(WORK, executors.threads(3)), (7 * WORK, Crew(Here, 2))]):
-        monkeypatch.setattr(sweeping, "CHUNK_WORK", chunk)
+    for number, (chunk, crew) in enumerate([(WORK, executors.threads(3)), (7 * WORK, WorkerPool(Here, 2))]):
+        monkeypatch.setattr(pace, "CHUNK_WORK", chunk)
         sweep(plan, tmp_path / str(number), crew)
         assert everything(tmp_path / str(number)) == everything(tmp_path)
 
 
 @pytest.mark.slow
 def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
-    plan = replace(study(runs=20), until=Until(0.25, None, 2000))
+    plan = replace(study(runs=20), until=StoppingRule(0.25, None, 2000))
     sweep(plan, tmp_path / "whole", executors.threads(1))
     total = sum(counts(tmp_path / "whole"))
 
@@ -550,19 +551,19 @@ def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
 
 
 def test_parts_cant_be_sure(tmp_path):
-    plan = replace(study(), until=Until(0.1, None, 1000))
-    with pytest.raises(FeasibeeError, match="don't shard"):
+    plan = replace(study(), until=StoppingRule(0.1, None, 1000))
+    with pytest.raises(FeasibeeError, match="leave out either"):
         sweep(plan, tmp_path, executors.threads(1), shard=(0, 2))
 
 
 @pytest.mark.parametrize(
     ("until", "right", "sure"),
     [
-        (Until(0.2, None, 1), 50, False),
-        (Until(0.35, None, 1), 50, True),
-        (Until(None, 0.5, 1), 50, False),
-        (Until(None, 0.7, 1), 50, True),
-        (Until(None, 0.3, 1), 50, True),
+        (StoppingRule(0.2, None, 1), 50, False),
+        (StoppingRule(0.35, None, 1), 50, True),
+        (StoppingRule(None, 0.5, 1), 50, False),
+        (StoppingRule(None, 0.7, 1), 50, True),
+        (StoppingRule(None, 0.3, 1), 50, True),
     ],
 )
 def test_what_it_is_to_be_sure(until, right, sure):
@@ -590,9 +591,9 @@ import os, random, signal, sys, time
 from pathlib import Path
 
 sys.path.insert(0, sys.argv[1])
-from test_sweep import WORK, executors, everything, study, sweep, sweeping
+from test_sweep import WORK, executors, everything, pace, study, sweep
 
-sweeping.CHUNK_WORK = WORK
+pace.CHUNK_WORK = WORK
 folder, times = Path(sys.argv[2]), int(sys.argv[3])
 plan = study(curves=True)
 begin = time.monotonic()
@@ -654,11 +655,11 @@ def test_a_sweep_that_is_killed_fifty_times_goes_on(tmp_path):
 
 CHUNKED = """
 import signal, sys
-from feasibee.sweeps import sweep
 from feasibee.cli import main
+from feasibee.sweeps import pace
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
-sweep.CHUNK_WORK = 400
+pace.CHUNK_WORK = 400
 main(prog_name="feasibee")
 """
 
@@ -792,7 +793,10 @@ def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
         check=False,
     )
     assert told.returncode == 2, told.stderr
-    assert "robots.count = 100000: a worker has no room for such a swarm" in told.stderr.splitlines()[-1]
+    assert (
+        "robots.count = 100000: a worker has not enough memory for such a swarm"
+        in told.stderr.splitlines()[-1]
+    )
     assert "Traceback" not in told.stderr
     with Journal(tmp_path / "out") as journal:
         assert [len(journal.columns(row.id)) > 0 for row in journal.points] == [True, False]
@@ -814,7 +818,7 @@ def test_a_full_disk_is_told_and_the_sweep_goes_on(whole, tmp_path):
     )
     assert told.returncode == 2, told.stderr
     (line,) = told.stderr.splitlines()
-    assert "free some room, and run the same command again: nothing that was kept is lost" in line
+    assert "free some room, and run the same command again: the runs in the journal are kept" in line
     there = check_part(tmp_path / "out", whole)
     assert there > 100
     missing = sum(max(0, 100 - count) for count in counts(tmp_path / "out"))
@@ -831,11 +835,11 @@ def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
 
     def tell(progress):
         if progress.runs_done in (0, 50, 100):
-            assert "another sweep writes here" in refused("sweep", tmp_path / "study.toml", "--out", out)
-            assert "another sweep writes here" in refused("merge", out, whole)
+            assert "another process writes here" in refused("sweep", tmp_path / "study.toml", "--out", out)
+            assert "another process writes here" in refused("merge", out, whole)
             seen.append(sum(each["runs"] for each in json.loads(output_of("status", out, "--json"))))
 
-    sweep(study(curves=True), out, Crew(Here, 1), progress=tell)
+    sweep(study(curves=True), out, WorkerPool(Here, 1), progress=tell)
     assert seen == [0, 50, 100]
     assert everything(out) == everything(whole)
 
@@ -901,10 +905,10 @@ def test_what_tells_two_points_apart_has_a_column(twice, monkeypatch):
 
 def test_a_figure_says_which_runs_it_takes_together(twice, results):
     told = invoke("plot", twice, "--x", "tasks.count").stderr
-    assert told == "feasibee: it takes runs together that differ in run.steps\n"
+    assert told == "feasibee: the figure pools runs that differ in run.steps\n"
     assert invoke("plot", twice, "--x", "tasks.count", "--hue", "run.steps").stderr == ""
     told = invoke("plot", results, "--x", "tasks.count").stderr
-    assert told == "feasibee: it takes runs together that differ in decision.strategy\n"
+    assert told == "feasibee: the figure pools runs that differ in decision.strategy\n"
     assert invoke("plot", results, "--x", "tasks.count", "--hue", "decision.strategy").stderr == ""
 
 
@@ -919,7 +923,7 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
     frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
     assert frame["source"].fillna(0).tolist() == [0, 1, 2]
     told = invoke("plot", folder, "--x", "decision.strategy").stderr
-    assert told == "feasibee: it takes runs together that differ in source\n"
+    assert told == "feasibee: the figure pools runs that differ in source\n"
     assert invoke("plot", folder, "--x", "decision.strategy", "--hue", "source").stderr == ""
 
 
@@ -933,13 +937,13 @@ def test_an_unbegun_point_has_a_status(tmp_path):
 
 def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_one_looked(tmp_path):
     """Wilson's would be narrower than the truth allows."""
-    sweep(replace(study(), until=Until(0.4, None, 200)), tmp_path, executors.threads(1))
+    sweep(replace(study(), until=StoppingRule(0.4, None, 200)), tmp_path, executors.threads(1))
     told = json.loads(output_of("status", tmp_path, "--json"))
     for each in told:
         right = each[each["truth"]]
         assert each["accuracy"] == confidence_sequence(right, each["runs"])._asdict()
         assert each["until"] == {"width": 0.4, "decided": None, "most": 200}
-    assert "holds however often one looks" in " ".join(output_of("status", tmp_path).split())
+    assert "is valid at every look" in " ".join(output_of("status", tmp_path).split())
     with Journal(tmp_path) as journal:
         points = summaries(journal)
     runs = sum(point.runs for point in points)
@@ -1062,7 +1066,7 @@ def test_figures(results, tmp_path, arguments, suffix):
         (("--x", "tasks.coun"), "tasks.coun: isn't a field of the scenarios"),
         (("--x", "tasks.count", "--hue", "nope"), "nope: isn't a field"),
         (("--x", "tasks.count", "--y", "tasks.classes.0"), "tasks.classes.0: isn't a field"),
-        (("--x", "tasks.count", "--hue", "robots.count", "--y", "run.steps"), "leave one of them out"),
+        (("--x", "tasks.count", "--hue", "robots.count", "--y", "run.steps"), "leave out one of them"),
         (("--x", "tasks.count", "--out", "figure.gif"), "end the name with .png, .pdf or .svg"),
         ((), "--x"),
     ],
@@ -1108,11 +1112,28 @@ def test_a_part_on_the_command_line(whole, tmp_path):
     assert everything(tmp_path / "all") == everything(whole)
 
 
+def test_a_figure_shows_all_runs_of_a_value(whole):
+    with Journal(whole) as journal:
+        points = summaries(journal)
+    lines = shares_by_line(points, "tasks.count", None, "accuracy")
+    assert list(lines) == [""]
+    assert list(lines[""]) == [2, 5, 9]
+    for tasks, interval in lines[""].items():
+        right = [point.right for point in points if point.row.values["tasks.count"] == tasks]
+        assert interval == wilson(sum(right), 48)
+    cells = shares_by_cell(points, "tasks.count", "decision.strategy", "undecided")
+    assert len(cells) == 6
+    for point in points:
+        cell = (point.row.values["tasks.count"], point.row.values["decision.strategy"])
+        assert cells[cell] == wilson(point.counts["undecided"], 24)
+    assert math.isnan(share_of([], "accuracy").estimate)
+
+
 def test_a_piece_is_small_enough_for_the_memory(monkeypatch):
     """A step of a run with curves takes 8 bytes; a piece has room for an eighth of a gigabyte."""
     scenario = study(scenario={**SMALL, "run": {"steps": 10_000_000}}).points[0].scenario
-    assert sweeping._piece_size(scenario, 100, False) == 1
-    monkeypatch.setattr(sweeping, "CHUNK_WORK", 10**12)
-    assert sweeping._piece_size(scenario, 1000, False) == 125
-    assert sweeping._piece_size(scenario, 1000, True) == 1
-    assert sweeping._piece_size(scenario, 0, True) == 1
+    assert _piece_size(scenario, 100, False) == 1
+    monkeypatch.setattr(pace, "CHUNK_WORK", 10**12)
+    assert _piece_size(scenario, 1000, False) == 125
+    assert _piece_size(scenario, 1000, True) == 1
+    assert _piece_size(scenario, 0, True) == 1

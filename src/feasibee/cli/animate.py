@@ -1,4 +1,4 @@
-"""feasibee animate: one run, to look at."""
+"""feasibee animate: one run as an animation."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from feasibee.errors import FeasibeeError
 @click.option(
     "--steps",
     metavar="[FIRST:]LAST",
-    help="Steps to show; by default from 0 until a while after the decision.",
+    help="Steps to show; by default from 0 to 30 or more after the decision.",
 )
-@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Steps a frame.")
+@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Steps per frame.")
 @click.option(
     "--fps",
     type=click.IntRange(1, 120),
     default=20,
     show_default=True,
-    help="Frames a second; a GIF knows 1, 2, 4, 5, 10, 20, 25, 50.",
+    help="Frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.",
 )
 @click.option(
     "--size", type=click.IntRange(240, 4096), default=480, show_default=True, help="Width in pixels."
 )
-@click.option("--dark", is_flag=True, help="On a dark background.")
+@click.option("--dark", is_flag=True, help="Use a dark background.")
 @click.option(
     "--out",
     type=path_type,
     default="run.gif",
     show_default=True,
-    help="Ends with .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
+    help="File to write: .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
 )
 def animate(
     file: Path | None,
@@ -50,7 +50,7 @@ def animate(
     dark: bool,
     out: Path,
 ) -> None:
-    """Draw one run: robots, tasks, and what the robots think, step by step.
+    """Draw one run step by step: robots, their opinions, and tasks.
 
     FILE is a scenario in TOML; without one, the paper's defaults. The run is that of `feasibee run` with the
     same seed and number.
@@ -81,7 +81,7 @@ def animate(
 
 
 def _span(text: str | None) -> tuple[int, int] | None:
-    """Read LAST, or FIRST:LAST."""
+    """Parse LAST, or FIRST:LAST."""
     if text is None:
         return None
     first, _, last = text.rpartition(":")

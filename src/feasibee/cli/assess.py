@@ -1,4 +1,4 @@
-"""feasibee assess: what to expect of a swarm before it is deployed."""
+"""feasibee assess: the expected behaviour of a swarm before deployment."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ from shutil import get_terminal_size
 
 import click
 
+from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
 from feasibee.cli.options import (
     file_type,
     json_option,
     keep_matplotlib_in_cache,
-    progress,
     read_scenario,
     scenario_options,
     seed_option,
-    threads_option,
 )
 
 
@@ -27,10 +26,13 @@ from feasibee.cli.options import (
 @click.option("--arena", type=float, help="Side of the arena, in units: short for --set arena.side=...")
 @click.option("--range", "reach", type=float, help="Short for --set sensing.range=...")
 @click.option("--steps", type=int, help="Short for --set run.steps=...")
-@click.option("--runs", type=click.IntRange(1), default=400, show_default=True, help="Swarms of each kind.")
+@click.option(
+    "--runs", type=click.IntRange(1), default=400, show_default=True, help="Number of runs of each variant."
+)
 @seed_option
-@threads_option
-@click.option("--report", type=file_type, metavar="FILE.html", help="Write a page.")
+@workforce_options
+@click.option("--report", type=file_type, metavar="FILE.html", help="Write the assessment as a page.")
+@journal_option
 @json_option
 def assess(
     file: Path | None,
@@ -42,14 +44,15 @@ def assess(
     steps: int | None,
     runs: int,
     seed: int,
-    threads: int | None,
+    workforce: Workforce,
     report: Path | None,
+    out: Path | None,
     as_json: bool,
 ) -> None:
-    """Say in plain words whether a swarm would decide rightly, how soon, what limits it, what would help.
+    """Assess in plain words how often a swarm is right, how soon, what limits it, and what would help.
 
     FILE is a scenario in TOML; without one, the paper's defaults. Changes and other strategies are run on the
-    same worlds, so that differences are not chance.
+    same worlds, so that their differences aren't chance.
 
     \b
     Examples:
@@ -59,7 +62,7 @@ def assess(
     keep_matplotlib_in_cache()
     from feasibee.files import check_output
     from feasibee.studies.assess import assess as simulate_all
-    from feasibee.studies.assessment import words
+    from feasibee.studies.assessment import paragraphs
     from feasibee.studies.report import write_report
 
     fields = {
@@ -73,20 +76,20 @@ def assess(
     scenario = read_scenario(file, (*changes, *more))
     if report is not None:
         check_output(report, (".html", ".htm"), "--report")
-    with progress("Assessing") as advance:
-        assessment = simulate_all(scenario, runs, seed, threads, advance)
+    with executing("Assessing", out, workforce) as execution:
+        assessment = simulate_all(scenario, runs, seed, execution)
     if report is not None:
         write_report(assessment, report)
     if as_json:
         click.echo(json.dumps(assessment.to_dict(), indent=2))
         return
-    for paragraph in words(assessment):
+    for paragraph in paragraphs(assessment):
         click.echo(_wrapped(paragraph) + "\n")
     if report is not None:
         click.echo(f"The page is {report}")
 
 
 def _wrapped(paragraph: str) -> str:
-    """Break a paragraph into lines for the terminal, never between a number and its %."""
+    """Wrap a paragraph for the terminal; never break between a number and its %."""
     width = min(88, get_terminal_size().columns)
     return click.wrap_text(paragraph.replace(" %", "\u00a0%"), width).replace("\u00a0%", " %")

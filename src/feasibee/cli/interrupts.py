@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command in a line and with status 130, at whatever moment it comes."""
+"""Ctrl-C at any moment ends a command with one line and exit status 130."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from typing import NoReturn
 import click
 
 STATUS = 130
-USUAL = "no file was left half-written"
+UNHARMED = "no file was left half-written"
 _CLEAR = b"\r\x1b[2K\x1b[?25h"  # what a progress bar leaves: its line, and a hidden cursor
 
 _is_program = threading.Event()
-"""Set where the command line is the process, and no guest in another: then Ctrl-C is ours to handle."""
+"""Set if the command line is the whole process, not called from another program: only then handle Ctrl-C."""
 
 
 def begin() -> None:
     """Install the handler of Ctrl-C, unless the parent process ignores it, as for a background job."""
     if callable(signal.getsignal(signal.SIGINT)):
         _is_program.set()
-        signal.signal(signal.SIGINT, _Leave(USUAL))
-        sys.unraisablehook = _leave_or_tell
+        signal.signal(signal.SIGINT, _Leave(UNHARMED))
+        sys.unraisablehook = _leave_or_print
 
 
 def end() -> None:
-    """Ignore Ctrl-C from now on: all is done, and Python's own end would answer with a traceback."""
+    """Ignore Ctrl-C from now on: all is done, and Python's own exit would print a traceback."""
     if _is_program.is_set():
         signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def raising() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt, so that what is half-written is cleared away; then `end`."""
+    """Let Ctrl-C raise KeyboardInterrupt, so that half-written files are removed; then ignore it."""
     if _is_program.is_set():
         signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
@@ -47,24 +47,31 @@ def raising() -> Iterator[None]:
 
 @contextmanager
 def leaving(what: str) -> Iterator[None]:
-    """Let Ctrl-C end the process at once, where nothing can be left half-written; then `end`."""
+    """Let Ctrl-C end the process at once, where nothing can be left half-written; then raise as before.
+
+    Parameters
+    ----------
+    what : str
+        What to print of the state that is left.
+    """
     if _is_program.is_set():
         signal.signal(signal.SIGINT, _Leave(what))
     try:
         yield
     finally:
-        end()
+        if _is_program.is_set():
+            signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def interrupted(what: str) -> NoReturn:
-    """Print that a command was interrupted and what it kept, and exit with status 130."""
+    """Print that a command was interrupted and what it kept; exit with status 130."""
     end()
-    click.echo(f"feasibee: interrupted; {what or USUAL}", err=True)
+    click.echo(f"feasibee: interrupted; {what or UNHARMED}", err=True)
     sys.exit(STATUS)
 
 
 class _Leave:
-    """A handler that ends the process at once, in a line."""
+    """A signal handler that prints one line and ends the process at once."""
 
     def __init__(self, what: str) -> None:
         self.what = what
@@ -75,8 +82,8 @@ class _Leave:
         os._exit(STATUS)
 
 
-def _leave_or_tell(what: sys.UnraisableHookArgs) -> None:
-    """End at once if Ctrl-C came where Python can't raise an error, as while it frees an object."""
+def _leave_or_print(what: sys.UnraisableHookArgs) -> None:
+    """End at once if Ctrl-C came where Python can't raise an error, such as in a destructor."""
     if issubclass(what.exc_type, KeyboardInterrupt):
-        _Leave(USUAL)()
+        _Leave(UNHARMED)()
     sys.__unraisablehook__(what)

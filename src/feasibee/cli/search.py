@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from feasibee.cli.completion import complete_field
+from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
 from feasibee.cli.options import (
     check_figure,
     file_type,
@@ -16,12 +17,16 @@ from feasibee.cli.options import (
     json_option,
     keep_matplotlib_in_cache,
     listed,
-    progress,
     read_scenario,
     scenario_options,
     seed_option,
-    threads_option,
 )
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
+    from feasibee.studies.sensitivity import Sensitivity
+    from feasibee.studies.space import Dimension
+    from feasibee.studies.tuning import Tuned
 
 _over = click.option(
     "--over",
@@ -29,25 +34,40 @@ _over = click.option(
     shell_complete=complete_field,
     required=True,
     metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
-    help="What to vary; by default from a fifth of its value to five times it.",
+    help="Fields to vary; by default from a fifth of a value to five times it.",
 )
-_within = click.option("--within", type=int, help="Steps: short for --set run.steps=...")
+_within = click.option("--within", type=int, help="Number of steps: short for --set run.steps=...")
+
+
+def _read_space(
+    file: Path | None, changes: tuple[str, ...], over: tuple[str, ...], within: int | None
+) -> tuple[Scenario, list[Dimension]]:
+    """Return the scenario, and the fields to vary."""
+    from feasibee.studies.space import dimensions
+
+    more = () if within is None else (f"run.steps={within}",)
+    scenario = read_scenario(file, (*changes, *more))
+    return scenario, dimensions(scenario, over)
 
 
 @click.command()
 @scenario_options
 @_over
 @_within
-@click.option("--trials", type=click.IntRange(2, 100_000), default=60, show_default=True, help="In all.")
-@click.option("--runs", type=click.IntRange(1), default=200, show_default=True, help="Swarms of each trial.")
+@click.option(
+    "--trials", type=click.IntRange(2, 100_000), default=60, show_default=True, help="Number of trials."
+)
+@click.option(
+    "--runs", type=click.IntRange(1), default=200, show_default=True, help="Number of runs of each trial."
+)
 @seed_option
-@threads_option
+@workforce_options
 @click.option(
     "--out",
     type=folder_type,
     default=Path("tune"),
     show_default=True,
-    help="Folder of the search; the same command goes on with what is there.",
+    help="Folder for the figure, and a journal of all runs, with which the same command goes on.",
 )
 @json_option
 def tune(
@@ -58,14 +78,13 @@ def tune(
     trials: int,
     runs: int,
     seed: int,
-    threads: int | None,
+    workforce: Workforce,
     out: Path,
     as_json: bool,
 ) -> None:
-    """Search for good parameters: those with which the swarm is right most often within a given time.
+    """Search for the parameters with which the swarm is right most often within a given time.
 
-    What is gained is judged on fresh runs, since the best of many trials has also been lucky. Needs
-    the extra 'tune'.
+    The gain is judged on fresh runs, since the best of many trials was also lucky. Needs the extra 'tune'.
 
     \b
     Examples:
@@ -76,30 +95,32 @@ def tune(
     from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
-    from feasibee.studies.space import dimensions
     from feasibee.studies.tuning import draw_search
     from feasibee.studies.tuning import tune as search
 
-    more = () if within is None else (f"run.steps={within}",)
-    scenario = read_scenario(file, (*changes, *more))
-    space = dimensions(scenario, over)
+    scenario, space = _read_space(file, changes, over, within)
     Runs(10 * runs, seed)  # raises before the folder is made
-    picture = make_folder(out) / "tune.png"
+    folder = make_folder(out)
+    picture = folder / "tune.png"
     check_figure("--out", picture)
-    with progress("Tuning") as advance:
-        tuned = search(scenario, space, out, trials, runs, seed, threads, advance)
+    with executing("Tuning", folder, workforce) as execution:
+        tuned = search(scenario, space, trials, runs, seed, execution)
     save_figure(draw_search(tuned), picture)
     if as_json:
         intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
         click.echo(json.dumps({"values": tuned.values, **intervals}, indent=2))
-        return
+    else:
+        _print_tuned(tuned, scenario.run.steps, 10 * runs, picture)
+
+
+def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
     for path, value in tuned.values.items():
         click.echo(f"--set {path}={value:.4g}" if isinstance(value, float) else f"--set {path}={value}")
     middle, low, high = (100 * value for value in tuned.gain)
     click.echo(
-        f"Right within {scenario.run.steps} steps: {100 * tuned.best.estimate:.1f} %, at the start "
+        f"Right within {steps} steps: {100 * tuned.best.estimate:.1f} %, at the start "
         f"{100 * tuned.start.estimate:.1f} %: {middle:+.1f} points ({low:+.1f} to {high:+.1f}) on "
-        f"{10 * runs} fresh runs. The search: {picture}"
+        f"{fresh} fresh runs. The search: {picture}"
     )
 
 
@@ -108,12 +129,19 @@ def tune(
 @_over
 @_within
 @click.option(
-    "--points", type=click.IntRange(10, 10_000), default=200, show_default=True, help="Of the hypercube."
+    "--points",
+    type=click.IntRange(10, 10_000),
+    default=200,
+    show_default=True,
+    help="Number of points of the hypercube.",
 )
-@click.option("--runs", type=click.IntRange(1), default=20, show_default=True, help="Swarms at each point.")
+@click.option(
+    "--runs", type=click.IntRange(1), default=20, show_default=True, help="Number of runs at each point."
+)
 @seed_option
-@threads_option
-@click.option("--plot", type=file_type, metavar="FILE.png", help="Draw it.")
+@workforce_options
+@click.option("--plot", type=file_type, metavar="FILE.png", help="Draw the correlations.")
+@journal_option
 @json_option
 def sensitivity(
     file: Path | None,
@@ -123,11 +151,12 @@ def sensitivity(
     points: int,
     runs: int,
     seed: int,
-    threads: int | None,
+    workforce: Workforce,
     plot: Path | None,
+    out: Path | None,
     as_json: bool,
 ) -> None:
-    """Say which parameters matter: rank correlations with right decisions over a Latin hypercube.
+    """Show which fields matter: rank correlations with right decisions over a Latin hypercube.
 
     \b
     Examples:
@@ -137,27 +166,27 @@ def sensitivity(
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
     from feasibee.studies.sensitivity import draw_sensitivities, sensitivities
-    from feasibee.studies.space import dimensions
 
-    more = () if within is None else (f"run.steps={within}",)
-    scenario = read_scenario(file, (*changes, *more))
     check_figure("--plot", plot)
-    with progress("Varying") as advance:
-        found, _, _ = sensitivities(
-            scenario, dimensions(scenario, over), points, runs, seed, threads, advance
-        )
+    scenario, space = _read_space(file, changes, over, within)
+    with executing("Varying", out, workforce) as execution:
+        found, _, _ = sensitivities(scenario, space, points, runs, seed, execution)
     if plot is not None:
         save_figure(draw_sensitivities(found), plot)
     if as_json:
         click.echo(json.dumps([_as_dict(each) for each in found], indent=2))
         return
-    width = max(len(each.path) for each in found)
     click.echo(f"Rank correlation with right decisions, {points} points of {runs} runs, 95 % interval:")
+    _print_sensitivities(found)
+
+
+def _print_sensitivities(found: list[Sensitivity]) -> None:
+    width = max(len(each.path) for each in found)
     for each in found:
         middle, low, high = each.correlation
-        told = "" if each.matters else "  (can't tell)"
-        click.echo(f"  {each.path:{width}}  {middle:+.2f} ({low:+.2f} to {high:+.2f}){told}")
+        verdict = "" if each.matters else "  (can't tell)"
+        click.echo(f"  {each.path:{width}}  {middle:+.2f} ({low:+.2f} to {high:+.2f}){verdict}")
 
 
-def _as_dict(each: Any) -> dict[str, Any]:
+def _as_dict(each: Sensitivity) -> dict[str, Any]:
     return {"field": each.path, "correlation": each.correlation._asdict(), "matters": each.matters}

@@ -2,27 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from feasibee.cli.completion import complete_strategy
+from feasibee.cli.execution import Workforce, executing, workforce_options
 from feasibee.cli.options import (
     console,
     folder_type,
     keep_matplotlib_in_cache,
     listed,
-    progress,
     read_scenario,
     scenario_options,
     seed_option,
-    threads_option,
 )
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
+    from feasibee.scenario.scenario import Scenario
     from feasibee.studies.claims import Claim
     from feasibee.studies.comparison import Outcome
+
+SUMS_CAPTION = (
+    "right: share at the end (%), with its 95 % interval; difference: from {baseline}, in points, in the "
+    "same runs; first: share of right first collective decisions (%); by: step by which half of the runs had "
+    "decided; bits: per robot-step"
+)
 
 
 def _numbers(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, ...]:
@@ -32,6 +41,16 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
         raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
 
 
+def _folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    return click.option(
+        "--out",
+        type=folder_type,
+        default=Path(name),
+        show_default=True,
+        help=f"Folder for {what}, and a journal of all runs, with which the same command goes on.",
+    )
+
+
 @click.command()
 @scenario_options
 @click.option(
@@ -39,22 +58,30 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
     callback=listed,
     metavar="A,B,...",
     shell_complete=complete_strategy,
-    help="By default all built-in ones.",
+    help="Strategies to compare; by default all built-in ones.",
 )
-@click.option("--presets", callback=listed, metavar="A,B,...", help="Instead; 'default' is the paper.")
 @click.option(
-    "--tasks", callback=_numbers, metavar="M,N,...", help="By default nine numbers, most near ratio one."
+    "--presets",
+    callback=listed,
+    metavar="A,B,...",
+    help="Presets to compare, instead of strategies; 'default' is the paper.",
 )
-@click.option("--runs", type=click.IntRange(1), default=200, show_default=True, help="Swarms of each kind.")
-@seed_option
-@threads_option
 @click.option(
-    "--out",
-    type=folder_type,
-    default=Path("compare"),
+    "--tasks",
+    callback=_numbers,
+    metavar="M,N,...",
+    help="Numbers of tasks; by default nine, most of them near ratio 1.",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(1),
+    default=200,
     show_default=True,
-    help="Folder for figures and data.",
+    help="Number of runs of each contender at each number of tasks.",
 )
+@seed_option
+@workforce_options
+@_folder_option("compare", "figures and data")
 def compare(
     file: Path | None,
     changes: tuple[str, ...],
@@ -63,10 +90,10 @@ def compare(
     tasks: tuple[int, ...],
     runs: int,
     seed: int,
-    threads: int | None,
+    workforce: Workforce,
     out: Path,
 ) -> None:
-    """Let strategies decide on the same worlds: how often right, how soon, at how many bits.
+    """Compare strategies on the same worlds: accuracy, decision time, bits on the air.
 
     FILE is a scenario in TOML; without one, the paper's defaults. A strategy may be the path of a .py file.
 
@@ -79,43 +106,44 @@ def compare(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
-    from feasibee.scenario.runs import Runs
-    from feasibee.studies.comparison import TASKS, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
+    from feasibee.studies.comparison import contenders_of, write_comparison
 
     scenario = read_scenario(file, changes)
-    Runs.of_point(0, runs, seed)  # raises before the folder is made
-    numbers = tasks or (() if scenario.tasks.classes or scenario.tasks.points else TASKS)
+    numbers = _tasks_of(scenario, tasks, runs, seed)
     contenders = contenders_of(scenario, strategies, presets)
     for number in tasks:
         scenario.replace({"tasks.count": number})
     folder = make_folder(out)
-    with progress("Comparing") as advance:
-        outcomes = simulate_all(contenders, numbers, runs, seed, threads, advance)
+    with executing("Comparing", folder, workforce) as execution:
+        outcomes = simulate_all(contenders, numbers, runs, seed, execution)
     write_comparison(folder, outcomes)
     _print_comparison(outcomes)
     click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
 
 
+def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:
+    """Validate the numbers of runs; return the numbers of tasks, none if the scenario lists its tasks."""
+    from feasibee.scenario.runs import Runs
+    from feasibee.studies.comparison import TASKS
+
+    Runs.of_point(0, runs, seed)  # raises before the folder is made
+    return tasks or (() if scenario.tasks.classes or scenario.tasks.points else TASKS)
+
+
 @click.command()
-@click.option(
-    "--out",
-    type=folder_type,
-    default=Path("paper"),
-    show_default=True,
-    help="Folder for figures, data and claims.",
-)
+@_folder_option("paper", "figures, data and claims")
 @click.option(
     "--runs",
     type=click.IntRange(4),
     default=2000,
     show_default=True,
-    help="Swarms at each ratio; the paper has 100, which leave some claims open.",
+    help="Number of runs at each ratio; the paper has 100, which leave some claims open.",
 )
 @seed_option
-@threads_option
+@workforce_options
 @click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in seven worlds unlike the paper's.")
-def paper(out: Path, runs: int, seed: int, threads: int | None, beyond: bool) -> None:
+def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -> None:
     """Reproduce the paper: its three figures, the data behind them, its claims checked.
 
     \b
@@ -125,20 +153,30 @@ def paper(out: Path, runs: int, seed: int, threads: int | None, beyond: bool) ->
       feasibee paper --beyond --runs 400
     """
     keep_matplotlib_in_cache()
+    from feasibee.files import make_folder
+    from feasibee.scenario.runs import Runs
+
+    Runs.of_point(0, runs, seed)  # raises before the folder is made
+    folder = make_folder(out)
     if beyond:
-        from feasibee.studies.robustness import reproduce_beyond, summary
-
-        with progress("Simulating beyond the paper") as advance:
-            rows = reproduce_beyond(out, runs, seed, threads, advance)
-        _print_beyond(summary(rows), runs)
-        click.echo(f"beyond.png, beyond.pdf and their data, beyond.csv, are in {out}/")
+        _beyond(folder, runs, seed, workforce)
         return
-    from feasibee.studies.paper import reproduce
+    from feasibee.studies.paper import run_study, write_study
 
-    with progress("Simulating the paper's study") as advance:
-        claims = reproduce(out, runs, seed, threads, advance)
-    _print_claims(claims, runs)
+    with executing("Simulating the paper's study", folder, workforce) as execution:
+        points = run_study(runs, seed, execution)
+    _print_claims(write_study(folder, points, seed), runs)
     click.echo(f"Figures (PNG, PDF), their data (CSV) and claims.json are in {out}/")
+
+
+def _beyond(folder: Path, runs: int, seed: int, workforce: Workforce) -> None:
+    from feasibee.studies.robustness import simulate_panels, summary, write_panels
+
+    with executing("Simulating beyond the paper", folder, workforce) as execution:
+        points = simulate_panels(runs, seed, execution)
+    write_panels(folder, points)
+    _print_beyond(summary(points), runs)
+    click.echo(f"beyond.png, beyond.pdf and their data, beyond.csv, are in {folder}/")
 
 
 def _print_claims(claims: list[Claim], runs: int) -> None:
@@ -167,46 +205,49 @@ def _print_beyond(lines: list[list[str]], runs: int) -> None:
 
 
 def _print_comparison(outcomes: list[Outcome]) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     from feasibee.studies.comparison import by_contender, overall
 
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
-    runs = outcomes[0].runs
-    shares = Table(
-        "tasks m",
-        title=f"Swarms that are right at the end (%), of {runs} each",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-    )
-    for each in next(iter(groups.values())):
-        shares.add_column(str(each.tasks), justify="right")
-    for name in ranked:
-        shares.add_row(name, *(f"{100 * each.accuracy.estimate:.0f}" for each in groups[name]))
-    commits = any((each.committed > 0).any() for each in outcomes)
-    more = ["committed", "wrongly"] if commits else []
-    sums = Table(
-        "over all m",
-        title="All together",
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        caption="right: at the end (%), and where that lies with 95 % confidence; difference: from "
-        f"{next(iter(groups))}, in points, in the same runs; first: the first collective decision is right "
-        "(%); by: the step by which half of the runs had decided; bits: sent a robot and step",
-    )
-    for column in ("right", "interval", "difference", "first", "by", "bits", *more):
-        sums.add_column(column, justify="right")
-    for name in ranked:
-        sums.add_row(name, *_sums(groups[name], next(iter(groups.values())), commits))
     out = console()
-    out.print(shares)
-    out.print(sums)
+    out.print(_shares_table(groups, ranked))
+    out.print(_sums_table(groups, ranked))
+
+
+def _shares_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
+    """Return the share of right swarms by contender and number of tasks."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    some = next(iter(groups.values()))
+    title = f"Swarms that are right at the end (%), of {some[0].runs} each"
+    table = Table("tasks m", title=title, box=SIMPLE_HEAD, pad_edge=False)
+    for each in some:
+        table.add_column(str(each.tasks), justify="right")
+    for name in ranked:
+        table.add_row(name, *(f"{100 * each.accuracy.estimate:.0f}" for each in groups[name]))
+    return table
+
+
+def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
+    """Return what came of each contender over all numbers of tasks."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    first, baseline = next(iter(groups.items()))
+    commits = any((each.committed > 0).any() for group in groups.values() for each in group)
+    caption = SUMS_CAPTION.format(baseline=first)
+    table = Table("over all m", title="All together", box=SIMPLE_HEAD, pad_edge=False, caption=caption)
+    more = ["committed", "wrongly"] if commits else []
+    for column in ("right", "interval", "difference", "first", "by", "bits", *more):
+        table.add_column(column, justify="right")
+    for name in ranked:
+        table.add_row(name, *_sums(groups[name], baseline, commits))
+    return table
 
 
 def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[str]:
-    """Return what to print of a contender over all numbers of tasks."""
+    """Return the cells of a contender over all numbers of tasks."""
     from feasibee.studies.comparison import mean_bits, overall, overall_difference
 
     share, difference = overall(group), overall_difference(group, baseline)

@@ -1,4 +1,4 @@
-"""How far a sweep is: a bar on a terminal, a line now and then elsewhere, JSON lines in a log."""
+"""Progress of a study: a bar on a terminal, a line every ten seconds elsewhere, JSON lines in a log."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ PATIENCE = 10.0
 
 
 @contextmanager
-def told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
-    """Show a bar on a terminal, a line now and then elsewhere, and append to a log if there is one."""
+def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[Progress], None]]:
+    """Show a bar on a terminal, a line every ten seconds elsewhere, and append to a log if one is named."""
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
@@ -37,9 +37,9 @@ def told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
     if log is not None:
         _end_line(log)
     with Bar(*columns, console=stderr_console(), transient=True, disable=not terminal) as bar:
-        task = bar.add_task("Sweeping", total=None)
+        task = bar.add_task(what, total=None)
 
-        def tell(progress: Progress) -> None:
+        def display(progress: Progress) -> None:
             nonlocal last
             rate = progress.runs_new / progress.seconds if progress.seconds > 0 else 0.0
             bar.update(
@@ -48,7 +48,7 @@ def told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
                 completed=progress.runs_done,
                 description="stopping, Ctrl-C again ends at once"
                 if progress.stopping
-                else f"{progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
+                else f"{what}: {progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
             )
             if log is not None:
                 _append(log, {"time": time.time(), **vars(progress)})
@@ -56,11 +56,11 @@ def told(log: Path | None) -> Iterator[Callable[[Progress], None]]:
                 last = time.monotonic()
                 click.echo(_line(progress, rate), err=True)
 
-        yield tell
+        yield display
 
 
 def _end_line(log: Path) -> None:
-    """End the line of a log that a killed sweep has left half-written."""
+    """End the last line of a log if a killed sweep has left it half-written."""
     with suppress(OSError):
         if log.is_file() and log.stat().st_size:
             with log.open("r+b") as file:
@@ -70,23 +70,23 @@ def _end_line(log: Path) -> None:
 
 
 def _append(log: Path, entry: dict[str, Any]) -> None:
-    with _log_told(log), log.open("a", encoding="utf-8") as file:
+    with _writing_log(log), log.open("a", encoding="utf-8") as file:
         file.write(json.dumps(entry) + "\n")
 
 
 def check_log(log: Path) -> None:
-    """Raise an error now if the log can't be written; don't wait for somebody to read a pipe."""
-    with _log_told(log):
+    """Raise an error before the work if the log can't be written; don't wait for the reader of a pipe."""
+    with _writing_log(log):
         os.close(os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0), 0o666))
 
 
 @contextmanager
-def _log_told(log: Path) -> Iterator[None]:
+def _writing_log(log: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
         raise FeasibeeError(
-            f"--log {log}: can't be written: {why_not(error)}; name a file that you may write to"
+            f"--log {log}: can't be written: {why_not(error)}; choose a file that you may write to"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""feasibee sweep, status, export, plot, merge: studies that survive anything."""
+"""feasibee sweep, status, export, plot, merge: studies that resume after an interruption."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.completion import complete_field
-from feasibee.cli.interrupts import leaving
+from feasibee.cli.execution import Workforce, executing, workforce_options
 from feasibee.cli.options import (
     check_figure,
     console,
@@ -21,12 +21,11 @@ from feasibee.cli.options import (
     keep_matplotlib_in_cache,
     named,
 )
-from feasibee.cli.sweep_progress import check_log, told
+from feasibee.cli.sweep_progress import check_log
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.sweeps.executors import Crew
-    from feasibee.sweeps.sweep import Progress
+    from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
 _folder = click.argument("folder", type=folder_type)
@@ -34,7 +33,7 @@ _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, c
 
 
 def _shard(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, int]:
-    """Read I/N, parts counted from 1."""
+    """Parse I/N, with parts counted from 1."""
     if text is None:
         return (0, 1)
     numbers = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
@@ -44,15 +43,6 @@ def _shard(context: click.Context, parameter: click.Parameter, text: str | None)
     raise click.BadParameter("must be I/N, such as 3/16 for the third of 16 parts")
 
 
-def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    """Check a scheduler's address; with a port that can't be, Dask would wait without end."""
-    host = r"[\w.-]{1,253}|\[[\w:.%]{1,60}\]"
-    found = re.fullmatch(rf"(?:[a-z]{{2,9}}://)?(?:{host}):([0-9]{{1,5}})", text or "", re.ASCII)
-    if text is not None and not (found and 0 < int(found[1]) < 2**16):
-        raise click.BadParameter("must be the address of a scheduler, such as tcp://10.0.0.1:8786.")
-    return text
-
-
 @click.command()
 @click.argument("study", type=file_type)
 @click.option(
@@ -60,98 +50,62 @@ def _address(context: click.Context, parameter: click.Parameter, text: str | Non
     type=folder_type,
     default=Path("results"),
     show_default=True,
-    help="Folder of the journal; what is there already isn't run again.",
+    help="Folder of the journal; runs that it has aren't computed again.",
 )
-@click.option("--runs", type=click.IntRange(1), help="Runs of each point, instead of the study's.")
-@click.option("--workers", type=click.IntRange(1, 1024), help="By default one for each processor.")
-@click.option(
-    "--processes", is_flag=True, help="Use processes instead of threads; one that dies is replaced."
-)
-@click.option(
-    "--dask", callback=_address, metavar="ADDRESS", help="Use a Dask cluster, such as tcp://10.0.0.1:8786."
-)
-@click.option("--shard", callback=_shard, metavar="I/N", help="Do part I of N only, for job arrays.")
+@click.option("--runs", type=click.IntRange(1), help="Number of runs of each point, instead of the study's.")
+@workforce_options
+@click.option("--shard", callback=_shard, metavar="I/N", help="Run part I of N only, for job arrays.")
 @click.option("--log", type=file_type, help="Append progress as JSON lines.")
 def sweep(
     study: Path,
     out: Path,
     runs: int | None,
-    workers: int | None,
-    processes: bool,
-    dask: str | None,
+    workforce: Workforce,
     shard: tuple[int, int],
     log: Path | None,
 ) -> None:
-    """Run a study: many scenarios, many runs of each, into a journal.
+    """Run a study, many scenarios with many runs each, into a journal.
 
-    STUDY is a TOML file with [scenario], [sweep], runs and seed. Interrupt it, kill it, let the disk fill up:
-    the same command goes on where it was.
+    STUDY is a TOML file with [scenario], [sweep], runs and seed. If the sweep is interrupted or killed, or
+    the disk is full, the same command goes on where it was.
 
     \b
     Examples:
       feasibee sweep ratio.toml --out results
-      feasibee sweep ratio.toml --out results --runs 1000     grows what is there
+      feasibee sweep ratio.toml --out results --runs 1000     adds runs to those in the journal
       feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee merge results part*
     """
-    with leaving("what was kept stays; the same command goes on"):
-        done = _sweep(study, out, runs, (workers, processes, dask), shard, log)
+    from feasibee.files import make_folder
+    from feasibee.sweeps.sweep import sweep as run_sweep
+
+    plan = _read_plan(study, runs)
+    make_folder(out)
+    if log is not None:
+        check_log(log)
+    with executing("Sweeping", out, workforce, log) as execution:
+        done = run_sweep(plan, out, execution.pool, shard, execution.progress)
     click.echo(
         f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
         f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee status {out}"
     )
 
 
-def _sweep(
-    study: Path,
-    out: Path,
-    runs: int | None,
-    crew: tuple[int | None, bool, str | None],
-    shard: tuple[int, int],
-    log: Path | None,
-) -> Progress:
+def _read_plan(path: Path, runs: int | None) -> Study:
+    """Return the study in a file, with another number of runs if one is given."""
     from dataclasses import replace
 
-    from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
     from feasibee.sweeps.plan import Study
-    from feasibee.sweeps.sweep import sweep as run_sweep
 
-    plan = Study.read(study)
-    if runs is not None:
-        plan = replace(plan, runs=Runs(runs, plan.seed).count)
-    make_folder(out)
-    if log is not None:
-        check_log(log)
-    workers = _crew(*crew)
-    _prepare(plan, crew[-1])
-    with told(log) as progress:
-        return run_sweep(plan, out, workers, shard, progress)
-
-
-def _crew(workers: int | None, use_processes: bool, address: str | None) -> Crew:
-    from feasibee.sweeps import executors
-
-    if address is not None:
-        if use_processes or workers is not None:
-            raise FeasibeeError("--dask: brings its own workers; leave --workers and --processes out")
-        return executors.dask(address)
-    return executors.processes(workers) if use_processes else executors.threads(workers)
-
-
-def _prepare(plan: Any, address: str | None) -> None:
-    """Compile here, once, what workers on this machine will need."""
-    from feasibee.simulation.loading import load_engine
-
-    if address is None:
-        for point in plan.points:
-            load_engine(point.scenario)
+    plan = Study.read(path)
+    return plan if runs is None else replace(plan, runs=Runs(runs, plan.seed).count)
 
 
 @click.command()
 @_folder
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
 def status(folder: Path, as_json: bool) -> None:
-    """Say how far a sweep is, and what its points say so far; also while it runs.
+    """Show the progress of a sweep or study, and its results so far; also while it runs.
 
     \b
     Example:
@@ -174,7 +128,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Column, Table
 
-    from feasibee.sweeps.table import held, varied
+    from feasibee.sweeps.table import value_of, varied
 
     fields = varied([point.row for point in points])
     total = sum(point.runs for point in points)
@@ -186,25 +140,25 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
         pad_edge=False,
         collapse_padding=True,
         title=f"{folder}: {total} runs of {len(points)} points",
-        caption="right (with 95 % interval) and undecided: % of the runs; half by: the step by which half of "
+        caption="right (with 95 % interval) and undecided: % of the runs; half by: step by which half of "
         "the runs had decided" + _sequential(points),
     )
     for column in ("truth", "runs", "right", "interval", "undecided", "half by"):
         table.add_column(column, justify="right", no_wrap=True)
     for point in points:
-        values = [_text(held(point.row, path)) for path in fields]
+        values = [_text(value_of(point.row, path)) for path in fields]
         values += [str(point.row.seed)] if seeds else []
         accuracy = point.accuracy
         middle = "" if point.times.median is None else str(point.times.median)
-        told = ["", "", "", middle]
+        numbers = ["", "", "", middle]
         if accuracy is not None:
-            told = [
+            numbers = [
                 f"{100 * accuracy.estimate:.1f}",
                 f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
                 f"{100 * point.counts['undecided'] / point.runs:.1f}",
                 middle,
             ]
-        table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *told)
+        table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *numbers)
     console().print(table)
 
 
@@ -213,8 +167,8 @@ def _text(value: Any) -> str:
 
 
 def _sequential(points: Sequence[Summary]) -> str:
-    told = "; the interval of a point that runs until sure holds however often one looks"
-    return told if any(point.row.until for point in points) else ""
+    words = "; the interval of a point with a stopping rule is valid at every look"
+    return words if any(point.row.until for point in points) else ""
 
 
 def _as_json(point: Summary) -> dict[str, Any]:
@@ -238,11 +192,11 @@ def _as_json(point: Summary) -> dict[str, Any]:
     "--to",
     "kind",
     type=click.Choice(["csv", "parquet", "netcdf"]),
-    help="By default as --out ends: .csv, .parquet or .nc; without --out, csv.",
+    help="Format; by default that of the suffix of --out: .csv, .parquet or .nc.",
 )
-@click.option("--out", type=file_type, help="By default FOLDER/runs.csv, ...")
+@click.option("--out", type=file_type, help="File to write; by default FOLDER/runs.csv, and so on.")
 def export(folder: Path, kind: str | None, out: Path | None) -> None:
-    """Write all runs of a sweep as one table, a row a run.
+    """Write all runs of a sweep or study as one table, one row per run.
 
     \b
     Examples:
@@ -264,18 +218,18 @@ def export(folder: Path, kind: str | None, out: Path | None) -> None:
 @click.command()
 @_folder
 @_field("--x", required=True, help="Field along the horizontal axis.")
-@_field("--hue", help="A line for each value of this field.")
-@_field("--y", help="Instead, a heat map over --x and this field.")
+@_field("--hue", help="Field with one line per value.")
+@_field("--y", help="Field along the vertical axis of a heat map.")
 @click.option(
     "--show",
     type=click.Choice(["accuracy", "feasible", "infeasible", "undecided"]),
     default="accuracy",
     show_default=True,
-    help="The share of the runs to draw.",
+    help="Which share of the runs to draw.",
 )
-@click.option("--out", type=file_type, help="By default FOLDER/plot.png.")
+@click.option("--out", type=file_type, help="File to write; by default FOLDER/plot.png.")
 def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: Path | None) -> None:
-    """Draw a sweep: lines with 95 % bands, or a heat map over two fields.
+    """Draw a sweep or study: lines with 95 % bands, or a heat map over two fields.
 
     \b
     Examples:
@@ -284,33 +238,36 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     """
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
-    from feasibee.sweeps.figures import draw_lines, draw_map
+    from feasibee.figures.sweep import draw_lines, draw_map
     from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.table import alike, summaries, varied
+    from feasibee.sweeps.table import pooled_fields, shares_by_cell, shares_by_line, summaries, varied
 
     target = out or folder / "plot.png"
     if hue and y:
-        raise FeasibeeError("--hue and --y: can't stand together; leave one of them out")
+        raise FeasibeeError("--hue and --y: exclude each other; leave out one of them")
     with Journal(folder) as journal:
         found = summaries(journal)
     points = [each for each in found if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
     check_figure("--out", target)
-    drawn = draw_map(points, x, y, show) if y else draw_lines(points, x, hue, show)
+    if y:
+        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show)
+    else:
+        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show)
     save_figure(drawn, target)
     click.echo(f"The figure is {target}")
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
-    over = alike([each.row for each in points], [field for field in (x, hue, y) if field], others)
+    over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)
     if over:
-        click.echo(f"feasibee: it takes runs together that differ in {', '.join(over)}", err=True)
+        click.echo(f"feasibee: the figure pools runs that differ in {', '.join(over)}", err=True)
 
 
 @click.command()
 @_folder
 @click.argument("parts", nargs=-1, required=True, type=folder_type)
 def merge(folder: Path, parts: tuple[Path, ...]) -> None:
-    """Merge journals: bring the runs of several, such as those of a job array, into one.
+    """Merge journals, such as those of a job array, into one.
 
     \b
     Example:
@@ -321,7 +278,7 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
     from feasibee.sweeps.merging import merge as merge_all
 
     for part in parts:
-        Journal(part).close()  # refused before anything is written
+        Journal(part).close()  # an invalid one is reported before anything is written
     with Journal(make_folder(folder), write=True) as journal:
         merge_all(journal, parts)
         total = sum(runs for runs, _ in journal.counts().values())

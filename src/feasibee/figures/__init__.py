@@ -1,1 +1,1 @@
-"""Figures and animations."""
+"""Figures and animations: they draw plain data and single swarms."""

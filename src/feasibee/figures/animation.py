@@ -1,6 +1,12 @@
 """Animations: one run, step by step, as GIF, WebP or MP4, or its last frame as PNG.
 
-Each frame is written as soon as it is drawn: a long animation needs no more memory.
+Each frame is written as soon as it is drawn, so memory doesn't grow with the number of frames.
+
+Examples
+--------
+>>> import feasibee
+>>> from feasibee.figures.animation import animate
+>>> animate(feasibee.Scenario(), "run.gif", seed=1)  # doctest: +SKIP
 """
 
 from __future__ import annotations
@@ -16,7 +22,7 @@ import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.figures.frames import DARK, LIGHT, Painter, frame
+from feasibee.figures.frames import DARK, LIGHT, Painter, draw_frame
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
 from feasibee.scenario.runs import Runs, check_integer
@@ -24,16 +30,16 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import check_progress, check_scenario, check_span, simulate_record
 from feasibee.simulation.swarm import Swarm
 
-__all__ = ["animate", "frame"]
+__all__ = ["animate", "draw_frame"]
 
 SUFFIXES = (".gif", ".mp4", ".png", ".webp")
 GIF_RATES = (1, 2, 4, 5, 10, 20, 25, 50)
-"""A GIF counts in hundredths of a second, and browsers slow down what is faster than 50 a second."""
+"""Frames per second of a GIF, which counts in 0.01 s; browsers slow down more than 50."""
 LAST = 2
-"""Seconds for which the last frame stays."""
+"""Duration of the last frame, in seconds."""
 FRAMES_LIMIT = 20_000
 AFTER_DECISION = 30
-"""Steps at least that are shown after the decision."""
+"""Least number of steps that are shown after the decision."""
 
 
 def animate(
@@ -54,17 +60,17 @@ def animate(
     Parameters
     ----------
     scenario : Scenario
-        What to show.
+        The swarm's scenario.
     path : path
-        Ends with ``.gif``, ``.webp``, ``.mp4`` (needs the extra ``video``), or ``.png`` for the last frame.
+        Ends with ``.gif``, ``.webp``, ``.mp4`` (needs the extra 'video'), or ``.png`` for the last frame.
     seed, run : int
-        Which run.
+        Seed, and number of the run.
     steps : tuple of int, optional
-        The first and the last step; by default from 0 until a while after the decision.
+        First and last step; by default from 0 to 30 steps or more after the decision.
     every : int
-        Steps from a frame to the next.
+        Number of steps per frame.
     fps : int
-        Frames a second. GIF knows 1, 2, 4, 5, 10, 20, 25 and 50.
+        Frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.
     size : int
         Width in pixels, 240 to 4096; an odd one is rounded up.
     dark : bool
@@ -75,33 +81,35 @@ def animate(
     Raises
     ------
     FeasibeeError
-        If an argument is out of its range, or the file can't be written.
-
-    Examples
-    --------
-    >>> import feasibee
-    >>> from feasibee.figures.animation import animate
-    >>> animate(feasibee.Scenario(), "run.gif", seed=1)  # doctest: +SKIP
+        If an argument is invalid, or the file can't be written.
     """
     path, scenario = Path(path), check_scenario(scenario)
     check_progress(progress)
     one = Runs.single(seed, run)
     _check(path, every, fps, size)
     start, end = _span(scenario, one, steps)
+    shown = _shown(path, start, end, every)
+    swarm = Swarm(scenario, one.seed, one.first)
+    painter = Painter(scenario, swarm.tasks, size, dark, (start, shown[-1]))
+    write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
+    with atomic_write(path) as temporary:
+        write[path.suffix.lower()](temporary, _frames(swarm, painter, shown, progress), len(shown), fps)
+
+
+def _shown(path: Path, start: int, end: int, every: int) -> range:
+    """Return the steps to draw; for a PNG only the last one."""
     shown = range(end, end + 1) if path.suffix.lower() == ".png" else range(start, end + 1, every)
     if len(shown) > FRAMES_LIMIT:
+        least = -(-len(shown) * every // FRAMES_LIMIT)
         raise FeasibeeError(
             f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; "
-            f"show fewer steps, or every {-(-len(shown) * every // FRAMES_LIMIT)}th"
+            f"show fewer steps, or use every = {least}"
         )
-    write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
-    frames = _frames(scenario, one, (start, shown[-1]), shown, size, dark, progress)
-    with atomic_write(path) as temporary:
-        write[path.suffix.lower()](temporary, frames, len(shown), fps)
+    return shown
 
 
 def _check(path: Path, every: int, fps: int, size: int) -> None:
-    """Refuse, before the work, what can't be written."""
+    """Validate the arguments before the work."""
     suffix = check_output(path, SUFFIXES)
     for name, value, low, high in (
         ("fps", fps, 1, 120),
@@ -114,7 +122,7 @@ def _check(path: Path, every: int, fps: int, size: int) -> None:
     if suffix == ".gif" and fps not in GIF_RATES:
         known = ", ".join(map(str, GIF_RATES))
         rule = f"a GIF counts in hundredths of a second: must be one of {known}"
-        raise FeasibeeError(f"fps = {fps}: {rule}; choose one, or write .mp4 or .webp")
+        raise FeasibeeError(f"fps = {fps}: {rule}; use one of these, or write .mp4 or .webp")
 
 
 def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple[int, int]:
@@ -124,7 +132,7 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
         start, end = check_span("steps", steps)
         if end > last:
             rule = f"must lie between 0 and run.steps = {last}"
-            raise FeasibeeError(f"steps = {start}:{end}: {rule}; choose others")
+            raise FeasibeeError(f"steps = {start}:{end}: {rule}; such as 0:{last}")
         return start, end
     record = simulate_record(scenario, run)
     decided = int(record.decision_step[0])
@@ -134,17 +142,9 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
 
 
 def _frames(
-    scenario: Scenario,
-    run: Runs,
-    span: tuple[int, int],
-    shown: range,
-    size: int,
-    dark: bool,
-    progress: Callable[[float], None] | None,
+    swarm: Swarm, painter: Painter, shown: range, progress: Callable[[float], None] | None
 ) -> Iterator[Image.Image]:
-    """Play the run and draw its frames, one at a time."""
-    swarm = Swarm(scenario, run.seed, run.first)
-    painter = Painter(scenario, swarm.tasks, size, dark, span)
+    """Simulate the run and draw its frames, one at a time."""
     for step in shown:
         swarm.advance(step - swarm.step)
         yield painter.draw(swarm)
@@ -157,7 +157,7 @@ def _write_png(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
 
 
 def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
-    """Write frame after frame, of each what changed; Pillow's own writer would keep all in memory first."""
+    """Write the changed part of each frame at once; Pillow's own writer would first keep all in memory."""
     clear, before = 0, None
     with path.open("wb") as file:
         for number, picture in enumerate(_in_few_colours(frames)):
@@ -177,14 +177,14 @@ def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
                 box[:2],
                 duration=1000 // fps if number + 1 < count else 1000 * LAST,
                 transparency=clear,
-                disposal=1,  # what a frame leaves clear stays as it was
+                disposal=1,  # transparent pixels stay as they were
             ):
                 file.write(part)
         file.write(b";")
 
 
 def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
-    """Give all frames one palette: that makes files small."""
+    """Yield the frames in one palette, which makes files small."""
     palette = Image.new("P", (1, 1))
     for number, picture in enumerate(frames):
         if number == 0:
@@ -193,7 +193,7 @@ def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
 
 
 def _colours_of(picture: Image.Image) -> list[int]:
-    """Return what is drawn in on a paper like that of a picture, and what soft edges need in between."""
+    """Return the palette of a picture's theme: all its colours, and those of soft edges between them."""
     theme = LIGHT if picture.getpixel((0, 0)) == ImageColor.getrgb(LIGHT.paper) else DARK
     pairs = [(theme.paper, each) for each in (theme.ink, theme.faint, TASK, *COLOURS.values())]
     pairs.append((theme.ink, TASK))
@@ -206,8 +206,8 @@ def _colours_of(picture: Image.Image) -> list[int]:
 
 
 def _gif_header(size: tuple[int, int], colours: list[int]) -> bytes:
-    """Return what a GIF begins with: its size, its palette, and that it loops."""
-    bits = max(1, (len(colours) // 3).bit_length())  # room for the clear one too
+    """Return the header of a GIF: its size, its palette, and an endless loop."""
+    bits = max(1, (len(colours) // 3).bit_length())  # with room for the transparent colour
     table = bytes(colours).ljust(3 * 2**bits, b"\0")
     return (
         b"GIF89a"
@@ -218,7 +218,7 @@ def _gif_header(size: tuple[int, int], colours: list[int]) -> bytes:
 
 
 def _box_of(changed: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[int, int, int, int]:
-    """Return the smallest box around what changed: left, top, right, bottom; a pixel if nothing did."""
+    """Return the smallest box around all changes: left, top, right, bottom; one pixel without changes."""
     rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
     if not rows.size:
         return 0, 0, 1, 1
@@ -226,7 +226,7 @@ def _box_of(changed: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[int, int, int
 
 
 class _Reel(Image.Image):
-    """Frames that are drawn when Pillow comes to them."""
+    """Frames that are drawn when Pillow asks for them."""
 
     def __init__(self, frames: Iterator[Image.Image], count: int) -> None:
         super().__init__()
@@ -234,21 +234,21 @@ class _Reel(Image.Image):
         self.seek(0)
 
     def seek(self, frame: int) -> None:
-        """Go to the next frame; there is no way back, and none is needed."""
+        """Go on to a later frame; Pillow never goes back."""
         while self._at < frame:
             shown = next(self._frames)
             self.im, self._mode, self._size = shown.im, shown.mode, shown.size
             self._at += 1
 
     def tell(self) -> int:
-        """Return the number of this frame."""
+        """Return the number of the present frame."""
         return self._at
 
 
 def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     durations = [1000 / fps] * (count - 1) + [1000.0 * LAST]
     reel = _Reel((picture.convert("RGB") for picture in _in_few_colours(frames)), count)
-    with path.open("wb") as file:  # Pillow's own would stay open when it is interrupted
+    with path.open("wb") as file:  # a file that Pillow opens would stay open after an interrupt
         reel.save(
             file,
             "WEBP",
@@ -258,13 +258,13 @@ def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int)
             lossless=True,
             quality=50,
             method=3,
-            kmin=0,  # no frame but the first is whole: a tenth of the size
+            kmin=0,  # only the first frame is complete: a tenth of the size
             kmax=0,
         )
 
 
 def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
-    """Write H.264 that plays everywhere; all sides of frames are even, as it wants."""
+    """Write H.264 in a widely supported format, which needs even widths and heights."""
     first = next(frames)
     given = [
         "-f",
@@ -289,7 +289,7 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
             for _ in range(LAST * fps - 1):
                 process.stdin.write(pixels)
         except BrokenPipeError:
-            pass  # it says below why it stopped
+            pass  # its message is raised below
         except BaseException:
             process.kill()
             raise
@@ -299,7 +299,7 @@ def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
 
 
 def _ffmpeg(path: Path) -> str:
-    """Return the program that writes MP4."""
+    """Return the path of the program that writes MP4."""
     try:
         import imageio_ffmpeg
 

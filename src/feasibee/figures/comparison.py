@@ -20,7 +20,7 @@ DASHES = ("-", "--", "-.", ":")
 def draw_against_ratio(
     ratios: Sequence[str], tasks: Sequence[int], accuracies: Mapping[str, Sequence[Interval]]
 ) -> Figure:
-    """Draw how often each contender was right at each ratio, evenly spaced, with intervals."""
+    """Draw each contender's share of right swarms at each ratio, evenly spaced, with intervals."""
     places = np.arange(len(ratios))
     with figure(7.2, 3.6) as (drawn, ax):
         for look, (name, intervals) in zip(_looks(accuracies), accuracies.items(), strict=True):
@@ -39,7 +39,7 @@ def draw_against_ratio(
 
 
 def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
-    """Draw how right the swarms would be if stopped at each step: on average over the ratios, and at worst.
+    """Draw the share of right swarms at each step: the mean over the ratios, and the least.
 
     ``shares`` has, for each contender, an array of shape (ratio, step).
     """
@@ -53,7 +53,7 @@ def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
                 look.pop("marker")
                 steps = np.arange(share.shape[1])
                 ax.plot(steps[1:], 100 * sum_up(share, axis=0)[1:], label=name, **look)
-            ax.set(xlabel="stopped at step", title=title, xlim=(10, None))
+            ax.set(xlabel="step", title=title, xlim=(10, None))
             spaced_by_ratio(ax)
         axes[0][0].set(ylabel="swarms that are right (%)", ylim=(-2, 102))
         _legend(axes[0][-1])
@@ -63,7 +63,7 @@ def draw_against_time(shares: Mapping[str, NDArray[np.float64]]) -> Figure:
 def draw_against_bits(
     totals: Mapping[str, tuple[float, Interval]], label: str = "swarms that are right at the end (%)"
 ) -> Figure:
-    """Draw accuracy against bits sent a robot and step, and the Pareto frontier."""
+    """Draw accuracy against bits per robot-step, and the Pareto front."""
     bits = [cost for cost, _ in totals.values()]
     shares = [100 * accuracy.estimate for _, accuracy in totals.values()]
     best = pareto(bits, shares)
@@ -76,7 +76,7 @@ def draw_against_bits(
             linewidth=4,
             solid_capstyle="round",
             zorder=0,
-            label="Pareto frontier",
+            label="Pareto front",
         )
         for look, (name, (cost, accuracy)) in zip(_looks(totals), totals.items(), strict=True):
             middle, low, high = (100 * value for value in accuracy)
@@ -89,7 +89,7 @@ def draw_against_bits(
                 label=name,
                 **{**look, "linestyle": ""},
             )
-        ax.set(xlabel="bits sent a robot and step", ylim=(None, 102))
+        ax.set(xlabel="bits sent per robot-step", ylim=(None, 102))
         spaced_by_ratio(ax)
         ax.set(ylabel=label)
         _legend(ax)
@@ -97,7 +97,7 @@ def draw_against_bits(
 
 
 def _looks(names: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield a colour, a marker and dashes for each name; no two are told apart by colour alone."""
+    """Yield a colour, a marker and dashes for each name, so that no two differ by colour alone."""
     colours = colormaps["turbo"](np.linspace(0.05, 0.95, len(names)))
     for number in range(len(names)):
         yield {

@@ -29,11 +29,11 @@ def plot_opinions(
     Parameters
     ----------
     results : Dataset, or mapping of str to Dataset
-        With curves; one line each, the keys are its labels.
+        Results with curves; one line each, with the keys as labels.
     ax : matplotlib Axes, optional
         By default a new figure's.
     until : int, optional
-        The last step to show.
+        Last step to show.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def draw_opinion_bands(
     until: int | None = None,
     colours: Sequence[Any] = (),
 ) -> Axes:
-    """Draw quartiles, each of shape (3, steps + 1); a later line has longer dashes."""
+    """Draw quartiles, each of shape (3, steps + 1); later lines have longer dashes."""
     with axes_for(ax, 3.6, 2.7) as axes:
         if not colours:
             several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
@@ -85,14 +85,14 @@ def plot_decisions(
     ratios : sequence of float
         Robots per task.
     rates : mapping of str to sequence of Interval
-        For ``"feasible"``, ``"infeasible"`` and ``"undecided"``, one interval a ratio.
+        For ``"feasible"``, ``"infeasible"`` and ``"undecided"``, one interval per ratio.
     ax : matplotlib Axes, optional
         By default a new figure's.
 
     Raises
     ------
     FeasibeeError
-        If a ratio isn't above 0, or there isn't one interval for each.
+        If a ratio isn't above 0, or the numbers of ratios and intervals differ.
     """
     _check_rates(ratios, rates)
     with axes_for(ax, 3.8, 2.8) as axes:
@@ -109,7 +109,7 @@ def plot_decisions(
 
 
 def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw when the runs decided, by decision: how many of all runs had decided so by each step.
+    """Draw the share of runs that had decided feasible, and infeasible, by each step.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     """
     steps = scenario_of(results).run.steps
     if not {"decision", "decision_step"} <= set(results.data_vars) or results["decision"].dims != ("run",):
-        raise FeasibeeError("the results have no decisions of runs; take them from feasibee.simulate")
+        raise FeasibeeError("the results have no decisions of runs; use the results of feasibee.simulate")
     runs = results.sizes["run"]
     with axes_for(ax, 3.6, 2.7) as axes:
         for code, name in DECISIONS.items():

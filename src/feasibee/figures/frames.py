@@ -1,4 +1,4 @@
-"""A frame: a swarm at one step as a picture, drawn twice as large as it will be, then halved."""
+"""Frames: pictures of a swarm at one step, drawn at twice their size and reduced."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from feasibee.simulation.ensemble import check_span
 from feasibee.simulation.swarm import Swarm
 
 DRAWN = 2
-"""How many times as large as the frame all is drawn."""
+"""Scale at which a frame is drawn before it is reduced."""
 FINE = 6
-"""How many times larger still a robot is drawn before it is stamped."""
-LEAST_RADIUS = 1 / 530  # of the width of the frame: below this a robot couldn't be seen
-DETAILED_RADIUS = 3.0  # pixels: from here on a robot shows more than its colour
-RING = 1.4  # radii: a robot that disseminates
-NOSE = 1.65  # radii: where a robot's heading ends
+"""Further scale at which the picture of a robot or task is drawn."""
+LEAST_RADIUS = 1 / 530  # of the frame's width: smaller robots would be invisible
+DETAILED_RADIUS = 3.0  # pixels: smaller robots show their colour only
+RING = 1.4  # radii: outer edge of the ring of a robot that disseminates
+NOSE = 1.65  # radii: end of the tick that shows a robot's heading
 TASK_SIDE = 0.9  # of a robot's diameter
 
 
 class Theme(NamedTuple):
-    """The colours of what isn't a robot."""
+    """Colours of all but robots and tasks."""
 
     paper: str
     ink: str
@@ -42,7 +42,7 @@ LIGHT = Theme("#FFFFFF", "#1F2328", "#B4BAC2")
 DARK = Theme("#14171C", "#E8EAED", "#565D67")
 
 
-def frame(
+def draw_frame(
     swarm: Swarm, *, size: int = 480, dark: bool = False, span: tuple[int, int] | None = None
 ) -> Image.Image:
     """Draw a swarm at its present step.
@@ -50,24 +50,24 @@ def frame(
     Parameters
     ----------
     swarm : Swarm
-        What to draw.
+        The swarm to draw.
     size : int
         Width of the picture in pixels.
     dark : bool
         Whether its background is dark.
     span : tuple of int, optional
-        First and last step of the curve below the arena; without it there is none.
+        First and last step of the curve below the arena; by default there is no curve.
 
     Returns
     -------
     PIL.Image.Image
-        In RGB; its sides are even.
+        An RGB picture; width and height are even numbers.
 
     Examples
     --------
     >>> import feasibee
-    >>> from feasibee.figures.frames import frame
-    >>> frame(feasibee.Swarm(), size=300).width
+    >>> from feasibee.figures.frames import draw_frame
+    >>> draw_frame(feasibee.Swarm(), size=300).width
     300
     """
     if not isinstance(swarm, Swarm):
@@ -78,20 +78,20 @@ def frame(
 
 
 class Painter:
-    """Draws the frames of one run: what doesn't move is drawn once.
+    """Draws the frames of one run; arena and tasks are drawn once.
 
     Parameters
     ----------
     scenario : Scenario
-        Of the swarm.
+        The swarm's scenario.
     tasks : float64 array, shape (tasks, 2)
-        Where they are, in units.
+        Places of the tasks, in units.
     size : int
         Width of a frame, in pixels.
     dark : bool
         Whether the background is dark.
     span : tuple of int, optional
-        First and last step of the curve below the arena; without it there is none.
+        First and last step of the curve below the arena; by default there is no curve.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ class Painter:
         return font
 
     def _ground(self, tasks: NDArray[np.float64]) -> Image.Image:
-        """Draw the arena with its tasks, which stay where they are."""
+        """Draw the arena with its tasks, which never move."""
         ground = Image.new("RGB", self.arena, self.theme.paper)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
         stamp = _task(round(8 * half) / 8, self.theme)
@@ -161,7 +161,7 @@ class Painter:
         return ground
 
     def _robots(self, arena: Image.Image, swarm: Swarm) -> None:
-        """Stamp the robots, with their copies beyond the edges of a torus."""
+        """Paste the robots, with their copies beyond the edges of a torus."""
         opinions = swarm.opinions.astype(np.int64) + 1
         looks = opinions + 3 * swarm.disseminating + 6 * swarm.counted
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
@@ -179,7 +179,7 @@ class Painter:
     def _noses(
         self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], headings: NDArray[np.float64]
     ) -> None:
-        """Draw a tick where each robot goes, to a 64th of a turn; none if it stands still for good."""
+        """Draw each robot's heading as a tick, to a 64th of a turn; no tick if it has stopped for good."""
         turns = np.round(headings / np.pi * 32) * np.pi / 32
         reach = NOSE * self.radius * (headings != 0)
         ahead = np.stack([reach * np.cos(turns), -reach * np.sin(turns)], axis=1).round().tolist()
@@ -190,14 +190,14 @@ class Painter:
             pen.line((x, y, x + ahead[robot][0], y + ahead[robot][1]), self.theme.ink, thick)
 
     def _images(self, places: NDArray[np.float64], reach: float) -> list[tuple[float, float, int]]:
-        """Return where in the arena's picture things show, y downward, and which."""
+        """Return the places of things in the arena's picture, y downwards, and their numbers."""
         pixels = places * self.scale
         pixels[:, 1] = self.arena[1] - pixels[:, 1]
         spots, names = images(pixels, reach, self.arena, self.scenario.arena.boundary == "walls")
         return list(zip(*spots.T.tolist(), names.tolist(), strict=True))
 
     def _edge(self, pen: ImageDraw.ImageDraw) -> None:
-        """Draw walls as a thick line, and the edges of a torus, which aren't there, as a faint one."""
+        """Draw walls as a thick line, and the edges of a torus as a faint one."""
         walls = self.scenario.arena.boundary == "walls"
         thick = max(DRAWN, self.size[0] // (160 if walls else 480))
         left, top = self.corner
@@ -205,7 +205,7 @@ class Painter:
         pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
 
     def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm) -> None:
-        """Write the step, the decision and the truth; the robots beside the counts are the legend."""
+        """Write the step, the decision and the truth; the robot before each count is the legend."""
         left, right = self.margin, self.size[0] - self.margin
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
         pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
@@ -225,7 +225,7 @@ class Painter:
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
     def _outcome(self, swarm: Swarm) -> str:
-        """Say what the swarm has decided, and whether rightly; with a curve, what it did first, and when."""
+        """Return the decision and whether it is right; with a curve, the first decision and its step."""
         decision, step = swarm.first_decision if self.span else (swarm.decision, -1)
         if decision == UNDECIDED:
             return "not decided"
@@ -235,7 +235,7 @@ class Painter:
     def _curves(
         self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, start: int, end: int
     ) -> None:
-        """Draw the share of each opinion over the steps, with the threshold, as far as it is known."""
+        """Draw the share of each opinion up to the present step, and the threshold."""
         left, top, right, bottom = self.strip
 
         def place(step: int, share: float) -> tuple[float, float]:
@@ -270,22 +270,22 @@ class Painter:
 
 
 def _between(one: str, other: str, part: float) -> str:
-    """Return the colour at a part of the way from one to another."""
+    """Return the colour at a share of the way from one colour to another."""
     ends = zip(ImageColor.getrgb(one), ImageColor.getrgb(other), strict=True)
     return "#" + "".join(f"{round(start + part * (end - start)):02x}" for start, end in ends)
 
 
 class Stamp(NamedTuple):
-    """A small picture with soft edges, its middle at its centre."""
+    """A small picture with soft edges, whose centre is its anchor."""
 
     colour: Image.Image
     mask: Image.Image
     grain: int
-    """It stands at multiples of this: a large one on whole pixels, where copies are alike, and GIFs small."""
+    """It is pasted at multiples of this; on whole pixels copies are equal, which makes GIFs small."""
 
 
 def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
-    """Put a stamp with its centre at a place."""
+    """Paste a stamp with its centre at a place."""
     half, grain = stamp.mask.width // 2, stamp.grain
     at = grain * round(x / grain) - half, grain * round(y / grain) - half
     onto.paste(stamp.colour, at, stamp.mask)
@@ -295,7 +295,8 @@ def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
 def _robot(opinion: int, disseminating: bool, counted: bool, radius: float, theme: Theme) -> Stamp:
     """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count in the decision.
 
-    Beside the colour: feasible is full, infeasible hollow, none small; a ring disseminates.
+    In addition to the colour, feasible is full, infeasible hollow, and no opinion small. A ring means that
+    the robot disseminates.
     """
     detailed = radius >= DETAILED_RADIUS * DRAWN
     side = 2 * DRAWN * int(np.ceil((RING * radius + 1) / DRAWN))

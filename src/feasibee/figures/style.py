@@ -1,4 +1,4 @@
-"""How figures look, and how they are saved."""
+"""Style of figures, and how they are saved."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ STYLE: dict[Any, Any] = {
 
 @contextmanager
 def figure(width: float, height: float, columns: int = 1, **options: Any) -> Iterator[tuple[Figure, Any]]:
-    """Give a figure in the house style, in inches, and its axes; no window, no global state."""
+    """Yield a figure of a size in inches, in feasibee's style, and its axes; open no window."""
     with style.context("default"), rc_context(STYLE):
         drawn = Figure((width, height), layout="constrained")
         yield drawn, drawn.subplots(1, columns, **options)
 
 
 def save_figure(drawn: Figure, path: str | Path) -> None:
-    """Save a figure in the format of its suffix: the file is whole or not there, and has no date in it."""
+    """Save a figure in the format of its suffix, atomically and without a date."""
     check_output(path, FIGURES)
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
     with atomic_write(path) as temporary, style.context("default"), rc_context(STYLE):
@@ -48,13 +48,13 @@ def save_figure(drawn: Figure, path: str | Path) -> None:
 
 
 def save_both(drawn: Figure, stem: Path) -> None:
-    """Save a figure as PNG and as PDF; ``stem`` is the path of both without the suffix."""
+    """Save a figure as PNG and PDF; ``stem`` is the path of both without the suffix."""
     for suffix in ("png", "pdf"):
         save_figure(drawn, stem.with_name(f"{stem.name}.{suffix}"))
 
 
 def spaced_by_ratio(ax: Axes) -> None:
-    """Space an axis by ratio, with plain numbers at 1, 2, 5, 10, ...; call it when all is drawn."""
+    """Make an x axis logarithmic, with plain numbers at 1, 2, 5, 10, ...; call it after drawing."""
     ax.set_xscale("log")
     low, high = ax.get_xlim()
     steps = (1, 2, 5) if high / low < 2000 else (1,)
@@ -66,7 +66,7 @@ def spaced_by_ratio(ax: Axes) -> None:
 
 @contextmanager
 def axes_for(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
-    """Give the axes to draw on: those given, as they are, or a new figure's in the house style."""
+    """Yield the given axes, or those of a new figure in feasibee's style."""
     if ax is None:
         with figure(width, height) as (_, made):
             yield made

@@ -13,7 +13,8 @@ from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.sweeps.journal import Journal, Row
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.stored import StoredPoint
 
 PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 LISTED: Final = 500
@@ -42,7 +43,7 @@ class Catalogue:
         Seed and number of the run that a page starts with.
     title : str
         Name of the file or folder that the scenario comes from.
-    points : mapping of int to Row
+    points : mapping of int to StoredPoint
         Points of the sweep that have a run in `replays`, by number.
     replays : sequence of Replay
         Runs of these points, at most `LISTED`, as many of each point.
@@ -56,7 +57,7 @@ class Catalogue:
     seed: int = 0
     run: int = 0
     title: str = ""
-    points: Mapping[int, Row] = field(default_factory=dict)
+    points: Mapping[int, StoredPoint] = field(default_factory=dict)
     replays: tuple[Replay, ...] = ()
     found: int = 0
     pick: str = ""
@@ -159,7 +160,7 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
     )
 
 
-def _trusted(row: Row) -> Row:
+def _trusted(row: StoredPoint) -> StoredPoint:
     return row._replace(scenario=row.scenario.with_trust())
 
 

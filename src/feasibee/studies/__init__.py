@@ -1,1 +1,1 @@
-"""The questions that are asked of swarms: the paper's, comparisons, assessments, tuning, sensitivity."""
+"""Studies: the paper, robustness, comparison, assessment, tuning, sensitivity."""

@@ -1,8 +1,8 @@
-"""Before a deployment: whether a swarm would decide rightly, how soon, and what would help."""
+"""Assess a swarm before deployment: how often it would be right, how soon, and what would help."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -13,18 +13,16 @@ from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.assessment import Assessment, Trial, wait_for
-from feasibee.studies.comparison import Outcome, compare
+from feasibee.studies.comparison import Outcome, design_points, outcomes_of
+from feasibee.sweeps.sweep import Execution, Rounds
 
-FIRST = 0.7
-"""The share of the work that isn't at the opposite truth, about."""
+OPPOSITE_SHARE = 0.3
+"""Share of the runs that are at the opposite truth, about: for the progress only."""
+AS_IT_IS = "as it is"
 
 
 def assess(
-    scenario: Scenario,
-    runs: int = 400,
-    seed: int = 0,
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    scenario: Scenario, runs: int = 400, seed: int = 0, execution: Execution | None = None
 ) -> Assessment:
     """Simulate a swarm, changes to it, and other strategies, all on the same worlds.
 
@@ -36,49 +34,43 @@ def assess(
     scenario : Scenario
         What to assess.
     runs : int
-        Swarms of each kind.
+        Number of runs of each variant.
     seed : int
         64 bits.
-    threads : int, optional
-        By default one for each processor.
-    progress : callable, optional
-        Called with the share of the work done.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in memory.
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
-    others = _other_strategies(scenario)
-    changed = _changes(scenario)
-    kinds = {"as it is": scenario, **changed, **others}
-    first, second = _parts(progress)
-    outcomes = {each.contender: each for each in compare(kinds, (), runs, seed, threads, first)}
-    base = outcomes["as it is"]
+    others, changed = _other_strategies(scenario), _changes(scenario)
+    kinds = {AS_IT_IS: scenario, **changed, **others}
+    with Rounds(execution, round(len(kinds) * runs / (1 - OPPOSITE_SHARE))) as rounds:
+        outcomes = _outcomes(rounds, kinds, runs, seed)
+        base = outcomes[AS_IT_IS]
+        strategies = _ranked(others, outcomes, base)
+        better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
+        opposite = _outcomes(rounds, _turned({AS_IT_IS: scenario, **better}), runs, seed)
     right, held = int(base.right.sum()), int(base.agreed.sum())
-    strategies = _ranked(others, outcomes, base)
-    better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
-    turned = _turned({"as it is": scenario, **better})
-    opposite = {each.contender: each for each in compare(turned, (), runs, seed, threads, second)}
     return Assessment(
-        scenario,
-        explain(scenario),
-        base,
-        wilson(right, runs),
-        wilson(held - right, runs),
-        wilson(runs - held, runs),
-        wait_for(base),
-        _ranked(changed, outcomes, base),
-        [replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
-        opposite.get("as it is"),
+        scenario=scenario,
+        verdict=explain(scenario),
+        outcome=base,
+        right=wilson(right, runs),
+        wrong=wilson(held - right, runs),
+        split=wilson(runs - held, runs),
+        wait=wait_for(base),
+        limits=_ranked(changed, outcomes, base),
+        strategies=[replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
+        opposite=opposite.get(AS_IT_IS),
     )
 
 
-def _parts(progress: Callable[[float], None] | None) -> tuple[Callable[[float], None] | None, ...]:
-    """Split the progress in two."""
-    if progress is None:
-        return None, None
-    return lambda share: progress(FIRST * share), lambda share: progress(FIRST + (1 - FIRST) * share)
+def _outcomes(rounds: Rounds, kinds: Mapping[str, Scenario], runs: int, seed: int) -> dict[str, Outcome]:
+    found = outcomes_of(rounds, design_points(kinds, (), runs, seed), runs, seed)
+    return {each.contender: each for each in found}
 
 
 def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
-    """Return the scenarios that can be had at the reciprocal ratio, where the truth is the other."""
+    """Return the scenarios at the reciprocal ratio, where the truth is the opposite, as far as possible."""
     turned = {}
     for name, scenario in kinds.items():
         robots, tasks = scenario.robots.count, scenario.tasks.count
@@ -98,7 +90,7 @@ def _ranked(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Out
 
 
 def _other_strategies(scenario: Scenario) -> dict[str, Scenario]:
-    """Return the scenario under each other strategy that has a meaning in it."""
+    """Return the scenario with each other strategy that is valid in it."""
     others = {}
     for name in STRATEGIES:
         if name == scenario.decision.strategy:
@@ -111,7 +103,7 @@ def _other_strategies(scenario: Scenario) -> dict[str, Scenario]:
 
 
 def _changes(scenario: Scenario) -> dict[str, Scenario]:
-    """Return what to try in order to see what limits the swarm."""
+    """Return the scenario with each change that may show what limits the swarm."""
     sensing, radio, decision = scenario.sensing, scenario.radio, scenario.decision
     tried: dict[str, dict[str, Any]] = {
         "sight 1.5 times as far": {"sensing.range": 1.5 * sensing.range, "radio.range": radio.range},

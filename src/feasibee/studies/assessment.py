@@ -1,4 +1,4 @@
-"""What is to be expected of a swarm: in words, as plain tables, and as a page."""
+"""Assessments of swarms: their results, in words and as plain tables."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import Outcome
 
 SURE = 0.95
-"""The share of the swarms that one waits for."""
+"""Share of swarms that must be right for a time to be called sufficient."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A change to the scenario, tried on the same worlds.
+    """A changed scenario, simulated on the same worlds.
 
     Parameters
     ----------
     name : str
-        What is changed.
+        Name of the change.
     outcome : Outcome
-        What came of it.
+        Outcome of its runs.
     difference : Interval
-        By how much more often the swarm is right at the end than without the change.
+        Share of swarms that are right at the end, less that share without the change.
     opposite : Outcome, optional
-        What came of it where the truth is the other.
+        Outcome at the reciprocal ratio, where the truth is the opposite.
     """
 
     name: str
@@ -44,27 +44,28 @@ class Trial:
 
 @dataclass(frozen=True)
 class Assessment:
-    """What is to be expected of a swarm.
+    """Expected behaviour of a swarm, and what would improve it.
 
     Parameters
     ----------
     scenario : Scenario
-        What was assessed.
+        The assessed scenario.
     verdict : Verdict
-        The truth, with its proof.
+        Ground truth, with its proof.
     outcome : Outcome
-        The scenario as it is.
+        Outcome of the unchanged scenario.
     right, wrong, split : Interval
         Share of the swarms in which, at the last step, more than the threshold's share of the robots holds
         the true opinion, the other one, or neither.
     wait : int or None
-        The step from which on 95 % of the swarms are right to the end; None: there is none.
+        First step from which 95 % of the swarms are right until the end; None if there is no such step.
     limits : list of Trial
-        What was changed to see what limits the swarm, the most helpful first.
+        Changes that show what limits the swarm, the most helpful first.
     strategies : list of Trial
         The other strategies, the best first.
     opposite : Outcome or None
-        The scenario with so many tasks that the truth is the other; None if robots or tasks have classes.
+        Outcome at the reciprocal ratio, where the truth is the opposite; None if robots or tasks have classes
+        or tasks have given places.
     """
 
     scenario: Scenario
@@ -80,7 +81,7 @@ class Assessment:
 
     @property
     def better(self) -> list[Trial]:
-        """Strategies that are right clearly more often here, and not clearly less often at the opposite."""
+        """Strategies that are significantly better here, and not worse at the opposite truth."""
         return [
             trial
             for trial in self.strategies
@@ -88,7 +89,7 @@ class Assessment:
         ]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain tables, for programs."""
+        """Return the assessment as plain tables, for programs."""
         return {
             "scenario": self.scenario.to_dict(),
             "scenario_hash": self.scenario.hash,
@@ -105,16 +106,16 @@ class Assessment:
         }
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
-        said = "".join(f"<p>{html.escape(each)}</p>" for each in words(self))
-        tables = folded("strategies", _html_table(self.strategies)) + folded(
-            "changes", _html_table(self.limits)
+        """Return the assessment as HTML, for notebooks."""
+        text = "".join(f"<p>{html.escape(each)}</p>" for each in paragraphs(self))
+        tables = folded("strategies", html_table(self.strategies)) + folded(
+            "changes", html_table(self.limits)
         )
-        return framed(said + tables + folded("scenario", self.scenario._repr_html_()))
+        return framed(text + tables + folded("scenario", self.scenario._repr_html_()))
 
 
 def wait_for(outcome: Outcome, share: float = SURE) -> int | None:
-    """Return the step from which on this share of the swarms is right, to the end; None: there is none."""
+    """Return the first step from which a share of the swarms is right until the end; None without one."""
     short = np.flatnonzero(outcome.right_at < share * outcome.runs)
     step = int(short[-1]) + 1 if short.size else 0
     return step if step < outcome.right_at.size else None
@@ -139,8 +140,8 @@ def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
     return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
 
 
-def words(assessment: Assessment) -> list[str]:
-    """Return the assessment in plain words, a paragraph each."""
+def paragraphs(assessment: Assessment) -> list[str]:
+    """Return the assessment in words: truth, expectation, limits and better strategies, a paragraph each."""
     return [
         _truth_in_words(assessment),
         _expectation_in_words(assessment),
@@ -163,18 +164,18 @@ def _truth_in_words(assessment: Assessment) -> str:
 def _expectation_in_words(assessment: Assessment) -> str:
     steps, strategy = assessment.scenario.run.steps, assessment.scenario.decision.strategy
     shares = [
-        f"{percent(getattr(assessment, name))} {told}"
-        for name, told in (("right", "hold that answer"), ("wrong", "the wrong one"), ("split", "none"))
+        f"{percent(getattr(assessment, name))} {answer}"
+        for name, answer in (("right", "are right"), ("wrong", "are wrong"), ("split", "are undecided"))
     ]
     waiting = (
-        f"From step {assessment.wait} on, 95 % of them are right."
+        f"From step {assessment.wait} on, at least 95 % of the swarms are right."
         if assessment.wait is not None
-        else "At no step are 95 % of them right for good."
+        else "The share of right swarms never stays at 95 % or more."
     )
     first = percent(assessment.outcome.first)
     return (
         f"With {strategy}, after {steps} steps, of {assessment.outcome.runs} simulated swarms "
-        f"{', '.join(shares)}. {waiting} The first answer that they agree on is right in {first}."
+        f"{', '.join(shares)}. {waiting} The first collective decision is right in {first} of the swarms."
         + _opposite_in_words(assessment.opposite)
     )
 
@@ -183,39 +184,40 @@ def _opposite_in_words(opposite: Outcome | None) -> str:
     if opposite is None:
         return ""
     return (
-        f" With {opposite.tasks} tasks, where the truth is the other, {percent(opposite.accuracy)} are right."
+        f" With {opposite.tasks} tasks, where the truth is the opposite, {percent(opposite.accuracy)} are "
+        "right."
     )
 
 
 def _limits_in_words(assessment: Assessment) -> str:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
     if not helps:
-        told = "None of the changes that were tried makes it right clearly more often"
-        return f"{told}: what limits it is the strategy." if assessment.better else f"{told}."
-    told = "; ".join(f"{trial.name}: {points(trial.difference)}" for trial in helps)
-    return f"What limits it (change in the share of right swarms, 95 % interval): {told}."
+        text = "None of the tried changes makes the swarm right significantly more often."
+        return f"{text} The strategy limits it." if assessment.better else text
+    text = "; ".join(f"{trial.name}: {points(trial.difference)}" for trial in helps)
+    return f"Changes that help (difference in the share of right swarms, with 95 % interval): {text}."
 
 
 def _strategies_in_words(assessment: Assessment) -> str:
     better = assessment.better
     if not better:
-        return "No other strategy is right clearly more often here."
+        return "No other strategy is right significantly more often here."
     own = assessment.outcome.bits.mean()
-    told = "; ".join(
-        f"{trial.name}: {points(trial.difference)}, {trial.outcome.bits.mean():.3g} bits a robot and step"
-        + (f", 95 % right from step {step}" if (step := wait_for(trial.outcome)) is not None else "")
-        + (
-            f", with {other.tasks} tasks right in {percent(other.accuracy)}"
-            if (other := trial.opposite)
-            else ""
-        )
-        for trial in _chosen(better)
+    text = "; ".join(_strategy_in_words(trial) for trial in _chosen(better))
+    return f"Strategies that do better (now {own:.3g} bits per robot-step), by bits: {text}."
+
+
+def _strategy_in_words(trial: Trial) -> str:
+    step, other = wait_for(trial.outcome), trial.opposite
+    return (
+        f"{trial.name}: {points(trial.difference)}, {trial.outcome.bits.mean():.3g} bits per robot-step"
+        + ("" if step is None else f", 95 % right from step {step}")
+        + ("" if other is None else f", {percent(other.accuracy)} right with {other.tasks} tasks")
     )
-    return f"Strategies that do better here (now {own:.3g} bits), from few bits to many: {told}."
 
 
 def _chosen(better: Sequence[Trial]) -> list[Trial]:
-    """Return those that no other beats in both bits and right swarms, and the one that is right soonest."""
+    """Return the three best of the Pareto front of bits and right swarms, and the soonest right strategy."""
     bits = [float(trial.outcome.bits.mean()) for trial in better]
     best = pareto(bits, [trial.outcome.accuracy.estimate for trial in better])[-3:]
     soonest = min(range(len(better)), key=lambda place: wait_for(better[place].outcome) or math.inf)
@@ -223,24 +225,25 @@ def _chosen(better: Sequence[Trial]) -> list[Trial]:
 
 
 def percent(share: Interval) -> str:
-    """Return a share with its interval."""
+    """Return a share with its interval, in percent."""
     return f"{100 * share.estimate:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
 
 
 def points(difference: Interval) -> str:
-    """Return a difference of shares with its interval, in points."""
+    """Return a difference of shares with its interval, in percentage points."""
     middle, low, high = (100 * value for value in difference)
     return f"{middle:+.1f} points ({low:+.1f} to {high:+.1f})"
 
 
-def _html_table(trials: list[Trial]) -> str:
+def html_table(trials: list[Trial]) -> str:
+    """Return trials as a table in HTML."""
     turned = {trial.opposite.tasks for trial in trials if trial.opposite}
     columns: dict[str, Callable[[Trial], str]] = {
         "": lambda trial: html.escape(trial.name),
         "right at the end": lambda trial: percent(trial.outcome.accuracy),
         "difference": lambda trial: points(trial.difference),
         **{f"right with {tasks} tasks": _opposite_share for tasks in turned},
-        "bits a robot and step": lambda trial: f"{trial.outcome.bits.mean():.3g}",
+        "bits per robot-step": lambda trial: f"{trial.outcome.bits.mean():.3g}",
     }
     head = "".join(f"<th>{name}</th>" for name in columns)
     rows = "".join(

@@ -1,8 +1,8 @@
-"""What the paper claims, each checked from the data: holds, fails, or can't tell.
+"""The paper's claims, each checked against the data: ``holds``, ``fails`` or ``can't tell``.
 
-A claim's interval has 95 % confidence for the claim as a whole: where it speaks of several ratios at once,
-each has its share of the error (Bonferroni). A claim holds if its whole interval lies on its side of the
-bar, fails if the whole interval lies on the other, and otherwise the runs don't suffice to tell.
+The interval of a claim has 95 % confidence for the claim as a whole. A claim about several ratios gives each
+its share of the error (Bonferroni). A claim holds if its whole interval lies on its side of the bar. It fails
+if the whole interval lies on the other side. Otherwise there are too few runs to tell.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ RESAMPLES = 1000
 
 
 @dataclass(frozen=True)
-class Point:
-    """What a study keeps of the runs at one ratio.
+class RatioSummary:
+    """Outcome of the runs at one ratio of robots to tasks.
 
     Parameters
     ----------
     robots, tasks : int
-        Their numbers.
+        Number of robots, and of tasks.
     first_run : int
         Number of the first run.
     decision : int8 array, shape (runs,)
         1 feasible, 0 infeasible, -1 undecided.
     decision_step : int32 array, shape (runs,)
-        -1 if undecided.
+        First step at which the swarm had decided; -1 if undecided.
     quartiles : float64 array, shape (3, steps + 1)
-        Quartiles over the runs of the percentage of robots with opinion 1.
+        Quartiles over the runs of the percentage of robots with opinion 1; empty where nothing draws them.
     thinned : float32 array, shape (runs, steps // 25 + 1)
-        The percentage in each run at every 25th step.
+        That percentage in each run at every 25th step; empty likewise.
     """
 
     robots: int
@@ -61,13 +61,13 @@ class Point:
         return self.decision.size
 
     def rate(self, decision: int, confidence: float = CONFIDENCE) -> Interval:
-        """Return the share of runs that decided so."""
+        """Return the share of runs with a decision, with its interval."""
         return wilson(int((self.decision == decision).sum()), self.runs, confidence)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the paper and what the data say of it."""
+    """A sentence of the paper, the statistic that tests it, and the verdict."""
 
     claim: str
     source: str
@@ -79,15 +79,15 @@ class Claim:
     verdict: str
 
 
-def check_claims(points: Sequence[Point], seed: int) -> list[Claim]:
+def check_claims(points: Sequence[RatioSummary], seed: int) -> list[Claim]:
     """Check every claim of the paper's results.
 
     Parameters
     ----------
-    points : sequence of Point
-        A study symmetrical in the log of the ratio, with ratios 2, 10 and 1 among them.
+    points : sequence of RatioSummary
+        Ratios symmetrical on a log scale, 1, 2 and 10 among them; the last two with curves.
     seed : int
-        For the resampling.
+        Seed of the bootstrap.
     """
     ordered = sorted(points, key=lambda point: point.ratio)
     return [
@@ -108,7 +108,7 @@ def check_claims(points: Sequence[Point], seed: int) -> list[Claim]:
     ]
 
 
-def _correct(claim: str, decision: int, points: Sequence[Point]) -> Claim:
+def _correct(claim: str, decision: int, points: Sequence[RatioSummary]) -> Claim:
     """Compare the least share of right decisions over several ratios with 75 %."""
     each = [point.rate(decision, 1 - (1 - CONFIDENCE) / len(points)) for point in points]
     worst = points[int(np.argmin([rate.estimate for rate in each]))]
@@ -117,7 +117,7 @@ def _correct(claim: str, decision: int, points: Sequence[Point]) -> Claim:
     return _claim(claim, "section III, Fig. 3", statistic, least, 0.75, above=True)
 
 
-def _symmetrical(points: Sequence[Point]) -> Claim:
+def _symmetrical(points: Sequence[RatioSummary]) -> Claim:
     """Compare the shares of right decisions at mirrored ratios: within 10 percentage points on average."""
     pairs = [(low, high) for low, high in zip(points, points[::-1], strict=True) if low.ratio < high.ratio]
     rates = [(high.rate(FEASIBLE), low.rate(INFEASIBLE)) for low, high in pairs]
@@ -136,7 +136,7 @@ def _symmetrical(points: Sequence[Point]) -> Claim:
     return Claim(claim, "section III, Fig. 3", statistic, *interval, bar, _verdict(inside, outside))
 
 
-def _diverging(point: Point) -> Claim:
+def _diverging(point: RatioSummary) -> Claim:
     """Compare the rarer decision's share at ratio 1 with the 25 % that a reliable swarm would stay under."""
     rarer = min((point.rate(FEASIBLE), point.rate(INFEASIBLE)), key=lambda rate: rate.estimate)
     claim = "the opinions diverge when the ratio is close to 1"
@@ -145,13 +145,13 @@ def _diverging(point: Point) -> Claim:
     )
 
 
-def _earlier(points: Sequence[Point]) -> Claim:
+def _earlier(points: Sequence[RatioSummary]) -> Claim:
     """Correlate, over runs, the ratio with the decision step; undecided runs come last."""
     ratio = np.concatenate([np.full(point.runs, point.ratio) for point in points])
     step = np.concatenate([point.decision_step for point in points])
     step = np.where(step < 0, np.iinfo(np.int32).max, step)
     if np.ptp(step) == 0:
-        r, half = 0.0, math.inf  # all at once, or none at all: nothing to tell
+        r, half = 0.0, math.inf  # all runs decided at one step, or none did
     else:
         r = float(np.clip(np.corrcoef(_ranks(ratio), _ranks(step))[0, 1], -1 + 1e-12, 1 - 1e-12))
         # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
@@ -162,7 +162,7 @@ def _earlier(points: Sequence[Point]) -> Claim:
     return _claim(claim, "section III, Fig. 2a", statistic, interval, 0.0, above=False)
 
 
-def _narrower(large: Point, small: Point, seed: int) -> Claim:
+def _narrower(large: RatioSummary, small: RatioSummary, seed: int) -> Claim:
     """Compare the quartile bands of Fig. 2a at ratios 10 and 2, averaged over time, by resampling runs."""
     random = np.random.Generator(np.random.Philox(key=seed))
 
@@ -191,7 +191,7 @@ def _verdict(holds: bool, fails: bool) -> str:
     return HOLDS if holds else FAILS if fails else CANNOT_TELL
 
 
-def _at(points: Sequence[Point], ratio: float) -> Point:
+def _at(points: Sequence[RatioSummary], ratio: float) -> RatioSummary:
     return min(points, key=lambda point: abs(math.log(point.ratio / ratio)))
 
 
@@ -200,7 +200,7 @@ def _z() -> float:
 
 
 def _variance(rate: float, runs: int) -> float:
-    """Return the variance of a rate, with one success and one failure more so that 0 of 100 isn't certain."""
+    """Return the variance of a rate, with one added success and one added failure: 0 of 100 isn't certain."""
     shrunk = (rate * runs + 1) / (runs + 2)
     return shrunk * (1 - shrunk) / (runs + 2)
 

@@ -1,9 +1,9 @@
-"""Strategies, or the field's variants, on the same worlds: how often right, how soon, at how many bits."""
+"""Comparisons of strategies or presets on the same worlds: accuracy, decision time, bits on the air."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,45 +29,48 @@ from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
+from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.sweep import Execution, Rounds
 
 TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)
 """Numbers of tasks for 20 robots, most of them near ratio one, where strategies differ."""
 
 DEFAULT = "default"
 """As a preset: the scenario as it is."""
+CONTENDER = "contender"
+"""In a journal, the name of what a comparison varies."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one contender's swarms made of one number of tasks.
+    """Outcome of one contender's runs at one number of tasks.
 
     Parameters
     ----------
     contender : str
         A strategy or a preset.
     robots, tasks : int
-        How many there are.
+        Number of robots, and of tasks.
     feasible : bool
-        The truth.
+        Ground truth: whether the tasks are feasible.
     right : bool array, shape (runs,)
         Whether the swarm was right at the last step: more than the threshold's share of the counted robots
         held the true opinion.
     agreed : bool array, shape (runs,)
         Whether that share of them held either opinion.
     right_at : int64 array, shape (steps + 1,)
-        How many runs were right at each step.
+        Number of runs that were right at each step.
     decision : int8 array, shape (runs,)
         The first collective decision (model.md 4.7).
     decision_step : int32 array, shape (runs,)
-        When it was taken; -1: never.
+        Step of that decision; -1 if undecided.
     bits : float64 array, shape (runs,)
-        Bits sent a robot and step.
+        Bits sent per robot-step.
     committed, committed_wrong : float64 array, shape (runs,)
-        Share of the counted robots that have committed at the last step, and to the wrong opinion.
+        Share of the counted robots that are committed at the last step, and committed to the wrong opinion.
     commit_step : int64 array, shape (runs,)
-        When more than the threshold's share had; -1: never.
+        First step at which more than the threshold's share were committed; -1 if never.
     """
 
     contender: str
@@ -91,38 +94,38 @@ class Outcome:
 
     @property
     def accuracy(self) -> Interval:
-        """Share of the runs that were right at the last step."""
+        """Share of the runs that were right at the last step, with its interval."""
         return accuracy(np.where(self.right, FEASIBLE, INFEASIBLE), True)
 
     @property
     def first(self) -> Interval:
-        """Share of the runs whose first collective decision was right."""
+        """Share of the runs whose first collective decision was right, with its interval."""
         return accuracy(self.decision, self.feasible)
 
     @property
     def times(self) -> DecisionTimes:
-        """By when a quarter, half and three quarters of the runs had decided."""
+        """Steps by which a quarter, half and three quarters of the runs had decided."""
         return decision_times(self.decision_step)
 
 
 def contenders_of(
     scenario: Scenario, strategies: Sequence[str] = (), presets: Sequence[str] = ()
 ) -> dict[str, Scenario]:
-    """Return the scenario under each strategy, or else each preset, by name.
+    """Return the scenario with each strategy, or with each preset, by name.
 
     Parameters
     ----------
     scenario : Scenario
-        What is common to them.
+        What all contenders have in common.
     strategies : sequence of str
-        Names or files; with neither strategies nor presets, all that are built in.
+        Names or files; with neither strategies nor presets, all built-in strategies.
     presets : sequence of str
-        Their values are laid under those that the scenario sets itself; ``"default"`` has none.
+        Names. What the scenario sets itself wins over a preset's values; ``"default"`` has none.
 
     Raises
     ------
     FeasibeeError
-        If there is no such strategy or preset, or it appears twice.
+        If a strategy or preset is unknown, or named twice.
     """
     if strategies and presets:
         raise FeasibeeError("strategies and presets: can't be compared at once; name one kind")
@@ -130,16 +133,8 @@ def contenders_of(
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise FeasibeeError(f"{twice[0]}: is named twice; name it once")
-    for name in names:
-        if presets and name not in (DEFAULT, *PRESETS):
-            known = ", ".join([DEFAULT, *PRESETS])
-            raise FeasibeeError(f"{name}: is no preset; choose from {known}")
-    if presets:
-        changes: list[Mapping[str, Any]] = [{} if name == DEFAULT else {"preset": name} for name in names]
-    else:
-        changes = [{"decision.strategy": name, "decision.parameters": {}} for name in names]
-        own = scenario.decision.strategy
-        changes = [{} if name == own else each for name, each in zip(names, changes, strict=True)]
+    own = scenario.decision.strategy
+    changes = [_preset(name) if presets else _strategy(name, own) for name in names]
     short = Counter(Path(name).name for name in names)
     labels = [Path(name).name if short[Path(name).name] == 1 else name for name in names]
     return {
@@ -148,13 +143,24 @@ def contenders_of(
     }
 
 
+def _preset(name: str) -> dict[str, Any]:
+    """Return the changes that lay a preset under a scenario."""
+    if name not in (DEFAULT, *PRESETS):
+        raise FeasibeeError(f"{name}: is no preset; choose from {', '.join([DEFAULT, *PRESETS])}")
+    return {} if name == DEFAULT else {"preset": name}
+
+
+def _strategy(name: str, own: str) -> dict[str, Any]:
+    """Return the changes that give a scenario another strategy; its own one keeps its parameters."""
+    return {} if name == own else {"decision.strategy": name, "decision.parameters": {}}
+
+
 def compare(
     contenders: Mapping[str, Scenario],
     tasks: Sequence[int] = (),
     runs: int = 200,
     seed: int = 0,
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    execution: Execution | None = None,
 ) -> list[Outcome]:
     """Simulate every contender in the same worlds: run r starts from the same places for all of them.
 
@@ -165,41 +171,58 @@ def compare(
     tasks : sequence of int
         Numbers of tasks; by default that of the scenarios.
     runs : int
-        Runs of each contender at each number of tasks.
+        Number of runs of each contender at each number of tasks.
     seed : int
         64 bits.
-    threads : int, optional
-        By default one for each processor.
-    progress : callable, optional
-        Called with the share of the work done.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in memory.
 
     Returns
     -------
     list of Outcome
         Contender by contender, in the order of ``tasks``.
     """
-    numbers: list[int | None] = [*tasks] or [None]
-    outcomes: list[Outcome] = []
-    for name, scenario in contenders.items():
-        for place, number in enumerate(numbers):
-            changed = scenario if number is None else scenario.replace({"tasks.count": number})
-            record = simulate_record(changed, Runs.of_point(place, runs, seed), curves=True, threads=threads)
-            outcomes.append(outcome_of(name, changed, record))
-            if progress is not None:
-                progress(len(outcomes) / (len(contenders) * len(numbers)))
-    return outcomes
+    designs = design_points(contenders, tasks, runs, seed)
+    with Rounds(execution, len(designs) * runs) as rounds:
+        return outcomes_of(rounds, designs, runs, seed)
+
+
+def design_points(
+    contenders: Mapping[str, Scenario], tasks: Sequence[int], runs: int, seed: int
+) -> list[DesignPoint]:
+    """Return a point for each contender at each number of tasks; all contenders have the same run numbers."""
+    return [
+        DesignPoint(
+            {CONTENDER: name} if number is None else {CONTENDER: name, "tasks.count": number},
+            scenario if number is None else scenario.replace({"tasks.count": number}),
+            Runs.of_point(place, runs, seed).first,
+        )
+        for name, scenario in contenders.items()
+        for place, number in enumerate([*tasks] or [None])
+    ]
+
+
+def outcomes_of(rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int) -> list[Outcome]:
+    """Run one round of points from `design_points`; return their outcomes in the same order."""
+    records = rounds.run(Study(designs, runs, seed, curves=True))
+    return [
+        outcome_of(design.values[CONTENDER], design.scenario, record)
+        for design, record in zip(designs, records, strict=True)
+    ]
 
 
 def right_at_end(
-    scenario: Scenario, runs: int, seed: int, first_run: int = 0, threads: int | None = None
-) -> NDArray[np.bool_]:
-    """Simulate, and return whether each swarm was right at the last step: bool, shape (runs,)."""
-    record = simulate_record(scenario, Runs(runs, seed, first_run), curves=True, threads=threads)
-    return outcome_of("", scenario, record).right
+    rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int
+) -> list[NDArray[np.bool_]]:
+    """Run one round; return for each point whether each swarm was right at the last step."""
+    records = rounds.run(Study(designs, runs, seed, curves=True))
+    return [
+        outcome_of("", design.scenario, record).right for design, record in zip(designs, records, strict=True)
+    ]
 
 
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
-    """Sum up the runs of one contender."""
+    """Summarise the runs of one contender at one number of tasks."""
     feasible = truth(scenario)
     held = record.feasible_count if feasible else record.infeasible_count
     stop = scenario.faults.stop_step
@@ -209,19 +232,19 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     most = np.maximum(record.feasible_count[:, -1], record.infeasible_count[:, -1])
     committed = np.stack([record.committed_infeasible, record.committed_feasible])
     return Outcome(
-        contender,
-        scenario.robots.count,
-        scenario.tasks.count,
-        feasible,
-        right[:, -1],
-        most * needed.denominator > counted[-1] * needed.numerator,
-        right.sum(axis=0),
-        record.decision,
-        record.decision_step,
-        record.bits_sent / (scenario.robots.count * scenario.run.steps),
-        committed.sum(axis=0) / max(1, counted[-1]),
-        committed[0 if feasible else 1] / max(1, counted[-1]),
-        record.commit_step,
+        contender=contender,
+        robots=scenario.robots.count,
+        tasks=scenario.tasks.count,
+        feasible=feasible,
+        right=right[:, -1],
+        agreed=most * needed.denominator > counted[-1] * needed.numerator,
+        right_at=right.sum(axis=0),
+        decision=record.decision,
+        decision_step=record.decision_step,
+        bits=record.bits_sent / (scenario.robots.count * scenario.run.steps),
+        committed=committed.sum(axis=0) / max(1, counted[-1]),
+        committed_wrong=committed[0 if feasible else 1] / max(1, counted[-1]),
+        commit_step=record.commit_step,
     )
 
 
@@ -253,19 +276,19 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
 
 
 def overall(group: Sequence[Outcome]) -> Interval:
-    """Return the share of a contender's runs, at all numbers of tasks, that were right."""
+    """Return the share of right runs of a contender over all numbers of tasks."""
     return wilson(sum(int(each.right.sum()) for each in group), sum(each.runs for each in group))
 
 
 def overall_difference(group: Sequence[Outcome], baseline: Sequence[Outcome]) -> Interval:
-    """Return by how much more often a contender was right than the baseline, over the same runs."""
+    """Return a contender's share of right runs less that of the baseline, paired by run."""
     return paired_difference(
         np.concatenate([each.right for each in group]), np.concatenate([each.right for each in baseline])
     )
 
 
 def mean_bits(group: Sequence[Outcome]) -> float:
-    """Return the mean bits sent a robot and step."""
+    """Return the mean number of bits sent per robot-step."""
     return float(np.mean([each.bits.mean() for each in group]))
 
 

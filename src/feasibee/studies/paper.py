@@ -1,4 +1,4 @@
-"""The paper's study, whole: its three figures, the data behind them, and its claims checked.
+"""The paper's study: its three figures, their data, and its claims checked.
 
 References
 ----------
@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 from matplotlib import colormaps
 
 from feasibee.figures.arena import plot_arena
@@ -20,15 +21,17 @@ from feasibee.figures.decisions import draw_opinion_bands, plot_decisions
 from feasibee.figures.style import figure, save_both
 from feasibee.files import atomic_write, make_folder, write_csv
 from feasibee.model.codes import DECISIONS, MODEL_VERSION
+from feasibee.model.record import Record
 from feasibee.results.statistics import decision_times, opinion_quartiles
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.swarm import Swarm
-from feasibee.studies.claims import Claim, Point, check_claims
+from feasibee.studies.claims import Claim, RatioSummary, check_claims
+from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.sweep import Execution, Rounds
 
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)
-"""With 20 robots, ratios from 10 to 0.1 whose mirror images (m m' = 400) are there too, to within 2 %."""
+"""Numbers of tasks for 20 robots: ratios from 10 to 0.1, mirrored to within 2 % (m m' = 400)."""
 
 CONVERGING = (2, 4, 10, 40, 100, 200)
 DIVERGING = (16, 20, 25)
@@ -36,11 +39,7 @@ SHOWN_STEPS = 400
 
 
 def reproduce(
-    out: str | Path,
-    runs: int = 2000,
-    seed: int = 0,
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    out: str | Path, runs: int = 2000, seed: int = 0, execution: Execution | None = None
 ) -> list[Claim]:
     """Run the study, write figures and data into a folder, and return the claims.
 
@@ -49,13 +48,11 @@ def reproduce(
     out : path
         Folder; made if need be.
     runs : int
-        Runs at each ratio; the paper has 100, which leave some claims open.
+        Number of runs at each ratio; the paper has 100, which leave some claims open.
     seed : int
         64 bits.
-    threads : int, optional
-        By default one for each processor.
-    progress : callable, optional
-        Called with the share of the work done.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in a journal in ``out``.
 
     Returns
     -------
@@ -64,14 +61,50 @@ def reproduce(
     """
     Runs.of_point(0, runs, seed)  # raises before anything is computed
     folder = make_folder(out)
-    points = run_study(runs, seed, threads, progress)
+    points = run_study(runs, seed, execution or Execution(folder))
+    return write_study(folder, points, seed)
+
+
+def run_study(runs: int, seed: int, execution: Execution | None = None) -> list[RatioSummary]:
+    """Simulate the swarm at each number of tasks; keep curves only where they are drawn or compared."""
+    drawn = {*CONVERGING, *DIVERGING}
+    with Rounds(execution, len(TASKS) * runs) as rounds:
+        found: dict[int, RatioSummary] = {}
+        for tasks, curves in ((sorted(drawn), True), (sorted({*TASKS} - drawn), False)):
+            designs = [
+                DesignPoint(
+                    {"tasks.count": m}, Scenario(tasks={"count": m}), Runs.of_point(m, runs, seed).first
+                )
+                for m in tasks
+            ]
+            records = rounds.run(Study(designs, runs, seed, curves))
+            found |= {m: _summary(m, record) for m, record in zip(tasks, records, strict=True)}
+    return [found[tasks] for tasks in TASKS]
+
+
+def _summary(tasks: int, record: Record) -> RatioSummary:
+    robots = Scenario().robots.count
+    has_curves = record.feasible_count.size > 0
+    return RatioSummary(
+        robots=robots,
+        tasks=tasks,
+        first_run=record.first_run,
+        decision=record.decision,
+        decision_step=record.decision_step,
+        quartiles=opinion_quartiles(record.feasible_count, robots) if has_curves else np.empty((3, 0)),
+        thinned=(record.feasible_count[:, ::25] * (100.0 / robots)).astype("float32"),
+    )
+
+
+def write_study(folder: Path, points: Sequence[RatioSummary], seed: int) -> list[Claim]:
+    """Check the claims; write them, the figures and their data."""
     claims = check_claims(points, seed)
     swarm = Swarm(Scenario(), seed)
     _write_arena(folder, swarm)
     _write_opinions(folder, points)
     _write_decisions(folder, points)
     about = {
-        "runs_per_ratio": runs,
+        "runs_per_ratio": points[0].runs,
         "seed": seed,
         "model_version": MODEL_VERSION,
         "robots": swarm.scenario.robots.count,
@@ -79,30 +112,6 @@ def reproduce(
     with atomic_write(folder / "claims.json") as path:
         path.write_text(json.dumps({**about, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n")
     return claims
-
-
-def run_study(
-    runs: int, seed: int, threads: int | None = None, progress: Callable[[float], None] | None = None
-) -> list[Point]:
-    """Simulate the swarm at each number of tasks."""
-    points = []
-    for done, tasks in enumerate(TASKS):
-        scenario = Scenario(tasks={"count": tasks})
-        share = None if progress is None else _part_of(progress, done, len(TASKS))
-        record = simulate_record(
-            scenario, Runs.of_point(tasks, runs, seed), curves=True, threads=threads, progress=share
-        )
-        robots = scenario.robots.count
-        quartiles = opinion_quartiles(record.feasible_count, robots)
-        thinned = (record.feasible_count[:, ::25] * (100.0 / robots)).astype("float32")
-        points.append(
-            Point(robots, tasks, record.first_run, record.decision, record.decision_step, quartiles, thinned)
-        )
-    return points
-
-
-def _part_of(progress: Callable[[float], None], done: int, parts: int) -> Callable[[float], None]:
-    return lambda share: progress((done + share) / parts)
 
 
 def _write_arena(folder: Path, swarm: Swarm) -> None:
@@ -114,7 +123,7 @@ def _write_arena(folder: Path, swarm: Swarm) -> None:
     write_csv(folder / "fig1_arena.csv", ("kind", "number", "x", "y"), rows)
 
 
-def _write_opinions(folder: Path, points: Sequence[Point]) -> None:
+def _write_opinions(folder: Path, points: Sequence[RatioSummary]) -> None:
     by_tasks = {point.tasks: point for point in points}
     for name, chosen in (("fig2a_converging", CONVERGING), ("fig2b_diverging", DIVERGING)):
         bands = {f"{by_tasks[tasks].ratio:.3g}": by_tasks[tasks].quartiles for tasks in chosen}
@@ -139,7 +148,7 @@ def _shade(ratio: float) -> tuple[float, float, float]:
     return (red, green, blue)
 
 
-def _write_decisions(folder: Path, points: Sequence[Point]) -> None:
+def _write_decisions(folder: Path, points: Sequence[RatioSummary]) -> None:
     rates = {name: [point.rate(code) for point in points] for code, name in DECISIONS.items()}
     with figure(4.6, 2.8) as (drawn, ax):
         plot_decisions([point.ratio for point in points], rates, ax)

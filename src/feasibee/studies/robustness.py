@@ -1,8 +1,8 @@
-"""What changes beyond the paper: its Fig. 3 again, in worlds nearer to those of robots at work."""
+"""Robustness: the paper's Fig. 3 in seven worlds closer to those of robots at work."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,14 +10,16 @@ from typing import Any
 from feasibee.figures.decisions import Panel, draw_panels
 from feasibee.figures.style import save_both
 from feasibee.files import make_folder, write_csv
+from feasibee.model.record import Record
 from feasibee.results.statistics import DecisionTimes, Interval, accuracy, decision_rates, decision_times
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import simulate_record
+from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.sweep import Execution, Rounds
 
 PLACES = (2, 4, 8, 10, 13, 16, 20, 25, 31, 40, 50, 100, 200)
-"""How many robots the tasks ask for, of 20: ratios from 10 to 0.1, mirrored to within 2 % (m m' = 400)."""
+"""Numbers of robots that the tasks need; with 20 robots, ratios from 10 to 0.1, mirrored to within 2 %."""
 
 BASELINE, MIXED = "as in the paper", "mixed team"
 WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
@@ -38,29 +40,29 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
         }
     },
 }
-"""What differs from the paper, by panel."""
+"""Values that differ from the paper's, by panel."""
 
 
 @dataclass(frozen=True)
-class Row:
-    """What the swarms of one panel decide at one ratio.
+class PanelPoint:
+    """Decisions of the swarms of one panel at one ratio.
 
     Parameters
     ----------
     panel : str
         Name of the panel, a key of `WORLDS`.
     robots, places : int
-        Number of robots, and how many the tasks ask for.
+        Number of robots, and number of robots that the tasks need.
     first_run, runs : int
-        Number of the first run, and how many there are.
+        Number of the first run, and number of runs.
     truth : bool
         Whether the tasks are feasible.
     rates : mapping of str to Interval
         Shares of the runs by decision.
     accuracy : Interval
-        Share of the runs that decide as the truth.
+        Share of the runs whose decision is the truth.
     times : DecisionTimes
-        By when a quarter, half and three quarters of the runs had decided.
+        Steps by which a quarter, half and three quarters of the runs had decided.
     """
 
     panel: str
@@ -80,61 +82,73 @@ class Row:
 
 
 def reproduce_beyond(
-    out: str | Path,
-    runs: int = 2000,
-    seed: int = 0,
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> list[Row]:
-    """Run the study, write ``beyond.png``, ``.pdf`` and ``.csv`` into a folder, and return the rows.
+    out: str | Path, runs: int = 2000, seed: int = 0, execution: Execution | None = None
+) -> list[PanelPoint]:
+    """Run the study, write ``beyond.png``, ``.pdf`` and ``.csv`` into a folder, and return what they show.
 
     Parameters
     ----------
     out : path
         Folder; made if need be.
     runs : int
-        Runs at each ratio of each panel.
+        Number of runs at each ratio of each panel.
     seed : int
         64 bits.
-    threads : int, optional
-        By default one for each processor.
-    progress : callable, optional
-        Called with the share of the work done.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in a journal in ``out``.
 
     Returns
     -------
-    list of Row
+    list of PanelPoint
         Panel by panel, from the fewest places to the most.
     """
     Runs.of_point(0, runs, seed)  # raises before anything is computed
     folder = make_folder(out)
-    rows = []
-    for panel in WORLDS:
-        for places in PLACES:
-            rows.append(_simulate(panel, places, runs, seed, threads))
-            if progress is not None:
-                progress(len(rows) / (len(WORLDS) * len(PLACES)))
-    drawn = draw_panels([_panel(panel, [row for row in rows if row.panel == panel]) for panel in WORLDS])
+    points = simulate_panels(runs, seed, execution or Execution(folder))
+    write_panels(folder, points)
+    return points
+
+
+def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[PanelPoint]:
+    """Simulate all panels; see `reproduce_beyond`."""
+    designs = [
+        DesignPoint(
+            {"panel": panel, "places": places},
+            world(panel, places),
+            Runs.of_point(places, runs, seed).first,
+        )
+        for panel in WORLDS
+        for places in PLACES
+    ]
+    with Rounds(execution, len(designs) * runs) as rounds:
+        records = rounds.run(Study(designs, runs, seed))
+        return [_panel_point(design, record) for design, record in zip(designs, records, strict=True)]
+
+
+def write_panels(folder: Path, points: Sequence[PanelPoint]) -> None:
+    """Write the figure as PNG and PDF, and its data as CSV."""
+    drawn = draw_panels(
+        [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
+    )
     save_both(drawn, folder / "beyond")
-    _write_rows(folder / "beyond.csv", rows)
-    return rows
+    _write_rows(folder / "beyond.csv", points)
 
 
-def summary(rows: Sequence[Row]) -> list[list[str]]:
-    """Return a short table: a header, then for each panel its accuracy at some ratios and its usual step."""
+def summary(points: Sequence[PanelPoint]) -> list[list[str]]:
+    """Return a short table: each panel's accuracy at four ratios, and its median decision step at ratio 2."""
     shown = (2, 10, 40, 200)
-    ratios = [f"at {row.ratio:g}" for row in rows if row.panel == BASELINE and row.places in shown]
+    ratios = [f"at {point.ratio:g}" for point in points if point.panel == BASELINE and point.places in shown]
     table = [["panel", *ratios, "half by (at 2)"]]
     for panel in WORLDS:
-        chosen = [row for row in rows if row.panel == panel and row.places in shown]
+        chosen = [point for point in points if point.panel == panel and point.places in shown]
         step = chosen[1].times.median
-        shares = (f"{row.accuracy.estimate:.1%}" for row in chosen)
+        shares = (f"{point.accuracy.estimate:.1%}" for point in chosen)
         table.append([panel, *shares, "not reached" if step is None else f"step {step}"])
     return table
 
 
 def world(panel: str, places: int) -> Scenario:
-    """Return the scenario of a panel whose tasks ask for so many robots."""
+    """Return the scenario of a panel whose tasks need so many robots."""
     tables = {name: dict(table) for name, table in WORLDS[panel].items()}
     tasks = _mixed_tasks(places) if panel == MIXED else {"count": places}
     tables["tasks"] = {**tables.get("tasks", {}), **tasks}
@@ -143,7 +157,7 @@ def world(panel: str, places: int) -> Scenario:
 
 
 def _mixed_tasks(places: int) -> dict[str, Any]:
-    """Return tasks of which about three places in five are with a load that two lift and one scans."""
+    """Return tasks of which about three places in five are at a load that two robots lift and one scans."""
     carries = (2 * places + 5) // 10
     return {
         "classes": [
@@ -153,43 +167,41 @@ def _mixed_tasks(places: int) -> dict[str, Any]:
     }
 
 
-def _simulate(panel: str, places: int, runs: int, seed: int, threads: int | None) -> Row:
-    scenario = world(panel, places)
-    record = simulate_record(scenario, Runs.of_point(places, runs, seed), threads=threads)
-    feasible = truth(scenario)
-    return Row(
-        panel,
-        scenario.robots.count,
-        places,
-        record.first_run,
-        runs,
-        feasible,
-        decision_rates(record.decision),
-        accuracy(record.decision, feasible),
-        decision_times(record.decision_step),
+def _panel_point(design: DesignPoint, record: Record) -> PanelPoint:
+    feasible = truth(design.scenario)
+    return PanelPoint(
+        panel=design.values["panel"],
+        robots=design.scenario.robots.count,
+        places=design.values["places"],
+        first_run=record.first_run,
+        runs=record.runs,
+        truth=feasible,
+        rates=decision_rates(record.decision),
+        accuracy=accuracy(record.decision, feasible),
+        times=decision_times(record.decision_step),
     )
 
 
-def _panel(title: str, rows: Sequence[Row]) -> Panel:
-    last = max(row.places for row in rows if row.truth)
-    first = min(row.places for row in rows if not row.truth)
-    rates = {name: [row.rates[name] for row in rows] for name in rows[0].rates}
-    tip = rows[0].robots / (last * first) ** 0.5
-    return Panel(title, [row.ratio for row in rows], rates, tip)
+def _panel(title: str, points: Sequence[PanelPoint]) -> Panel:
+    last = max(point.places for point in points if point.truth)
+    first = min(point.places for point in points if not point.truth)
+    rates = {name: [point.rates[name] for point in points] for name in points[0].rates}
+    tip = points[0].robots / (last * first) ** 0.5
+    return Panel(title, [point.ratio for point in points], rates, tip)
 
 
-def _write_rows(path: Path, rows: Sequence[Row]) -> None:
-    rates = [f"{name}{part}" for name in rows[0].rates for part in ("", "_low", "_high")]
+def _write_rows(path: Path, points: Sequence[PanelPoint]) -> None:
+    rates = [f"{name}{part}" for name in points[0].rates for part in ("", "_low", "_high")]
     header = ["panel", "robots", "places", "ratio", "first_run", "runs", "truth", *rates]
     header += ["accuracy", "accuracy_low", "accuracy_high", "step_q25", "step_median", "step_q75"]
     lines = (
         [
-            *(row.panel, row.robots, row.places, row.ratio, row.first_run, row.runs),
-            "feasible" if row.truth else "infeasible",
-            *(value for interval in row.rates.values() for value in interval),
-            *row.accuracy,
-            *("" if step is None else step for step in row.times),
+            *(point.panel, point.robots, point.places, point.ratio, point.first_run, point.runs),
+            "feasible" if point.truth else "infeasible",
+            *(value for interval in point.rates.values() for value in interval),
+            *point.accuracy,
+            *("" if step is None else step for step in point.times),
         ]
-        for row in rows
+        for point in points
     )
     write_csv(path, header, lines)

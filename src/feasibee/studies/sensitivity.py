@@ -1,8 +1,8 @@
-"""Which fields matter: rank correlations over a Latin hypercube."""
+"""Sensitivity of right decisions to fields: rank correlations over a Latin hypercube."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,20 +15,22 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import right_at_end
 from feasibee.studies.space import Dimension
+from feasibee.sweeps.plan import DesignPoint
+from feasibee.sweeps.sweep import Execution, Rounds
 
 RESAMPLES = 2000
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How a field goes with the share of right swarms.
+    """Rank correlation of a field with the share of right swarms.
 
     Parameters
     ----------
     path : str
         The field.
     correlation : Interval
-        Spearman's, -1 to 1, between the field and the share over the points, with 95 % interval (bootstrap).
+        Spearman's correlation over the points, -1 to 1, with its 95 % interval (bootstrap).
     """
 
     path: str
@@ -36,7 +38,7 @@ class Sensitivity:
 
     @property
     def matters(self) -> bool:
-        """Whether the correlation is clearly not 0."""
+        """Whether the interval of the correlation excludes 0."""
         return self.correlation.low > 0 or self.correlation.high < 0
 
 
@@ -46,54 +48,55 @@ def sensitivities(
     points: int = 200,
     runs: int = 20,
     seed: int = 0,
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    execution: Execution | None = None,
 ) -> tuple[list[Sensitivity], NDArray[np.float64], NDArray[np.float64]]:
-    """Vary all fields at once, and see which go with right decisions.
+    """Vary all fields at once; correlate each with the share of right swarms.
 
     Parameters
     ----------
     scenario : Scenario
-        What is common to all points.
+        What all points have in common.
     space : sequence of Dimension
-        What to vary.
+        Fields to vary.
     points : int
-        Points of the Latin hypercube.
+        Number of points of the Latin hypercube.
     runs : int
-        Runs of each.
+        Number of runs at each point.
     seed : int
-        Of the hypercube and of the runs.
-    threads : int, optional
-        By default one for each processor.
-    progress : callable, optional
-        Called with the share of the work done.
+        Seed of the hypercube and of the runs.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in memory.
 
     Returns
     -------
     list of Sensitivity
         The strongest first.
     float64 array, shape (points, fields)
-        Where each point is in each field, as a share of the way from its low end to its high end.
+        Place of each point in each field, as a share of the way from its low end to its high end.
     float64 array, shape (points,)
-        The share of swarms that are right at the last step, at each point.
+        Share of swarms that are right at the last step, at each point.
     """
     Runs(points * runs, seed)  # raises before anything is computed
     places = latin_hypercube(points, len(space), seed)
-    shares = np.empty(points)
-    for number, place in enumerate(places):
-        values = {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
-        changed = scenario.replace({**values, "run.stop_at_decision": False})
-        shares[number] = right_at_end(changed, runs, seed, number * runs, threads).mean()
-        if progress is not None:
-            progress((number + 1) / points)
+    designs = [_design(scenario, space, place, number * runs) for number, place in enumerate(places)]
+    with Rounds(execution, points * runs) as rounds:
+        shares = np.array([right.mean() for right in right_at_end(rounds, designs, runs, seed)])
     found = [
         Sensitivity(each.path, spearman(places[:, column], shares, seed)) for column, each in enumerate(space)
     ]
     return sorted(found, key=lambda each: -abs(each.correlation.estimate)), places, shares
 
 
+def _design(
+    scenario: Scenario, space: Sequence[Dimension], place: NDArray[np.float64], first_run: int
+) -> DesignPoint:
+    values = {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
+    changed = scenario.replace({**values, "run.stop_at_decision": False})
+    return DesignPoint(values, changed, first_run)
+
+
 def latin_hypercube(points: int, dimensions: int, seed: int) -> NDArray[np.float64]:
-    """Return points in the unit cube, of which each of as many slices of each axis has one.
+    """Return points in the unit cube: each axis has as many slices as points, and each slice one point.
 
     References
     ----------
@@ -106,7 +109,7 @@ def latin_hypercube(points: int, dimensions: int, seed: int) -> NDArray[np.float
 
 
 def spearman(one: NDArray[np.float64], other: NDArray[np.float64], seed: int) -> Interval:
-    """Return the rank correlation of two quantities, with a bootstrap interval; 0 if one never changes."""
+    """Return the rank correlation of two quantities with a bootstrap interval; 0 if one is constant."""
     random = np.random.default_rng(seed)
     drawn = random.integers(0, one.size, (RESAMPLES, one.size))
     resampled = np.array([_correlation(one[rows], other[rows]) for rows in drawn])

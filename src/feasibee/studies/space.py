@@ -1,4 +1,4 @@
-"""Which fields are varied, and between what: for tuning and for sensitivity."""
+"""Fields to vary and their ranges, for tuning and sensitivity."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from feasibee.scenario.paths import read_value
 from feasibee.scenario.scenario import Scenario
 
 FACTOR = 5.0
-"""By default a field goes from a fifth of its value to five times it."""
+"""The default range of a field is from its value divided by this to its value times this."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class Dimension:
         return self.low > 0
 
     def holds(self, value: Any) -> bool:
-        """Tell whether a value is among them."""
+        """Whether a value lies in the range, or is one of the choices."""
         return value in self.choices if self.choices else self.low <= value <= self.high
 
     def at(self, share: float) -> Any:
-        """Return the value at a share of the way, 0 to 1."""
+        """Return the value at a share of the way from the low end to the high end, 0 to 1."""
         if self.choices:
             return self.choices[min(len(self.choices) - 1, int(share * len(self.choices)))]
         if self.by_ratio:
@@ -50,7 +50,7 @@ class Dimension:
 
 
 def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
-    """Read fields to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
+    """Parse fields to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
     found = [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
     twice = [path for path, count in Counter(each.path for each in found).items() if count > 1]
     if twice:
-        raise FeasibeeError(f"--over: names {twice[0]} twice; leave one of them out")
+        raise FeasibeeError(f"--over: names {twice[0]} twice; name it once")
     return found
 
 
@@ -82,7 +82,7 @@ def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
         low, high = now / FACTOR, now * FACTOR
         return _checked(scenario, Dimension(path, max(1, low) if whole else low, high, whole))
     if isinstance(now, int | float):
-        raise FeasibeeError(f"{path} = {now}: has no usual range; give one, such as {path}=0:0.5")
+        raise FeasibeeError(f"{path} = {now}: has no default range; give one, such as {path}=0:0.5")
     choices = tuple(each for each in get_args(kind) if isinstance(each, str))
     if not choices:
         raise FeasibeeError(f"{path}: name its values, such as {path}=a|b|c")
@@ -103,7 +103,7 @@ def _read(path: str, given: str, now: Any) -> Dimension:
 
 
 def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:
-    """Refuse values, and a range whose ends, the scenario refuses."""
+    """Raise an error if a choice, or an end of the range, is invalid in the scenario."""
     for value in dimension.choices:
         scenario.replace({dimension.path: value})
     if dimension.choices:

@@ -1,1 +1,1 @@
-"""The machine that runs many scenarios many times: plans, journals, workers, tables."""
+"""Run studies: plans, journals, workers, and tables of the results."""

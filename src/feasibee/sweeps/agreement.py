@@ -1,4 +1,4 @@
-"""Whether two rows say the same of one run: it has one outcome, whoever computed it."""
+"""Compare two rows of one run: its outcome is the same, whoever computed it."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from feasibee.sweeps.schema import CURVE_NAMES, PLACES, Kind
 def difference(
     kind: Kind, ours: tuple[Any, ...], theirs: tuple[Any, ...]
 ) -> tuple[str, object, object] | None:
-    """Return in what two rows of a run differ, and both values; None if they agree."""
+    """Return the column in which two rows of a run differ, and both values; None if they agree."""
     if ours == theirs:
         return None
     if kind is Kind.RUNS:
         return next(each for each in zip(PLACES, ours, theirs, strict=True) if each[1] != each[2])
     for name, mine, other in zip(CURVE_NAMES, ours[1:], theirs[1:], strict=True):
-        here, there = curve_of(mine), curve_of(other)  # another zlib may pack them otherwise
+        here, there = curve_of(mine), curve_of(other)  # another zlib may give other bytes
         if here.size != there.size:
             return "its number of steps", here.size - 1, there.size - 1
         for step in np.flatnonzero(here != there)[:1]:

@@ -1,4 +1,4 @@
-"""Digests of what a journal holds: whatever changes it afterwards is found when it is read."""
+"""Digests of a journal's contents: each change by anything else is found when it is read."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.sweeps.schema import FORMAT, SEAL, Entry, Kind
 
 SIZE = 16
-"""Bytes of a digest: by chance, one damage in 10**38 goes unseen."""
+"""Bytes per digest: a random change goes unseen with probability 10**-38."""
 
 
 def _digest(*parts: bytes) -> bytes:
@@ -27,12 +27,12 @@ def _digest(*parts: bytes) -> bytes:
 
 
 def of_entry(entry: Entry) -> bytes:
-    """Return the digest of a point; journals of other models have others."""
+    """Return the digest of a point; it depends on the format and the model version."""
     return _digest(json.dumps([FORMAT, MODEL_VERSION, *entry]).encode())
 
 
 def of_rows(kind: Kind, point: int, rows: Any) -> bytes:
-    """Return the digest of a chunk: an array of runs, or tuples of run, feasible and infeasible."""
+    """Return the digest of a chunk: an array of runs, or tuples of run, feasible and infeasible counts."""
     place = json.dumps([kind, point]).encode()
     if kind is Kind.RUNS:
         return _digest(place, np.asarray(rows, "<i8").tobytes())
@@ -40,13 +40,13 @@ def of_rows(kind: Kind, point: int, rows: Any) -> bytes:
 
 
 def of_about(about: Mapping[str, str]) -> str:
-    """Return the digest of the table ``about``, whose row for the digest doesn't count."""
+    """Return the digest of the table ``about``, without its row for the digest."""
     rows = sorted((key, value) for key, value in about.items() if key != "digest")
     return _digest(json.dumps(rows).encode()).hex()
 
 
 def write_seal(folder: Path, commits: int) -> None:
-    """Write the number of a journal's commits to the seal, a file beside it."""
+    """Write a journal's number of commits to the seal, a file in the same folder."""
     text = f"{commits:020d}"
     handle = os.open(folder / SEAL, os.O_WRONLY | os.O_CREAT, 0o666)  # truncating it takes 2 ms
     try:
@@ -56,7 +56,7 @@ def write_seal(folder: Path, commits: int) -> None:
 
 
 def read_seal(folder: Path) -> int:
-    """Return how many commits a journal has had at least; 0 if that isn't known."""
+    """Return a journal's least possible number of commits; 0 if unknown."""
     path = folder / SEAL
     if not path.is_file():
         return 0

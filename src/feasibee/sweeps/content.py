@@ -1,4 +1,4 @@
-"""What a journal's tables hold, as far as it is what was written: each digest is computed again."""
+"""Read a journal's tables, and compare each digest with what was read."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ Rows = list[tuple[Any, ...]]
 Array = NDArray[np.int64]
 
 SURROUNDINGS: Final = ("FULL", "IOERR", "READONLY", "CANTOPEN", "BUSY", "LOCKED", "INTERRUPT", "PERM", "AUTH")
-"""SQLite's errors that don't come from what is in the file; one is, IOERR_READ: a bad sector."""
+"""Errors of SQLite that aren't caused by the file's contents, except IOERR_READ: a bad sector."""
 UNREADABLE: Final = (ArithmeticError, LookupError, TypeError, ValueError, RecursionError)
-"""What the values of a damaged row may raise: text for numbers, JSON that isn't."""
+"""Errors that the values of a damaged row may raise: text in place of numbers, invalid JSON."""
 
 
 class Damage(Exception):  # noqa: N818
-    """Some of a journal isn't what was written."""
+    """Part of a journal differs from what was written."""
 
 
 def is_damage(error: sqlite3.Error) -> bool:
-    """Tell whether an error of SQLite says that the file is damaged."""
+    """Whether an error of SQLite means that the file is damaged."""
     code = (getattr(error, "sqlite_errorname", "") or "").removeprefix("SQLITE_")
     return code == "IOERR_READ" or not code.startswith(SURROUNDINGS)
 
 
 @contextmanager
 def checked() -> Iterator[None]:
-    """Raise `Damage` for whatever a damaged row or page leads to."""
+    """Raise `Damage` in place of each error that a damaged row or page may cause."""
     try:
         yield
     except sqlite3.Error as error:
@@ -49,7 +49,7 @@ def checked() -> Iterator[None]:
 
 
 def short(error: Exception) -> str:
-    """Return what an error says on a line: SQLite may quote a statement."""
+    """Return the message of an error as one line of at most 100 characters: SQLite may quote a statement."""
     text = " ".join(str(error).split())
     return text if len(text) <= 100 else f"{text[:100]}..."
 
@@ -64,9 +64,9 @@ def about(database: sqlite3.Connection) -> dict[str, str]:
 
 
 def entries(database: sqlite3.Connection, most: int) -> tuple[list[Entry], list[int]]:
-    """Return the points that are as written, and the numbers of those that aren't.
+    """Return the undamaged points, and the numbers of the damaged ones.
 
-    If the table can't be read from end to end, each number is looked up, to ``most``.
+    If the table can't be read from end to end, look up each number from 1 to ``most``.
     """
     texts = {row[0]: row[-1] for row in _each(database, "SELECT id, text FROM sources", most)}
     query = "SELECT id, hash, seed, truth, vary, scenario, until, source, digest FROM points"
@@ -83,7 +83,7 @@ def entries(database: sqlite3.Connection, most: int) -> tuple[list[Entry], list[
 
 
 def _each(database: sqlite3.Connection, query: str, most: int) -> Iterator[tuple[Any, ...]]:
-    """Yield the rows of a query, whose numbers come first; of a row that can't be read, its number alone."""
+    """Yield the rows of a query, each with its number first; of an unreadable row, the number alone."""
     last = 0
     try:
         with checked():
@@ -100,7 +100,7 @@ def _each(database: sqlite3.Connection, query: str, most: int) -> Iterator[tuple
 
 
 def _is_whole(entry: Entry, digest: Any) -> bool:
-    """Tell whether a point has its digest, and its scenario the hash by which its runs are known."""
+    """Whether a point matches its digest, and its scenario the hash that identifies its runs."""
     with suppress(*UNREADABLE):
         return bool(
             digest == checksums.of_entry(entry)
@@ -110,7 +110,7 @@ def _is_whole(entry: Entry, digest: Any) -> bool:
 
 
 def chunk_counts(database: sqlite3.Connection) -> dict[int, int]:
-    """Return how many chunks each point has."""
+    """Return each point's number of chunks."""
     with checked():
         found = dict(database.execute("SELECT point, COUNT(*) FROM chunks GROUP BY point").fetchall())
         if not all(isinstance(point, int) for point in found):
@@ -128,7 +128,7 @@ def chunks(database: sqlite3.Connection, kind: Kind, point: int) -> list[Chunk]:
 def gaps(
     database: sqlite3.Connection, kind: Kind, point: int, first: int, last: int
 ) -> list[tuple[int, int]]:
-    """Return the stretches from one run to before another of which no chunk has the rows."""
+    """Return the stretches from one run to before another that no chunk covers."""
     found = database.execute(
         "SELECT first_run, runs FROM chunks WHERE point = :point AND kind = :kind AND first_run < :last"
         " AND first_run >= COALESCE((SELECT MAX(first_run) FROM chunks"
@@ -144,15 +144,15 @@ def gaps(
 
 
 def missing(
-    database: sqlite3.Connection, kinds: Sequence[Kind], point: int, runs: int
+    database: sqlite3.Connection, kinds: Sequence[Kind], point: int, first: int, last: int
 ) -> list[tuple[int, int]]:
-    """Return the stretches of the first runs of which some kind of rows isn't there."""
+    """Return the stretches from one run to before another of which some kind of rows is missing."""
     stretches: list[tuple[int, int]] = []
-    for first, last in sorted(gap for kind in kinds for gap in gaps(database, kind, point, 0, runs)):
-        if stretches and first <= stretches[-1][1]:
-            stretches[-1] = (stretches[-1][0], max(last, stretches[-1][1]))
+    for low, high in sorted(gap for kind in kinds for gap in gaps(database, kind, point, first, last)):
+        if stretches and low <= stretches[-1][1]:
+            stretches[-1] = (stretches[-1][0], max(high, stretches[-1][1]))
         else:
-            stretches.append((first, last))
+            stretches.append((low, high))
     return stretches
 
 
@@ -162,7 +162,7 @@ def runs_of(database: sqlite3.Connection, point: int) -> Array:
     Raises
     ------
     Damage
-        If one is there that no chunk counts, or a chunk isn't as it was written.
+        If no chunk covers some run, or a chunk differs from what was written.
     """
     with checked():
         rows = _array(select(database, Kind.RUNS, point))
@@ -171,12 +171,12 @@ def runs_of(database: sqlite3.Connection, point: int) -> Array:
             start, end = end, end + chunk.runs
             _check(Kind.RUNS, point, chunk, rows[start:end])
         if end != len(rows):
-            raise Damage("runs that no chunk counts")
+            raise Damage("runs that no chunk covers")
     return rows
 
 
 def chunks_of(database: sqlite3.Connection, kind: Kind, point: int) -> Iterator[Rows]:
-    """Yield the rows of each chunk of a point, as they are stored; raise as `runs_of`."""
+    """Yield the stored rows of each chunk of a point; raise as `runs_of`."""
     there = 0
     for chunk in chunks(database, kind, point):
         yield _rows(database, kind, point, chunk)
@@ -184,11 +184,11 @@ def chunks_of(database: sqlite3.Connection, kind: Kind, point: int) -> Iterator[
     with checked():
         query = f"SELECT COUNT(run) FROM {kind.table} WHERE point = ?"
         if database.execute(query, (point,)).fetchone() != (there,):
-            raise Damage("rows that no chunk counts")
+            raise Damage("rows that no chunk covers")
 
 
 def good_chunks(database: sqlite3.Connection, kind: Kind, point: int) -> Iterator[Rows]:
-    """Yield the rows of each chunk that is as it was written; pass over the others."""
+    """Yield the rows of each undamaged chunk; skip damaged ones."""
     found: list[Chunk] = []
     with suppress(Damage):
         found = chunks(database, kind, point)
@@ -208,7 +208,7 @@ def _rows(database: sqlite3.Connection, kind: Kind, point: int, chunk: Chunk) ->
 def select(
     database: sqlite3.Connection, kind: Kind, point: int, first: int = 0, last: int = 2**63 - 1
 ) -> sqlite3.Cursor:
-    """Read the rows of a point, from one run to before another."""
+    """Select the rows of a point, from one run to before another."""
     return database.execute(
         f"SELECT {kind.columns} FROM {kind.table} WHERE point = ? AND run >= ? AND run < ? ORDER BY run",
         (point, first, last),
@@ -220,7 +220,7 @@ def _array(rows: Any) -> Array:
 
 
 def _check(kind: Kind, point: int, chunk: Chunk, rows: Any) -> None:
-    """Raise `Damage` unless some rows are those that a chunk was written with."""
+    """Raise `Damage` unless the rows match the chunk's numbers and digest."""
     if (
         len(rows) != chunk.runs
         or rows[0][0] != chunk.first_run

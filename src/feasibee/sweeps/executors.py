@@ -1,4 +1,4 @@
-"""Who does a sweep's work: threads of this process, other processes, or a Dask cluster."""
+"""Where runs are computed: threads of this process, other processes, or a Dask cluster."""
 
 from __future__ import annotations
 
@@ -16,53 +16,59 @@ from feasibee.simulation.ensemble import processors
 from feasibee.sweeps.interrupts import inherited_block
 
 PATIENCE = 20.0
-"""Seconds for a cluster to answer."""
+"""Seconds to wait for the answer of a cluster."""
 
 
 @dataclass(frozen=True)
-class Crew:
-    """Who does the work.
+class WorkerPool:
+    """Workers that compute chunks of runs; they change no result.
 
     Parameters
     ----------
     make : callable
-        Makes an executor of `concurrent.futures`; called again if a worker's death broke the last one.
+        Makes an executor of `concurrent.futures`. Called again after the death of a worker broke the last.
     workers : int
-        How many chunks it does at a time.
+        Number of chunks computed at a time.
+    is_local : bool
+        Whether the workers share this machine's cache of compiled code.
     """
 
     make: Callable[[], Executor]
     workers: int
+    is_local: bool = True
 
 
-def threads(workers: int | None = None) -> Crew:
-    """Return threads of this process, by default one a processor: the engine runs free of Python's lock."""
+def threads(workers: int | None = None) -> WorkerPool:
+    """Return threads of this process, by default one per processor.
+
+    The compiled engine releases Python's global lock, so threads compute in parallel.
+    """
     number = workers or processors()
-    return Crew(lambda: ThreadPoolExecutor(number), number)
+    return WorkerPool(lambda: ThreadPoolExecutor(number), number)
 
 
-def processes(workers: int | None = None) -> Crew:
-    """Return processes of this machine, by default one for each processor; one that dies is replaced."""
+def processes(workers: int | None = None) -> WorkerPool:
+    """Return processes of this machine, by default one per processor; a process that dies is replaced."""
     number = workers or processors()
     context = get_context("spawn")
-    return Crew(lambda: _Processes(number, mp_context=context, initializer=_serve), number)
+    return WorkerPool(lambda: _Processes(number, mp_context=context, initializer=_serve), number)
 
 
 class _Processes(ProcessPoolExecutor):
-    """Processes that leave Ctrl-C to the sweep's; they start when there is work for them."""
+    """Processes that ignore Ctrl-C, which the main process handles; they start with the first chunk."""
 
     def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
         with inherited_block():
             return super().submit(work, *arguments, **options)
 
     def kill_workers(self) -> None:
-        """End all processes now; Python has this from 3.14 on."""
+        """Kill all processes at once; Python has this method from 3.14 on."""
         for process in list((self._processes or {}).values()):
             process.kill()
 
 
 def _serve() -> None:
-    """Leave Ctrl-C to the sweep's process, also on Windows, and don't outlive that if it is killed."""
+    """Ignore Ctrl-C, also on Windows, and exit when the main process does, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_leave_with_parent, daemon=True).start()
 
@@ -74,13 +80,13 @@ def _leave_with_parent() -> None:
         os._exit(1)
 
 
-def dask(client: Any) -> Crew:
+def dask(client: Any) -> WorkerPool:
     """Return the workers of a Dask cluster.
 
     Parameters
     ----------
-    client : dask.distributed.Client, or str
-        Or the address of a scheduler, such as ``"tcp://10.0.0.1:8786"``.
+    client : dask.distributed.Client or str
+        A connected client, or the address of a scheduler, such as ``"tcp://10.0.0.1:8786"``.
 
     Raises
     ------
@@ -97,7 +103,7 @@ def dask(client: Any) -> Crew:
         executor: Executor = client.get_executor(pure=False, retries=3)
         return executor
 
-    return Crew(make, number)
+    return WorkerPool(make, number, is_local=False)
 
 
 def _connected(address: str) -> Any:

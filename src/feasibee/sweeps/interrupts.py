@@ -1,4 +1,4 @@
-"""Ctrl-C while chunks are computed: noted, and acted on between two of them."""
+"""Ctrl-C while chunks are computed: counted by a signal handler, and handled between two chunks."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from typing import Any, Self
 
 
 class Interrupts:
-    """Notes the first Ctrl-C; the second stops the work; a third does what it would have done before.
+    """Counts Ctrl-C; the second one kills the workers, and a third one calls the handler before this one.
 
-    Without a handler of Python's, as in another thread than the main one, nothing is noted.
+    Outside the main thread, or where Python doesn't handle Ctrl-C, nothing is counted.
 
     Parameters
     ----------
     stop : callable
-        Stops the work at once, if it can: says whether it did. If not, the second does what a third would.
+        Kills the workers if they are processes; returns whether they are. If not, the second Ctrl-C calls
+        the handler before this one.
     """
 
     def __init__(self, stop: Callable[[], bool]) -> None:
@@ -30,14 +31,14 @@ class Interrupts:
     def __enter__(self) -> Self:
         is_main = threading.current_thread() is threading.main_thread()
         if is_main and callable(signal.getsignal(signal.SIGINT)):
-            self._before = signal.signal(signal.SIGINT, self._note)
+            self._before = signal.signal(signal.SIGINT, self._count)
         return self
 
     def __exit__(self, *error: object) -> None:
         if self._before is not None:
             signal.signal(signal.SIGINT, self._before)
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
+    def _count(self, number: int, frame: FrameType | None) -> None:
         self.seen += 1
         if self.seen > 2 or (self.seen == 2 and not self._stop()):
             self._before(number, frame)
@@ -45,14 +46,11 @@ class Interrupts:
 
 @contextmanager
 def inherited_block() -> Iterator[None]:
-    """Keep Ctrl-C from processes that are started meanwhile, from their first moment on.
-
-    A terminal sends it to all of them, also while their interpreters start.
-    """
+    """Block Ctrl-C in processes that are started within; a terminal sends it even while they start."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    resource_tracker.ensure_running()  # its own start ends with Ctrl-C unblocked
+    resource_tracker.ensure_running()  # starting it later would unblock Ctrl-C
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -1,8 +1,8 @@
 """The journal of a study: one SQLite file, with a transaction for each chunk of runs.
 
-What is in it stays, whatever happens to the process or the machine; what isn't is computed again. A run is
-known by the hash of its scenario, the seed, and its number. Each point and chunk has a digest: what isn't as
-it was written is refused by every method that reads.
+A transaction that is done survives the end of the process or of the machine; the runs of others are
+computed again. A run is identified by its scenario's hash, the seed, and its number. Each point and chunk has
+a digest: every method that reads raises an error if what it reads is damaged.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,33 +23,17 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.scenario import Scenario
 from feasibee.sweeps import checksums, content, opening
 from feasibee.sweeps.agreement import difference
 from feasibee.sweeps.content import Array, Damage, Rows
-from feasibee.sweeps.encoding import curve_of, rows_of_curves, rows_of_runs
-from feasibee.sweeps.plan import Point, Until
+from feasibee.sweeps.encoding import EncodedRuns, curve_of, encode, fill
+from feasibee.sweeps.plan import DesignPoint, StoppingRule
 from feasibee.sweeps.schema import FORMAT, NAME, PLACES, STATEMENTS, Entry, Kind
-from feasibee.sweeps.survey import Survey, frame, name_of, snapshot, survey
+from feasibee.sweeps.stored import StoredPoint, stored_point
+from feasibee.sweeps.survey import Survey, inventory, name_of, snapshot, survey
 
 Visit = Callable[[Entry, Array], object]
 Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]
-
-
-class Row(NamedTuple):
-    """A point in the journal."""
-
-    id: int
-    hash: str
-    seed: int
-    truth: bool
-    values: dict[str, Any]
-    scenario: Scenario
-    """With the text of the strategy's file that the journal keeps, which isn't run unasked."""
-    until: dict[str, float] | None
-    """The rule by which the number of runs was chosen, if they say it."""
-    source: int | None
-    """Number of the text of its strategy's file, if it has one."""
 
 
 class Journal:
@@ -58,39 +42,31 @@ class Journal:
     Parameters
     ----------
     folder : path
-        Where it is.
+        Folder of the journal.
     write : bool
-        Whether to write; then it is made if need be, and locked against others that write.
+        Whether to write. Then it is made if need be, and locked against other writers.
     rescue : callable, optional
-        Makes a damaged journal anew before it is written to; see ``feasibee.sweeps.rescue``.
+        Copies the undamaged part of a damaged journal before a write; see ``feasibee.sweeps.rescue``.
 
     Attributes
     ----------
     rescued : str
-        What was rescued, in a line; empty if nothing was damaged.
+        What was rescued, in one line; empty if nothing was damaged.
 
     Raises
     ------
     FeasibeeError
-        If there is none, it is damaged, of another model version, or another process writes to it.
+        If it is missing, damaged or of another model version, or another process writes to it.
     """
 
+    _lock: sqlite3.Connection | None
+
     def __init__(self, folder: str | Path, write: bool = False, rescue: Rescue | None = None) -> None:
-        self.folder = Path(folder)
-        self.path = self.folder / NAME
-        self.rescued = ""
-        self._lock: sqlite3.Connection | None = None
-        self._writing = False
-        self._totals = {"commits": 0, "points": 0, "chunks": 0}
-        self._versions = {
-            "format": str(FORMAT),
-            "model_version": str(MODEL_VERSION),
-            "version": version("feasibee"),
-        }
+        self._begin(Path(folder))
         if not write and not self.path.is_file():
-            raise FeasibeeError(f"{self.folder}: has no {NAME}; name the folder of a sweep")
+            raise FeasibeeError(f"{self.folder}: has no {NAME}; name the folder of a sweep or study")
         try:
-            with opening.told(self.path):
+            with opening.translating_errors(self.path):
                 if write:
                     self._lock = opening.lock(self.folder)
                 self._database = opening.connect(self.folder, write)
@@ -99,6 +75,19 @@ class Journal:
             self.close()
             raise
 
+    def _begin(self, folder: Path) -> None:
+        self.folder = folder
+        self.path = folder / NAME
+        self.rescued = ""
+        self._lock = None
+        self._writing = False
+        self._totals = {"commits": 0, "points": 0, "chunks": 0}
+        self._versions = {
+            "format": str(FORMAT),
+            "model_version": str(MODEL_VERSION),
+            "version": version("feasibee"),
+        }
+
     def __enter__(self) -> Self:
         return self
 
@@ -106,7 +95,7 @@ class Journal:
         self.close()
 
     def close(self) -> None:
-        """Leave it to others."""
+        """Close the journal, and release its lock."""
         if hasattr(self, "_database"):
             self._database.close()
         if self._lock is not None:
@@ -115,33 +104,33 @@ class Journal:
     # --- Reading ---
 
     @property
-    def points(self) -> list[Row]:
+    def points(self) -> list[StoredPoint]:
         """All points, in the order in which they were added."""
         entries = self.entries()
         with self._strict():
-            return [row_of(entry) for entry in entries]
+            return [stored_point(entry) for entry in entries]
 
     def entries(self) -> list[Entry]:
-        """Return all points as they are stored."""
+        """Return the rows of all points."""
         with self._strict():
-            found = frame(self._database, self.folder)
+            found = inventory(self._database, self.folder)
             if found.damaged or found.flaws:
                 raise Damage
         return found.entries
 
     def survey(self, visit: Visit) -> Survey:
-        """Look through all that is there; show each point that is as it was written, with its runs."""
-        with opening.told(self.path):
+        """Read the journal from end to end; call ``visit`` with each undamaged point and its runs."""
+        with opening.translating_errors(self.path):
             return survey(self._database, self.folder, visit)
 
-    def missing(self, point: int, runs: int, curves: bool) -> list[tuple[int, int]]:
-        """Return which runs below a number aren't there: stretches, each first and one past the last."""
+    def missing(self, point: int, first: int, last: int, curves: bool) -> list[tuple[int, int]]:
+        """Return the missing runs from ``first`` to before ``last``, as pairs of the same kind."""
         kinds = (Kind.RUNS, Kind.CURVES) if curves else (Kind.RUNS,)
-        with opening.told(self.path):
-            return content.missing(self._database, kinds, point, runs)
+        with opening.translating_errors(self.path):
+            return content.missing(self._database, kinds, point, first, last)
 
     def counts(self) -> dict[int, tuple[int, int]]:
-        """Return how many runs each point that has any has, and how many of them decided as the truth."""
+        """Return the numbers of runs and of right decisions of each point that has runs."""
         found = {}
         for entry in self.entries():
             decisions = self.columns(entry.id)[:, PLACES["decision"]]
@@ -149,12 +138,19 @@ class Journal:
                 found[entry.id] = decisions.size, int((decisions == entry.truth).sum())
         return found
 
-    def right(self, point: int, runs: int) -> int:
-        """Return how many of the first runs of a point decided as the truth."""
+    def right(self, point: int, first: int, last: int) -> int:
+        """Return the number of right decisions in a point's runs from ``first`` to before ``last``."""
         columns = self.columns(point)
-        with opening.told(self.path):
+        with opening.translating_errors(self.path):
             ((true,),) = self._database.execute("SELECT truth FROM points WHERE id = ?", (point,))
-        return int((columns[columns[:, 0] < runs, PLACES["decision"]] == true).sum())
+        run, decision = columns[:, 0], columns[:, PLACES["decision"]]
+        return int(((first <= run) & (run < last) & (decision == true)).sum())
+
+    def record(self, point: int, record: Record) -> Record:
+        """Return an empty record filled with its runs of a point, and their curves if it has room for any."""
+        curves = self.chunks(Kind.CURVES, point) if record.feasible_count.shape[1] else ()
+        fill(record, self.columns(point), (row for rows in curves for row in rows))
+        return record
 
     def columns(self, point: int) -> NDArray[np.int64]:
         """Return the runs of a point: int64, shape (runs, columns of `PLACES`)."""
@@ -162,20 +158,20 @@ class Journal:
             return content.runs_of(self._database, point)
 
     def curves(self, point: int) -> Iterator[tuple[int, NDArray[np.int32], NDArray[np.int32]]]:
-        """Yield run, feasible count and infeasible count of a point's runs whose curves were kept."""
+        """Yield number, feasible counts and infeasible counts of each run whose curves were kept."""
         for rows in self.chunks(Kind.CURVES, point):
             for run, feasible, infeasible in rows:
                 yield run, curve_of(feasible), curve_of(infeasible)
 
     def chunks(self, kind: Kind, point: int) -> Iterator[Rows]:
-        """Yield the rows of each chunk of a point, as they are stored."""
+        """Yield the stored rows of each chunk of a point."""
         with self._strict():
             yield from content.chunks_of(self._database, kind, point)
 
     # --- Writing ---
 
-    def add(self, points: Sequence[Point], seed: int, until: Until | None = None) -> list[int]:
-        """Enter points, unless they are there; return their numbers in the journal."""
+    def add(self, points: Sequence[DesignPoint], seed: int, until: StoppingRule | None = None) -> list[int]:
+        """Write points that are new; return the numbers of all of them in the journal."""
         rule = None if until is None else json.dumps(vars(until))
         entries = [
             Entry(
@@ -194,7 +190,7 @@ class Journal:
         return self.enter(entries, "this study")
 
     def enter(self, entries: Iterable[Entry], origin: str) -> list[int]:
-        """Enter points that ``origin`` may number otherwise; return their numbers in this journal."""
+        """Write points that ``origin`` may number differently; return their numbers in this journal."""
         numbers = []
         with self.transaction() as database:
             taken = {number for (number,) in database.execute("SELECT id FROM points")}
@@ -215,7 +211,7 @@ class Journal:
         return numbers
 
     def _source(self, text: str | None) -> int | None:
-        """Return the number of a strategy's text, or the first free one."""
+        """Return the number of a strategy's text; if it is new, the first free number."""
         if not text:
             return None
         found = self._database.execute("SELECT id FROM sources WHERE text = ?", (text,)).fetchone()
@@ -225,7 +221,7 @@ class Journal:
         return next(number for number in count(1) if number not in taken)
 
     def store(self, entry: Entry) -> None:
-        """Enter a point with the numbers that it has, or what its study says of it now."""
+        """Write a point with its own number, or update what its study varies and its stopping rule."""
         with self.transaction() as database:
             if entry.text:
                 database.execute("INSERT OR IGNORE INTO sources VALUES (?, ?)", (entry.source, entry.text))
@@ -239,20 +235,24 @@ class Journal:
             self._totals["points"] += 1 - before
 
     def write(self, parts: Iterable[tuple[int, Record]]) -> None:
-        """Enter the runs of a chunk: all of them or, if that fails, none."""
+        """Write runs of some points: all of them or, after an error, none."""
+        self.enter_runs((point, encode(record)) for point, record in parts)
+
+    def enter_runs(self, parts: Iterable[tuple[int, EncodedRuns]]) -> None:
+        """Write encoded runs of some points: all of them or, after an error, none."""
         with self.transaction():
-            for point, record in parts:
-                self.put(Kind.RUNS, point, list(rows_of_runs(record)), "this sweep")
-                if record.feasible_count.shape[1]:
-                    self.put(Kind.CURVES, point, list(rows_of_curves(record)), "this sweep")
+            for point, encoded in parts:
+                self.put(Kind.RUNS, point, encoded.runs, "this sweep")
+                if encoded.curves:
+                    self.put(Kind.CURVES, point, encoded.curves, "this sweep")
 
     def put(self, kind: Kind, point: int, rows: Rows, origin: str) -> int:
-        """Enter consecutive runs of a point, or their curves; return how many were new.
+        """Write consecutive runs of a point, or their curves; return the number of new ones.
 
         Raises
         ------
         FeasibeeError
-            If one is there already, and differs; ``origin`` says where the rows come from.
+            If the journal has one of them already, and it differs; ``origin`` names the rows' source.
         """
         first, last = rows[0][0], rows[-1][0] + 1
         with self.transaction() as database:
@@ -273,7 +273,7 @@ class Journal:
         return sum(high - low for low, high in gaps)
 
     def _compare(self, kind: Kind, point: int, rows: Rows, origin: str) -> None:
-        """Raise an error if a run that is there differs from that in some rows."""
+        """Raise an error if a stored run differs from the same run in some rows."""
         first = rows[0][0]
         for ours in content.select(self._database, kind, point, first, rows[-1][0] + 1).fetchall():
             found = difference(kind, ours, rows[ours[0] - first])
@@ -287,23 +287,23 @@ class Journal:
             self._agree(entry, f"run {ours[0]}: {column}", values, origin)
 
     def _agree(self, entry: Entry, what: str, values: Sequence[object], origin: str) -> None:
-        """Raise an error if two journals say different things of a point."""
+        """Raise an error if two journals have different values for a point."""
         here, there = values
         if here != there:
             raise FeasibeeError(
                 f"{name_of(entry.id, entry.vary)}, seed {entry.seed}, {what} is {here} in {self.folder} and "
                 f"{there} in {origin}, and only one can be right; sweep into an empty folder to see which, "
-                "and leave the other out"
+                "and leave out the other"
             )
 
     @contextmanager
     def transaction(self) -> Iterator[sqlite3.Connection]:
-        """Write all that is written in it, or nothing; one within another is part of that."""
+        """Write everything within it, or nothing; a nested transaction is part of the outer one."""
         if self._writing:
             yield self._database
             return
         before = dict(self._totals)
-        with opening.told(self.path):
+        with opening.translating_errors(self.path):
             self._database.execute("BEGIN IMMEDIATE")
             self._writing = True
             try:
@@ -312,21 +312,24 @@ class Journal:
                 self._database.execute("COMMIT")
             except BaseException:
                 self._totals = before
-                if self._database.in_transaction:  # a full disk has ended it already
+                if self._database.in_transaction:  # unless a full disk has ended it
                     self._database.execute("ROLLBACK")
                 raise
             finally:
                 self._writing = False
-        with suppress(OSError):  # it only adds to what is found
+        self._seal()
+
+    def _seal(self) -> None:
+        with suppress(OSError):  # without a seal, less damage is found
             checksums.write_seal(self.folder, self._totals["commits"])
 
     def outdo(self, commits: int) -> None:
-        """Count on from so many commits, of a journal whose place this one takes."""
+        """Continue the count of commits of a journal that this one replaces."""
         with self.transaction():
             self._totals["commits"] = max(commits, self._totals["commits"])
 
     def _sum_up(self) -> None:
-        """Write down how much there is, of which versions, and the digest of that."""
+        """Write the totals, the versions, and their digest."""
         self._totals["commits"] += 1
         about = {**self._versions, **{key: str(number) for key, number in self._totals.items()}}
         about["digest"] = checksums.of_about(about)
@@ -336,9 +339,7 @@ class Journal:
 
     def _open(self, write: bool, rescue: Rescue | None) -> None:
         if opening.is_empty(self._database, self.path) and write:
-            with self.transaction() as database:
-                for statement in STATEMENTS:
-                    database.execute(statement)
+            self._make_tables()
         opening.check(self._database, self.path)
         if write:
             self._mend(rescue)
@@ -348,11 +349,16 @@ class Journal:
             for setting in ("journal_mode = WAL", "writable_schema = OFF"):
                 self._database.execute(f"PRAGMA {setting}")
 
+    def _make_tables(self) -> None:
+        with self.transaction() as database:
+            for statement in STATEMENTS:
+                database.execute(statement)
+
     def _mend(self, rescue: Rescue | None) -> None:
-        """See that all is as it was written, or make the journal anew from what is."""
+        """Check that nothing is damaged, or rescue the undamaged part."""
         found = self.survey(lambda entry, columns: None)
         if not opening.is_sound(self._database, self.path):
-            found.frame.flaws.append("its pages or indices")
+            found.inventory.flaws.append("its pages or indices")
         if found.is_whole:
             return
         if rescue is None:
@@ -364,31 +370,14 @@ class Journal:
 
     @contextmanager
     def _strict(self) -> Iterator[None]:
-        """Read one state, whatever is written meanwhile; refuse it if it isn't as it was written."""
+        """Read one state, whatever others write meanwhile; raise an error if it is damaged."""
         try:
-            with opening.told(self.path), snapshot(self._database):
+            with opening.translating_errors(self.path), snapshot(self._database):
                 yield
         except Damage:
             raise FeasibeeError(self.survey(_visit).line) from None
 
 
-def row_of(entry: Entry) -> Row:
-    """Return a point as it is stored; its truth is found again."""
-    scenario = Scenario.from_tables(json.loads(entry.scenario), source=entry.text, trusted=False)
-    if truth(scenario) != entry.truth:
-        raise Damage("its truth")
-    return Row(
-        entry.id,
-        entry.hash,
-        int(entry.seed),
-        bool(entry.truth),
-        json.loads(entry.vary),
-        scenario,
-        json.loads(entry.until or "null"),
-        entry.source,
-    )
-
-
 def _visit(entry: Entry, columns: Array) -> None:
-    with suppress(FeasibeeError):  # a strategy that isn't installed here is no damage
-        row_of(entry)
+    with suppress(FeasibeeError):  # a strategy that isn't installed here isn't damage
+        stored_point(entry)

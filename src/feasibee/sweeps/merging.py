@@ -1,4 +1,4 @@
-"""Bring the runs of several journals into one: all of them, or nothing if two of them disagree."""
+"""Merge journals: copy all runs of several into one, or nothing if two of them disagree."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from feasibee.sweeps.schema import Kind
 
 
 def merge(journal: Journal, folders: Sequence[Path]) -> int:
-    """Take over all runs and curves of the journals in some folders; return how many runs were new.
+    """Copy all runs and curves of the journals in some folders; return the number of new runs.
 
     Raises
     ------
     FeasibeeError
-        If a journal is damaged, or a run isn't the same in two of them: then nothing is taken over.
+        If a journal is damaged, or two journals differ in a run; then nothing is copied.
     """
     new = 0
     with journal.transaction():

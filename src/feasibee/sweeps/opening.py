@@ -1,4 +1,4 @@
-"""Open a journal's file, and say in a line what is wrong with it."""
+"""Open a journal's file; raise errors of one line with a remedy."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from feasibee.sweeps.schema import FORMAT, LOCK, NAME, STATEMENTS
 from feasibee.sweeps.survey import AGAIN
 
 SETTINGS = (
-    "writable_schema = ON",  # or SQLite reads nothing of a file that was cut short
+    "writable_schema = ON",  # without it, SQLite reads nothing of a truncated file
     "busy_timeout = 60000",
     "synchronous = FULL",
     "cell_size_check = ON",
 )
 REMEDIES: Mapping[str, str] = {
     "SQLITE_IOERR_READ": f"it is damaged: {AGAIN}",
-    "SQLITE_FULL": "free some room, and run the same command again: nothing that was kept is lost",
-    "SQLITE_IOERR": "free some room, and run the same command again: nothing that was kept is lost",
+    "SQLITE_FULL": "free some room, and run the same command again: the runs in the journal are kept",
+    "SQLITE_IOERR": "free some room, and run the same command again: the runs in the journal are kept",
     "SQLITE_READONLY": "choose a folder that you may write to",
     "SQLITE_CANTOPEN": "choose a folder that you may write to",
-    "SQLITE_BUSY": "another process holds it: wait for that one",
+    "SQLITE_BUSY": "another process has locked it: wait for that process",
     "": f"it is damaged: {AGAIN}",
 }
 
 
 @contextmanager
-def told(path: Path) -> Iterator[None]:
-    """Say in a line what SQLite finds wrong with a file."""
+def translating_errors(path: Path) -> Iterator[None]:
+    """Raise SQLite's errors as errors of feasibee, with a remedy."""
     try:
         yield
     except sqlite3.Error as error:
@@ -44,7 +44,7 @@ def told(path: Path) -> Iterator[None]:
 
 
 def lock(folder: Path) -> sqlite3.Connection:
-    """Take the lock, which the system gives back when the process ends, however it ends."""
+    """Lock a journal; the system releases the lock when the process ends, however it ends."""
     taken = sqlite3.connect(folder / LOCK, timeout=0, isolation_level=None)
     try:
         taken.execute("BEGIN EXCLUSIVE")
@@ -52,14 +52,14 @@ def lock(folder: Path) -> sqlite3.Connection:
         taken.close()
         if "locked" in str(error):
             raise FeasibeeError(
-                f"{folder}: another sweep writes here; wait for it, or choose another folder"
+                f"{folder}: another process writes here; wait for it, or choose another folder"
             ) from None
         raise
     return taken
 
 
 def connect(folder: Path, write: bool) -> sqlite3.Connection:
-    """Open the file: to read it, without changing it; if nobody may write beside it, as one that stays."""
+    """Open the file; to read, don't change it, and if nobody can write to the folder, as immutable."""
     path = folder / NAME
     if write:
         name = str(path)
@@ -74,7 +74,7 @@ def connect(folder: Path, write: bool) -> sqlite3.Connection:
 
 
 def is_empty(database: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether a file has just been made, or its maker was killed before it had made the tables."""
+    """Whether a file has no tables yet: it is new, or its maker was killed before it made them."""
     with _readable(path):
         ((tables,),) = database.execute("SELECT COUNT(*) FROM sqlite_master")
         ((pages,),) = database.execute("PRAGMA page_count")
@@ -82,12 +82,12 @@ def is_empty(database: sqlite3.Connection, path: Path) -> bool:
 
 
 def check(database: sqlite3.Connection, path: Path) -> None:
-    """See that a file is a journal of this format and model, whose tables can be read.
+    """Check that a file is a journal of this format and model version, with readable tables.
 
     Raises
     ------
     FeasibeeError
-        If it isn't, or nothing in it can be rescued.
+        If it isn't, or nothing of it can be rescued.
     """
     with _readable(path):
         query = "SELECT sql FROM sqlite_master WHERE sql IS NOT NULL"
@@ -98,7 +98,7 @@ def check(database: sqlite3.Connection, path: Path) -> None:
     if "format" in about and about.get("digest") in (None, checksums.of_about(about)):  # format 2 had none
         _check_versions(about, path)
     if not any(sql in STATEMENTS for sql in schema) and not checksums.read_seal(path.parent):
-        raise FeasibeeError(f"{path}: is no journal of feasibee; choose another folder")
+        raise FeasibeeError(f"{path}: isn't a journal of feasibee; choose another folder")
     if schema != sorted(STATEMENTS):
         raise _hopeless(path, "its tables aren't as feasibee made them")
 
@@ -107,15 +107,15 @@ def _check_versions(about: Mapping[str, str], path: Path) -> None:
     try:
         found = int(about["format"]), int(about["model_version"])
     except (KeyError, ValueError):
-        raise FeasibeeError(f"{path}: is no journal of feasibee; choose another folder") from None
+        raise FeasibeeError(f"{path}: isn't a journal of feasibee; choose another folder") from None
     for name, number, ours in zip(("format", "model version"), found, (FORMAT, MODEL_VERSION), strict=True):
         if number != ours:
             newer = "install the newer feasibee" if number > ours else "choose another folder"
-            raise FeasibeeError(f"{path}: is of {name} {number}, and this feasibee of {ours}; {newer}")
+            raise FeasibeeError(f"{path}: has {name} {number}, this feasibee has {ours}; {newer}")
 
 
 def move(fresh: Path, path: Path) -> None:
-    """Put a journal in the place of another, whose log would be played into it."""
+    """Replace a journal by another file; delete its log, which SQLite would apply to the new file."""
     try:
         for suffix in ("-wal", "-shm"):
             path.with_name(path.name + suffix).unlink(missing_ok=True)
@@ -128,9 +128,9 @@ def move(fresh: Path, path: Path) -> None:
 
 
 def is_sound(database: sqlite3.Connection, path: Path) -> bool:
-    """Tell whether SQLite finds the file's pages and indices as they should be, and may write to it."""
+    """Whether SQLite finds the pages and indices of a file intact, and can write to it."""
     with path.open("rb") as file:
-        versions = file.read(20)[18:]  # to write and to read; SQLite writes to no file of a later one
+        versions = file.read(20)[18:]  # formats for writing and reading; SQLite doesn't write later ones
     with suppress(Damage), checked():
         found = database.execute("PRAGMA integrity_check(1)").fetchall()
         return found == [("ok",)] and versions in (b"\1\1", b"\2\2")
@@ -149,5 +149,5 @@ def _readable(path: Path) -> Iterator[None]:
 def _hopeless(path: Path, why: str) -> FeasibeeError:
     return FeasibeeError(
         f"{path}: damaged as a whole ({why}): none of its runs can be rescued; move it away, and run the "
-        "same feasibee sweep again: it computes all of them"
+        "command that wrote it again: it computes all of them"
     )

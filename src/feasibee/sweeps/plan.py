@@ -1,4 +1,4 @@
-"""What a study is to run: its points, read from TOML, and in which order.
+"""Studies: which points to run and how often, read from TOML.
 
 A study file::
 
@@ -35,9 +35,9 @@ from feasibee.scenario.scenario import Scenario
 
 POINTS_LIMIT = 1_000_000
 VALUES_LIMIT = 2 * POINTS_LIMIT
-"""Values of all fields of a sweep, before they are combined."""
+"""Number of values of all fields of a sweep, before they are combined."""
 MOST = 1e15
-"""No number of a range is larger: whole numbers are exact as floats up to here."""
+"""Largest number in a range; floats are exact for whole numbers up to here."""
 KEYS = ("runs", "seed", "curves", "combine", "file", "design", "until", "scenario", "sweep")
 RANGES: Final[Mapping[str, Callable[[float, float, int], Any]]] = {
     "linspace": np.linspace,
@@ -46,17 +46,17 @@ RANGES: Final[Mapping[str, Callable[[float, float, int], Any]]] = {
 
 
 @dataclass(frozen=True)
-class Until:
-    """When a point has been run often enough, instead of a fixed number of runs.
+class StoppingRule:
+    """Rule that chooses the number of runs of each point.
 
     Parameters
     ----------
     width : float, optional
-        Until the interval of the share of right decisions, from low to high, is at most this wide,
+        Stop when the interval of the share of right decisions is at most this wide, from low to high.
     decided : float, optional
-        or until it is known whether the share is above or below this.
+        Instead, stop when the interval lies wholly above or below this share.
     most : int
-        No more runs than these in any case.
+        Largest number of runs.
     """
 
     width: float | None
@@ -65,37 +65,47 @@ class Until:
 
 
 @dataclass(frozen=True)
-class Point:
-    """One scenario of a study."""
+class DesignPoint:
+    """One scenario of a study, and where its run numbers begin.
+
+    Parameters
+    ----------
+    values : mapping of str to object
+        What the study varies, by dotted path.
+    scenario : Scenario
+        The whole scenario.
+    first_run : int
+        Number of its first run.
+    """
 
     values: Mapping[str, Any]
-    """What the study varies, by dotted path."""
     scenario: Scenario
+    first_run: int = 0
 
 
 @dataclass(frozen=True)
 class Study:
-    """Points, and how often to run each.
+    """Points, and the runs of each.
 
     Parameters
     ----------
-    points : sequence of Point
-        No two have the same scenario.
+    points : sequence of DesignPoint
+        Points; two with the same scenario and first run share their runs.
     runs : int
-        Runs of each point, numbered from 0; all points share them, so that they can be compared in pairs.
+        Number of runs of each point. Points with the same run numbers can be compared in pairs.
     seed : int
         64 bits.
     curves : bool
-        Whether to keep the opinions at each step.
-    until : Until, optional
-        When to stop earlier or later.
+        Whether to keep the numbers of opinions at each step.
+    until : StoppingRule, optional
+        Rule that runs each point ``runs`` times and then goes on until it is met.
     """
 
-    points: Sequence[Point]
+    points: Sequence[DesignPoint]
     runs: int
     seed: int
     curves: bool = False
-    until: Until | None = None
+    until: StoppingRule | None = None
 
     @classmethod
     def read(cls, path: str | Path) -> Study:
@@ -104,9 +114,9 @@ class Study:
         Raises
         ------
         FeasibeeError
-            If it can't be read, or something in it is wrong: which key, value and rule.
+            If it can't be read or a key is invalid.
         ScenarioError
-            With what is wrong with its points.
+            If points are invalid.
         """
         tables = toml_tables(read_text(path, "a study in TOML"), str(path))
         try:
@@ -118,7 +128,7 @@ class Study:
 
 
 def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
-    """Return the study that the tables of a file describe; ``folder`` is where its files are."""
+    """Return the study in the tables of a file; names of files in it are relative to ``folder``."""
     for key in tables:
         if key not in KEYS:
             raise FeasibeeError(f"{key}: unknown key; a study has {', '.join(KEYS)}")
@@ -132,26 +142,26 @@ def study_of(tables: Mapping[str, Any], folder: Path) -> Study:
 
 
 def _base(tables: Mapping[str, Any], folder: Path) -> Scenario:
-    """Return what all points have in common."""
+    """Return the scenario that all points start from."""
     own = tables.get("scenario", {})
     if not isinstance(own, Mapping):
         raise FeasibeeError(f"scenario = {own!r}: must be a table; write [scenario] and its fields below")
     if "file" not in tables:
         return Scenario.from_tables(own, folder)
     if not isinstance(tables["file"], str):
-        raise FeasibeeError(f"file = {tables['file']!r}: must be a name; name a scenario in TOML")
+        raise FeasibeeError(f"file = {tables['file']!r}: must be a file name, such as 'swarm.toml'")
     base = Scenario.read(folder / tables["file"])
     return base.replace(_located(dict(_listed(own, base)), folder))
 
 
 def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterator[dict[str, Any]]:
-    """Yield what each point changes."""
+    """Yield the values of each point."""
     sweep, design = tables.get("sweep", {}), tables.get("design")
     if design is not None:
         if sweep:
-            raise FeasibeeError("design and sweep: can't stand together; leave one of them out")
+            raise FeasibeeError("design and sweep: exclude each other; leave out one of them")
         if not isinstance(design, str):
-            raise FeasibeeError(f"design = {design!r}: must be a name; name a CSV file")
+            raise FeasibeeError(f"design = {design!r}: must be a file name, such as 'points.csv'")
         yield from _table(folder / design, base)
         return
     if not isinstance(sweep, Mapping):
@@ -165,7 +175,7 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
         values[path] = _values(path, given, base)
         many, total = many * len(values[path]), total + len(values[path])
         if total > VALUES_LIMIT:
-            raise FeasibeeError(f"sweep: over {VALUES_LIMIT} values, at {path}; take fewer values or fields")
+            raise FeasibeeError(f"sweep: over {VALUES_LIMIT} values, at {path}; use fewer values or fields")
         if combine == "grid":
             _check_size(many)
     if combine == "zip" and len({len(each) for each in values.values()}) > 1:
@@ -179,9 +189,9 @@ def _designs(tables: Mapping[str, Any], folder: Path, base: Scenario) -> Iterato
 
 
 def _listed(sweep: Mapping[str, Any], base: Scenario, way: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the fields of [sweep] or [scenario], dotted or nested, with what is given for each.
+    """Yield the fields of [sweep] or [scenario], dotted or nested, with the given values.
 
-    A section may have a field whose name is that of a range: radio.range is no range of radios.
+    A field may have the name of a kind of range: ``radio = {range = 2.0}`` sets radio.range.
     """
     for key, given in sweep.items():
         now = _present(base, f"{way}{key}")
@@ -212,16 +222,14 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
     if kind == "range":
         if third == 0:
             raise FeasibeeError(
-                f"sweep.{path}: the step of a range can't be 0; such as range = [10, 100, 10]"
+                f"sweep.{path}: the step of a range can't be 0; use a step such as 10: range = [10, 100, 10]"
             )
         steps = math.floor(min((last - first) / third + 1e-9, POINTS_LIMIT)) + 1
         _check_size(steps)
         made = [first + third * k for k in range(steps)]
     elif third == int(third) and 1 <= third <= POINTS_LIMIT:
         if kind == "logspace" and min(first, last) <= 0:
-            raise FeasibeeError(
-                f"sweep.{path}: logspace from {first} to {last}: must be > 0; choose linspace"
-            )
+            raise FeasibeeError(f"sweep.{path}: logspace from {first} to {last}: must be > 0; use linspace")
         made = [float(each) for each in RANGES[kind](first, last, int(third))]
     else:
         rule = f"must have a whole number of values, from 1 to {POINTS_LIMIT}; such as [2, 200, 19]"
@@ -229,7 +237,7 @@ def _range(path: str, kind: str, numbers: Sequence[float], base: Scenario) -> li
     if _is_whole(base, path):
         made = list(dict.fromkeys(round(each) for each in made))
     if not made:
-        raise FeasibeeError(f"sweep.{path}: range = {list(numbers)} is empty; change its ends")
+        raise FeasibeeError(f"sweep.{path}: range = {list(numbers)} is empty; use a step of the other sign")
     return made
 
 
@@ -238,13 +246,13 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_whole(base: Scenario, path: str) -> bool:
-    """Tell whether a field holds whole numbers, by what it holds now."""
+    """Whether a field holds whole numbers, judged by its present value."""
     value = _present(base, path)
     return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _present(base: Scenario, path: str) -> Any:
-    """Return what a field holds now; None if there is no such field."""
+    """Return the present value of a field; None if there is no such field."""
     try:
         return base.get(path)
     except UnknownFieldError:
@@ -252,13 +260,13 @@ def _present(base: Scenario, path: str) -> Any:
 
 
 def _check_size(points: int) -> None:
-    """Refuse a study so large that there is no room for its points, before they are made."""
+    """Raise an error before points are made if they would not fit in memory."""
     if points > POINTS_LIMIT:
-        raise FeasibeeError(f"sweep: {points} points: must be at most {POINTS_LIMIT}; take fewer values")
+        raise FeasibeeError(f"sweep: {points} points: must be at most {POINTS_LIMIT}; use fewer values")
 
 
 def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a design table in CSV, whose header has the paths of fields."""
+    """Yield the rows of a design table in CSV; its header has the paths of fields."""
     try:
         reader = csv.reader(lines_of(read_text(path, "a CSV file", TABLE_LIMIT)), strict=True)
         rows = [(reader.line_num, row) for row in reader if row]
@@ -266,23 +274,23 @@ def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
         why = error.why if isinstance(error, UnreadableError) else f"not CSV: {error}"
         raise FeasibeeError(f"design = {quoted(str(path))}: can't be read: {why}; name a CSV file") from None
     if len(rows) < 2:
-        raise FeasibeeError(f"design = {str(path)!r}: has no row; write fields in line 1 and points below")
+        raise FeasibeeError(f"design = {str(path)!r}: has no points; write fields in line 1 and points below")
     header = [name.strip() for name in rows[0][1]]
     if any(";" in name or "\t" in name for name in header):
         rule = f"line 1 is {','.join(header)!r}: values must be separated by commas"
-        raise FeasibeeError(f"design = {str(path)!r}: {rule}; save it so")
+        raise FeasibeeError(f"design = {str(path)!r}: {rule}; export it as comma-separated values")
     if len(set(header)) < len(header):
-        raise FeasibeeError(f"design = {str(path)!r}: names a field twice in line 1; leave one of them out")
+        raise FeasibeeError(f"design = {str(path)!r}: names a field twice in line 1; leave out one of them")
     whole = [_is_whole(base, name) for name in header]
     for number, row in rows[1:]:
         if len(row) != len(header):
             rule = f"line {number} has {len(row)} values, not {len(header)}"
-            raise FeasibeeError(f"design = {str(path)!r}: {rule}; give each field one")
+            raise FeasibeeError(f"design = {str(path)!r}: {rule}; write one value per field")
         yield {name: _read(text, is_whole) for name, text, is_whole in zip(header, row, whole, strict=True)}
 
 
 def _read(text: str, is_whole: bool) -> Any:
-    """Read a value, TOML or else plain text; designs of other tools have floats for whole numbers."""
+    """Parse a value as TOML or else plain text; other tools write floats for whole numbers."""
     text = text.strip()
     try:
         value = toml_value(text)
@@ -292,7 +300,7 @@ def _read(text: str, is_whole: bool) -> Any:
 
 
 def _read_as_elsewhere(text: str) -> Any:
-    """Read what isn't TOML, but written by other tools: True, .5, 5., or a bare word."""
+    """Parse a value that other tools write and TOML lacks: True, .5, 5., or a bare word."""
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
     try:
@@ -302,7 +310,7 @@ def _read_as_elsewhere(text: str) -> Any:
 
 
 def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Find files of strategies and of points from the study's folder."""
+    """Return values with the names of strategy and point files relative to the study's folder."""
     suffixes = {"decision.strategy": ".py", "robots.points": "", "tasks.points": ""}
     return {
         path: str(folder / value)
@@ -312,9 +320,9 @@ def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     }
 
 
-def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[Point]:
-    """Return the points, each scenario once, or what is wrong with them, of at most `PROBLEMS_LIMIT`."""
-    points: dict[str, Point] = {}
+def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[DesignPoint]:
+    """Return the points, each scenario once; raise the problems of at most `PROBLEMS_LIMIT` points."""
+    points: dict[str, DesignPoint] = {}
     problems: dict[str, Problem] = {}
     failed = 0
     for number, values in enumerate(designs, start=1):
@@ -327,13 +335,13 @@ def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[Point]
             if failed == PROBLEMS_LIMIT:
                 break
             continue
-        points.setdefault(scenario.hash, Point(values, scenario))
+        points.setdefault(scenario.hash, DesignPoint(values, scenario))
     if problems:
         raise ScenarioError(problems.values())
     return list(points.values())
 
 
-def _until(given: Any, runs: int) -> Until | None:
+def _until(given: Any, runs: int) -> StoppingRule | None:
     if given is None:
         return None
     rule = "must be {width = 0.05} or {decided = 0.75}, perhaps with most = 10000"
@@ -342,9 +350,9 @@ def _until(given: Any, runs: int) -> Until | None:
     width, decided, most = given.get("width"), given.get("decided"), given.get("most", 100_000)
     shares = [each for each in (width, decided) if each is not None]
     if len(shares) != 1 or not _is_number(shares[0]) or not 0 < shares[0] < 1:
-        raise FeasibeeError(f"until = {dict(given)!r}: {rule}, of a number between 0 and 1; choose one")
+        raise FeasibeeError(f"until = {dict(given)!r}: {rule}, of a number between 0 and 1")
     if not isinstance(most, int) or isinstance(most, bool) or not 1 <= most <= RUN_LIMIT:
         raise FeasibeeError(
-            f"until.most = {most!r}: must be a whole number from 1 to {RUN_LIMIT}; choose one"
+            f"until.most = {most!r}: must be a whole number from 1 to {RUN_LIMIT}; such as 10000"
         )
-    return Until(width, decided, max(most, runs))
+    return StoppingRule(width, decided, max(most, runs))

@@ -1,4 +1,4 @@
-"""Make a damaged journal anew, from all in it that is as it was written."""
+"""Rescue a damaged journal: copy its undamaged part into a new file."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ FOLDER = ".rescue"
 
 
 def rescue(database: sqlite3.Connection, found: Survey) -> tuple[Path, str]:
-    """Copy what is good into a new file beside a damaged journal, whose lock the caller has.
+    """Copy the undamaged part of a journal into a new file; the caller holds the journal's lock.
 
-    Points keep their numbers. What is lost is for a sweep to compute again.
+    Points keep their numbers. A sweep computes again what is lost.
 
     Returns
     -------
     Path
         The new file, alone in a folder.
     str
-        What was damaged, and how many runs were kept.
+        What was damaged, and the number of runs that are kept.
     """
     folder = found.folder / FOLDER
-    shutil.rmtree(folder, ignore_errors=True)  # of an attempt that was killed
+    shutil.rmtree(folder, ignore_errors=True)  # left by an attempt that was killed
     kept = 0
     with Journal(make_folder(folder), write=True) as fresh:
-        for entry in found.frame.entries:
+        for entry in found.inventory.entries:
             with fresh.transaction():
                 fresh.store(entry)
                 for kind in Kind:
                     for rows in content.good_chunks(database, kind, entry.id):
                         fresh.put(kind, entry.id, rows, "itself")
                         kept += len(rows) if kind is Kind.RUNS else 0
-        fresh.outdo(found.frame.commits)
+        fresh.outdo(found.inventory.commits)
     for name in (LOCK, SEAL):
         (folder / name).unlink(missing_ok=True)
-    return folder / NAME, f"{found.folder / NAME}: damaged: {found.harm}; {kept} runs are good and stay"
+    return folder / NAME, f"{found.folder / NAME}: damaged: {found.harm}; {kept} undamaged runs are kept"

@@ -1,4 +1,4 @@
-"""The tables of a journal, and the files beside it."""
+"""The tables of a journal, and the other files in its folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a journal is good, what is damaged, and what can be done about it."""
+"""Survey a journal: what is undamaged, what is damaged, and the remedy."""
 
 from __future__ import annotations
 
@@ -14,59 +14,59 @@ from feasibee.sweeps.content import Array, Damage
 from feasibee.sweeps.schema import NAME, Entry, Kind
 
 NAMED = 20
-"""So many damaged points are named in an error."""
-AGAIN = "run the same feasibee sweep again: it computes what is damaged, and nothing else"
+"""Number of damaged points that an error names."""
+AGAIN = "run the command that wrote it again: it computes what is damaged, and nothing else"
 
 
-class Frame(NamedTuple):
+class Inventory(NamedTuple):
     """The points of a journal, without their runs."""
 
     entries: list[Entry]
-    """Those that are as they were written."""
+    """Undamaged points."""
     damaged: list[int]
-    """Numbers of the others, as far as known."""
+    """Numbers of damaged points, as far as known."""
     flaws: list[str]
-    """What else is wrong."""
+    """Other damage, in words."""
     commits: int
-    """How many transactions it has had, as far as known."""
+    """Number of transactions, as far as known."""
 
 
 class Survey(NamedTuple):
-    """A journal, looked through from end to end."""
+    """Result of reading a journal from end to end."""
 
     folder: Path
-    frame: Frame
+    inventory: Inventory
     damaged: dict[int, str]
-    """Points that aren't as they were written, and what is known of them, by number."""
+    """Names of damaged points, by number."""
     good: int
-    """How many points are."""
+    """Number of undamaged points."""
     runs: int
-    """How many runs these have."""
+    """Number of their runs."""
 
     @property
     def is_whole(self) -> bool:
-        """Whether all is as it was written."""
-        return not self.damaged and not self.frame.flaws
+        """Whether nothing is damaged."""
+        return not self.damaged and not self.inventory.flaws
 
     @property
     def harm(self) -> str:
         """What is damaged, in words."""
         named = list(self.damaged.values())[:NAMED]
         more = len(self.damaged) - len(named)
-        return ", ".join([*self.frame.flaws, *named, *([f"and {more} more points"] if more else [])])
+        return ", ".join([*self.inventory.flaws, *named, *([f"and {more} more points"] if more else [])])
 
     @property
     def line(self) -> str:
-        """What is damaged, what isn't, and what to do."""
+        """What is damaged, what isn't, and the remedy, in one line."""
         return (
             f"{self.folder / NAME}: damaged: {self.harm or 'what was read just now'}; {self.runs} runs of "
-            f"{self.good} other points are good; {AGAIN}"
+            f"{self.good} other points are undamaged; {AGAIN}"
         )
 
 
 @contextmanager
 def snapshot(database: sqlite3.Connection) -> Iterator[None]:
-    """Read one state of a database, whatever is written meanwhile."""
+    """Read one state of a database, whatever other processes write meanwhile."""
     if database.in_transaction:
         yield
         return
@@ -78,9 +78,9 @@ def snapshot(database: sqlite3.Connection) -> Iterator[None]:
             database.execute("ROLLBACK")
 
 
-def frame(database: sqlite3.Connection, folder: Path) -> Frame:
-    """Return the points, and what is wrong with them or with the journal as a whole."""
-    sealed = checksums.read_seal(folder)  # first: a writer commits before it seals
+def inventory(database: sqlite3.Connection, folder: Path) -> Inventory:
+    """Return the points, and the damage to them or to the journal as a whole."""
+    sealed = checksums.read_seal(folder)  # before the tables: a writer commits before it seals
     flaws: list[str] = []
     with snapshot(database):
         commits = points = chunks = None
@@ -105,24 +105,24 @@ def frame(database: sqlite3.Connection, folder: Path) -> Frame:
         flaws.append(f"points missing: {points - len(good) - len(bad)}")
     if chunks is not None and chunks != sum(counts.values()):
         flaws.append(f"chunks missing: {chunks - sum(counts.values())}")
-    return Frame(good, sorted(bad), flaws, max(commits or 0, sealed))
+    return Inventory(good, sorted(bad), flaws, max(commits or 0, sealed))
 
 
 def survey(database: sqlite3.Connection, folder: Path, visit: Callable[[Entry, Array], object]) -> Survey:
-    """Look through a journal.
+    """Read a journal from end to end.
 
     Parameters
     ----------
     database : sqlite3.Connection
-        The journal's.
+        Connection to the journal.
     folder : path
         Where it is.
     visit : callable
-        Gets each point that is as it was written, and its runs; may raise `Damage` nevertheless.
+        Called with each undamaged point and its runs; may raise `Damage` itself.
     """
     runs = good = 0
     with snapshot(database):
-        found = frame(database, folder)
+        found = inventory(database, folder)
         damaged = {number: f"point {number}" for number in found.damaged}
         for entry in found.entries:
             try:
@@ -139,7 +139,7 @@ def survey(database: sqlite3.Connection, folder: Path, visit: Callable[[Entry, A
 
 
 def name_of(point: int, vary: str) -> str:
-    """Name a point by its number and what its study varies."""
-    told = ", ".join(f"{path} = {value}" for path, value in json.loads(vary).items())
-    told = told if len(told) <= 100 else f"{told[:100]}..."
-    return f"point {point} ({told})" if told else f"point {point}"
+    """Return a point's name: its number and what its study varies."""
+    named = ", ".join(f"{path} = {value}" for path, value in json.loads(vary).items())
+    named = named if len(named) <= 100 else f"{named[:100]}..."
+    return f"point {point} ({named})" if named else f"point {point}"

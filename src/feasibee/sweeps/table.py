@@ -1,4 +1,4 @@
-"""A journal as tables: a row a point, to look at; a row a run, to take elsewhere."""
+"""A journal as tables: one row per point, to look at, or one row per run, to export."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ from feasibee.results.statistics import (
     wilson,
 )
 from feasibee.sweeps.content import Array
-from feasibee.sweeps.journal import Journal, Row, row_of
+from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import PLACES, Entry
+from feasibee.sweeps.stored import StoredPoint, stored_point
 from feasibee.sweeps.survey import Survey
 
 if TYPE_CHECKING:
@@ -36,26 +37,26 @@ KINDS: Mapping[str, str] = {"csv": ".csv", "parquet": ".parquet", "netcdf": ".nc
 
 
 class Summary(NamedTuple):
-    """What the runs of one point say."""
+    """Statistics of the runs of one point."""
 
-    row: Row
+    row: StoredPoint
     runs: int
     right: int
     counts: dict[str, int]
     times: DecisionTimes
     bits: float
-    """Sent a robot and step."""
+    """Bits per robot-step."""
 
     @property
     def accuracy(self) -> Interval | None:
-        """Share of the runs whose first decision is as the truth."""
+        """Share of the runs whose first decision is the truth; None without runs."""
         return share([self], self.right) if self.runs else None
 
 
 def share(points: Sequence[Summary], runs: int) -> Interval:
-    """Return so many runs as a share of all runs of some points.
+    """Return a number of runs as a share of all runs of some points.
 
-    Wilson's interval; a confidence sequence if one of the points was run until it was sure.
+    The interval is Wilson's; a confidence sequence if a stopping rule chose the runs of one of the points.
     """
     interval = confidence_sequence if any(point.row.until for point in points) else wilson
     return interval(runs, sum(point.runs for point in points))
@@ -67,18 +68,18 @@ def summaries(journal: Journal) -> list[Summary]:
 
 
 def survey(journal: Journal) -> tuple[list[Summary], Survey]:
-    """Return a summary of each point that is as it was written, and what is known of the others."""
+    """Return a summary of each undamaged point, and what is known of the damaged ones."""
     points = []
 
     def visit(entry: Entry, columns: Array) -> None:
-        points.append(_summary(row_of(entry), columns))
+        points.append(_summary(stored_point(entry), columns))
 
     found = journal.survey(visit)
     return points, found
 
 
-def _summary(row: Row, columns: Array) -> Summary:
-    decision, step, bits = (columns[:, PLACES[name]] for name in ("decision", "decision_step", "bits_sent"))
+def _summary(row: StoredPoint, columns: Array) -> Summary:
+    decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
     scenario = row.scenario
     return Summary(
         row,
@@ -92,16 +93,16 @@ def _summary(row: Row, columns: Array) -> Summary:
     )
 
 
-def varied(points: Sequence[Row]) -> list[str]:
-    """Return the fields that a study varies, in its order, and what else tells two of its points apart.
+def varied(points: Sequence[StoredPoint]) -> list[str]:
+    """Return the fields that a study varies, in its order, and further fields in which its points differ.
 
-    A journal may hold several studies, which vary the same fields and differ in another; or in the text of a
-    strategy's file, whose number is named ``source``.
+    A journal may hold several studies that vary the same fields and differ in another one, or in the text of
+    a strategy's file. The number of that text is named ``source``.
     """
     fields = list(dict.fromkeys(path for row in points for path in row.values))
-    groups: dict[str, list[Row]] = {}
+    groups: dict[str, list[StoredPoint]] = {}
     for row in points:
-        key = json.dumps([row.seed, *(held(row, path) for path in fields)])
+        key = json.dumps([row.seed, *(value_of(row, path) for path in fields)])
         groups.setdefault(key, []).append(row)
     more = [
         _differing([{**dict(_leaves(row.scenario.to_dict())), SOURCE: row.source} for row in group])
@@ -121,28 +122,68 @@ def _leaves(tables: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any
 
 
 def _differing(scenarios: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return the fields in which some scenarios aren't all the same."""
+    """Return the fields in which some scenarios differ."""
     paths = dict.fromkeys(path for each in scenarios for path in each)
     first = scenarios[0]
     return [path for path in paths if any(each.get(path) != first.get(path) for each in scenarios)]
 
 
-def alike(points: Sequence[Row], shown: Sequence[str], others: Sequence[str]) -> list[str]:
-    """Return which other fields differ between points that are alike in those that a figure shows."""
+def pooled_fields(points: Sequence[StoredPoint], shown: Sequence[str], others: Sequence[str]) -> list[str]:
+    """Return the other fields in which points differ that a figure shows as one."""
     groups: dict[str, list[dict[str, Any]]] = {}
     for row in points:
-        key = json.dumps([held(row, path) for path in shown])
-        groups.setdefault(key, []).append({path: held(row, path) for path in others})
+        key = json.dumps([value_of(row, path) for path in shown])
+        groups.setdefault(key, []).append({path: value_of(row, path) for path in others})
     found = {path for group in groups.values() for path in _differing(group)}
     return [path for path in others if path in found]
 
 
-def frame(journal: Journal) -> pd.DataFrame:
-    """Return a row a run: the point, what it varies, the truth, and the outcome."""
+def shares_by_line(
+    points: Sequence[Summary], x: str, hue: str | None, show: str
+) -> dict[Any, dict[Any, Interval]]:
+    """Return a share of the runs by value of ``hue``, then by value of ``x``; see `share_of` for ``show``."""
+    lines: dict[Any, dict[Any, list[Summary]]] = {}
+    for each in points:
+        line = _shown_value(each, hue) if hue else ""
+        lines.setdefault(line, {}).setdefault(_shown_value(each, x), []).append(each)
+    return {
+        line: {value: share_of(group, show) for value, group in groups.items()}
+        for line, groups in lines.items()
+    }
+
+
+def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict[tuple[Any, Any], Interval]:
+    """Return a share of the runs by value of ``x`` and value of ``y``; see `share_of` for ``show``."""
+    cells: dict[tuple[Any, Any], list[Summary]] = {}
+    for each in points:
+        cells.setdefault((_shown_value(each, x), _shown_value(each, y)), []).append(each)
+    return {cell: share_of(group, show) for cell, group in cells.items()}
+
+
+def share_of(group: Sequence[Summary], show: str) -> Interval:
+    """Return the share of right decisions (``"accuracy"``) or of a decision; NaN without runs."""
+    if not any(each.runs for each in group):
+        return Interval(math.nan, math.nan, math.nan)
+    return share(group, sum(each.right if show == "accuracy" else each.counts[show] for each in group))
+
+
+def _shown_value(point: Summary, path: str) -> Any:
+    """Return a point's value of a field, whether the study varies it or not."""
+    if path == SOURCE:
+        return point.row.source or "built in"
+    try:
+        value = point.row.scenario.get(path)
+    except UnknownFieldError:
+        raise FeasibeeError(f"{path}: isn't a field of the scenarios; such as tasks.count") from None
+    return value if isinstance(value, int | float | str) else str(value)
+
+
+def to_dataframe(journal: Journal) -> pd.DataFrame:
+    """Return one row per run: the point, what the study varies, the truth, and the outcome."""
     import pandas as pd
 
     points, parts = journal.points, []
-    fields = {path: _column([held(row, path) for row in points]) for path in varied(points)}
+    fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
     for number, row in enumerate(points):
         part = pd.DataFrame(journal.columns(row.id), columns=list(PLACES))
         part.insert(0, "point", row.id)
@@ -154,8 +195,8 @@ def frame(journal: Journal) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
-def held(row: Row, path: str) -> Any:
-    """Return what a point has in a field that the study varies, or another study in the same journal."""
+def value_of(row: StoredPoint, path: str) -> Any:
+    """Return a point's value of a field that this or another study in the journal varies; None if missing."""
     if path == SOURCE:
         return row.source
     try:
@@ -166,7 +207,7 @@ def held(row: Row, path: str) -> Any:
 
 
 def _column(values: list[Any]) -> list[Any]:
-    """Return values of one kind, as the formats want them: numbers, true and false, or else text."""
+    """Return values of one type, as the formats need them: numbers, Booleans, or else text."""
     kinds = {type(value) for value in values} - {type(None)}
     if kinds and kinds <= {int, float}:
         return [math.nan if value is None else value for value in values]
@@ -178,19 +219,19 @@ def _column(values: list[Any]) -> list[Any]:
 
 
 def export(journal: Journal, kind: str, path: Path) -> int:
-    """Write a row a run to a file that is whole or not there; return how many rows.
+    """Write one row per run to a file, which is complete or missing; return the number of rows.
 
     Parameters
     ----------
     journal : Journal
-        What to write.
+        The journal to export.
     kind : str
-        ``"csv"``, ``"parquet"`` (needs the extra ``parquet``) or ``"netcdf"``.
+        ``"csv"``, ``"parquet"`` (needs the extra 'parquet') or ``"netcdf"``.
     path : path
         The file.
     """
     check_output(path, [KINDS[kind]])
-    rows = frame(journal)
+    rows = to_dataframe(journal)
     with atomic_write(path) as temporary:
         if kind == "csv":
             rows.to_csv(temporary, index=False)
@@ -205,7 +246,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
 
 
 def _netcdf(journal: Journal, rows: pd.DataFrame, path: Path) -> None:
-    """Write all rows, and the scenarios of the points as a recipe."""
+    """Write all rows, with the scenarios of the points as a recipe."""
     points = [
         {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
         for row in journal.points

@@ -12,7 +12,7 @@ import xarray as xr
 
 import feasibee
 from feasibee.figures.animation import animate
-from feasibee.figures.frames import frame
+from feasibee.figures.frames import draw_frame
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import to_dataset
@@ -66,7 +66,7 @@ SCENARIOS: dict[str, Callable[[Any], Any]] = {
     "simulate": lambda each: feasibee.simulate(5 if each is None else each),
     "animate": lambda each: animate(5 if each is None else each, "a.gif"),
     "plot_arena": feasibee.plot_arena,
-    "frame": frame,
+    "draw_frame": draw_frame,
     "plot_decision_steps": feasibee.plot_decision_steps,
     "plot_opinions": feasibee.plot_opinions,
     "plot_opinions, one of several": lambda each: feasibee.plot_opinions({"a": each}),
@@ -103,7 +103,7 @@ SCENARIOS: dict[str, Callable[[Any], Any]] = {
         if not isinstance(each, np.ndarray | xr.DataArray)
         else feasibee.simulate(SCENARIO, progress=5)
     ),
-    "span": lambda each: frame(swarm(), span=5 if each is None else each),
+    "span": lambda each: draw_frame(swarm(), span=5 if each is None else each),
     "the steps of an animation": lambda each: animate(SCENARIO, "a.gif", steps=5 if each is None else each),
 }
 """What takes scenarios, swarms, results, tables and functions."""
@@ -121,7 +121,7 @@ WHOLE: dict[str, Callable[[Any], Any]] = {
     "every": lambda each: animate(SCENARIO, "a.gif", every=each),
     "frames a second": lambda each: animate(SCENARIO, "a.gif", fps=each),
     "a size": lambda each: animate(SCENARIO, "a.gif", size=each),
-    "the size of a frame": lambda each: frame(swarm(), size=each),
+    "the size of a frame": lambda each: draw_frame(swarm(), size=each),
     "the seed of an animation": lambda each: animate(SCENARIO, "a.gif", each),
     "the run of an animation": lambda each: animate(SCENARIO, "a.gif", 0, each),
     "a count": lambda each: feasibee.Scenario(tasks={"count": each}),

@@ -1,0 +1,169 @@
+"""Which runs of a study are missing, and in which order they are computed."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from feasibee.results.statistics import confidence_sequence
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.ensemble import CURVES_LIMIT
+from feasibee.sweeps import pace
+from feasibee.sweeps.encoding import EncodedRuns
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import StoppingRule, Study
+
+ROUNDS = 8
+"""Each point's runs are split into so many pieces, so that a half-done sweep is balanced."""
+LEAST_PIECE = 4_000_000
+"""Robot-steps down to which they are split: about 100 ms. To begin a piece takes 2 to 3 ms."""
+GROWTH = 1.5
+"""With a stopping rule, each look at a point comes after so many times the runs of the last look."""
+
+
+class RunRange(NamedTuple):
+    """Consecutive runs of one point, which is known by its place in the study."""
+
+    point: int
+    first_run: int
+    runs: int
+
+
+class Totals(NamedTuple):
+    """Numbers of points and runs: wanted, done, and computed by this process."""
+
+    points: int = 0
+    points_done: int = 0
+    runs: int = 0
+    runs_done: int = 0
+    runs_new: int = 0
+
+    def plus(self, other: Totals) -> Totals:
+        """Return the sums of both."""
+        return Totals(*(one + two for one, two in zip(self, other, strict=True)))
+
+
+@dataclass
+class Schedule:
+    """The runs of a study that its journal lacks. Points are known by their places in the study."""
+
+    study: Study
+    journal: Journal
+    numbers: Sequence[int]
+    """Numbers of the points in the journal."""
+    shard: tuple[int, int] = (0, 1)
+    queue: deque[RunRange] = field(default_factory=deque)
+    left: int = 0
+    """Robot-steps in the queue."""
+    wanted: dict[int, int] = field(default_factory=dict)
+    """Runs wanted so far of each point."""
+    there: dict[int, int] = field(default_factory=dict)
+    """Runs in the journal, of those."""
+    pending: dict[int, int] = field(default_factory=dict)
+    """Pieces that aren't in the journal yet."""
+    new: int = 0
+    """Runs that were computed."""
+
+    def begin(self) -> None:
+        """Queue the missing runs of all points, taking turns between points."""
+        plans = [self._plan(place, self.study.runs) for place in range(len(self.study.points))]
+        for turn in range(max(map(len, plans), default=0)):
+            self._queue([pieces[turn] for pieces in plans if turn < len(pieces)])
+        for place in range(len(plans)):
+            self._extend(place)
+
+    def _queue(self, pieces: Sequence[RunRange]) -> None:
+        self.queue.extend(pieces)
+        self.left += self.work(pieces)
+
+    def _plan(self, place: int, runs: int) -> list[RunRange]:
+        """Return the missing runs among the first runs of a point, in pieces."""
+        point, (part, parts) = self.study.points[place], self.shard
+        first, last = (point.first_run + runs * end // parts for end in (part, part + 1))
+        size = _piece_size(point.scenario, last - first, self.study.curves)
+        pieces = [
+            RunRange(place, start, min(size, high - start))
+            for low, high in self.journal.missing(self.numbers[place], first, last, self.study.curves)
+            for start in range(low, high, size)
+        ]
+        self.wanted[place] = last - first
+        self.there[place] = last - first - sum(piece.runs for piece in pieces)
+        self.pending[place] = len(pieces)
+        return pieces
+
+    def _extend(self, place: int) -> None:
+        """Queue more runs of a point whose stopping rule isn't met yet."""
+        rule, first = self.study.until, self.study.points[place].first_run
+        while rule is not None and self.pending[place] == 0 and self.wanted[place] < rule.most:
+            runs = self.wanted[place]
+            if is_sure(rule, self.journal.right(self.numbers[place], first, first + runs), runs):
+                return
+            self._queue(self._plan(place, min(rule.most, math.ceil(GROWTH * runs))))
+
+    def chunk(self, work: float) -> list[RunRange]:
+        """Take pieces of so many robot-steps from the queue; the last piece may be split."""
+        pieces: list[RunRange] = []
+        while self.queue and work > 0:
+            piece = self.queue.popleft()
+            each = _work(self.study.points[piece.point].scenario)
+            runs = min(piece.runs, max(1, int(work / each)))
+            if runs < piece.runs:
+                self.queue.appendleft(RunRange(piece.point, piece.first_run + runs, piece.runs - runs))
+                self.pending[piece.point] += 1
+            pieces.append(piece._replace(runs=runs))
+            work -= runs * each
+            self.left -= runs * each
+        return pieces
+
+    def work(self, pieces: Sequence[RunRange]) -> int:
+        """Return the number of robot-steps of some pieces."""
+        return sum(piece.runs * _work(self.study.points[piece.point].scenario) for piece in pieces)
+
+    def enter(self, pieces: Sequence[RunRange], encoded: Sequence[EncodedRuns]) -> None:
+        """Write a chunk to the journal; queue more runs of its points if the stopping rule wants them."""
+        numbers = (self.numbers[piece.point] for piece in pieces)
+        self.journal.enter_runs(list(zip(numbers, encoded, strict=True)))
+        for piece in pieces:
+            self.new += piece.runs
+            self.there[piece.point] += piece.runs
+            self.pending[piece.point] -= 1
+        for place in {piece.point for piece in pieces}:
+            self._extend(place)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the journal holds all runs that are wanted."""
+        return not any(self.pending.values())
+
+    @property
+    def totals(self) -> Totals:
+        """Numbers of points and runs so far."""
+        return Totals(
+            len(self.pending),
+            sum(pieces == 0 for pieces in self.pending.values()),
+            sum(self.wanted.values()),
+            sum(self.there.values()),
+            self.new,
+        )
+
+
+def is_sure(rule: StoppingRule, right: int, runs: int) -> bool:
+    """Whether the rate of right decisions is known as well as a stopping rule asks for."""
+    _, low, high = confidence_sequence(right, runs)
+    if rule.width is not None:
+        return high - low <= rule.width
+    return rule.decided is not None and not low <= rule.decided <= high
+
+
+def _work(scenario: Scenario) -> int:
+    return scenario.robots.count * scenario.run.steps
+
+
+def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
+    """Return the number of runs per piece: about an eighth of all, at most a chunk or what fits in memory."""
+    room = CURVES_LIMIT // 64 // (8 * (scenario.run.steps + 1)) if curves else runs
+    balanced = max(-(-runs // ROUNDS), LEAST_PIECE // _work(scenario))
+    return max(1, min(pace.CHUNK_WORK // _work(scenario), balanced, room))

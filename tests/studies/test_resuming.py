@@ -1,0 +1,376 @@
+"""Every study goes on where it was killed, and gives the same bytes whoever computes its runs."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from feasibee import FeasibeeError, Scenario
+from feasibee.cli import main
+from feasibee.scenario.runs import RUNS_APART
+from feasibee.studies.assess import assess
+from feasibee.studies.comparison import compare, contenders_of
+from feasibee.studies.paper import TASKS, run_study
+from feasibee.studies.robustness import PLACES, WORLDS, simulate_panels
+from feasibee.studies.sensitivity import sensitivities
+from feasibee.studies.space import dimensions
+from feasibee.studies.tuning import _finalists, tune
+from feasibee.sweeps import executors, pace, workers
+from feasibee.sweeps.executors import WorkerPool
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.sweep import Execution, Rounds
+
+SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 4}, run={"steps": 40})
+OVER = ["decision.gain", "radio.range=0.5:2", "decision.strategy=dmmd|voter"]
+
+
+def plain(results):
+    """Return dataclasses with arrays as their fields, and the bytes of the arrays."""
+    return [
+        {
+            name: value.tobytes() if isinstance(value, np.ndarray) else value
+            for name, value in vars(each).items()
+        }
+        for each in results
+    ]
+
+
+def paper_study(execution):
+    return plain(run_study(3, 1, execution))
+
+
+def robustness_study(execution):
+    return plain(simulate_panels(1, 1, execution))
+
+
+def comparison_study(execution):
+    contenders = contenders_of(SMALL, ["dmmd", "voter", "bayes"])
+    return plain(compare(contenders, (2, 5, 9), 12, 1, execution))
+
+
+def assessment_study(execution):
+    return json.dumps(assess(SMALL, 12, 1, execution).to_dict())
+
+
+def tuning_study(execution):
+    pytest.importorskip("optuna")
+    return repr(tune(SMALL, dimensions(SMALL, OVER), 5, 6, 1, execution))
+
+
+def sensitivity_study(execution):
+    return repr(sensitivities(SMALL, dimensions(SMALL, OVER), 12, 4, 1, execution))
+
+
+STUDIES = {
+    "paper": paper_study,
+    "robustness": robustness_study,
+    "comparison": comparison_study,
+    "assessment": assessment_study,
+    "tuning": tuning_study,
+    "sensitivity": sensitivity_study,
+}
+each_study = pytest.mark.parametrize("study", STUDIES)
+
+
+@dataclass
+class Player:
+    """Plays chunks, counts their runs, and fails after some of them."""
+
+    limit: float = float("inf")
+    error: BaseException = field(default_factory=lambda: RuntimeError("crashed"))
+    runs: Counter = field(default_factory=Counter)
+    play: object = workers.play
+
+    def __call__(self, scenarios, pieces, seed, curves):
+        if sum(self.runs.values()) >= self.limit:
+            raise self.error
+        found = self.play(scenarios, pieces, seed, curves)
+        for scenario, piece in zip(scenarios, pieces, strict=True):
+            for run in range(piece.first_run, piece.first_run + piece.runs):
+                self.runs[scenario.hash, seed, run] += 1
+        return found
+
+
+@pytest.fixture
+def played(monkeypatch):
+    """Small chunks; a call replaces what plays them."""
+    monkeypatch.setattr(pace, "CHUNK_WORK", 1000)
+    monkeypatch.setattr(pace, "CHUNK_SECONDS", 1e9)
+
+    def by(player):
+        monkeypatch.setattr(workers, "play", player)
+        return player
+
+    return by
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    """The result of each study in memory, and how often it computed each run."""
+    kept = {}
+
+    def of(study):
+        if study not in kept:
+            with pytest.MonkeyPatch.context() as patch:
+                player = Player()
+                patch.setattr(workers, "play", player)
+                execution = Execution(pool=executors.threads(1))
+                kept[study] = STUDIES[study](execution), player.runs
+        return kept[study]
+
+    return of
+
+
+@each_study
+@pytest.mark.parametrize("error", [RuntimeError("crashed"), KeyboardInterrupt()], ids=["crash", "interrupt"])
+def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study, error):
+    """To the same bytes, and no run is computed twice."""
+    expected, all_runs = undisturbed(study)
+    assert set(all_runs.values()) == {1}
+    execution = Execution(tmp_path / "journal", executors.threads(1))
+    first = played(Player(len(all_runs) / 2, error))
+    with pytest.raises(type(error)):
+        STUDIES[study](execution)
+    assert len(all_runs) / 2 <= len(first.runs) < len(all_runs)
+    second = played(Player())
+    assert STUDIES[study](execution) == expected
+    assert first.runs + second.runs == all_runs
+    third = played(Player(0))
+    assert STUDIES[study](execution) == expected
+    assert third.runs == Counter()
+
+
+@pytest.mark.parametrize(
+    ("study", "total", "numbers"),
+    [
+        ("paper", 3 * len(TASKS), {(1, tasks * RUNS_APART + run) for tasks in TASKS for run in range(3)}),
+        ("robustness", len(WORLDS) * len(PLACES), {(1, places * RUNS_APART) for places in PLACES}),
+        (
+            "comparison",
+            3 * 3 * 12,
+            {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)},
+        ),
+        ("assessment", None, {(1, run) for run in range(12)}),
+        ("sensitivity", 48, {(1, run) for run in range(48)}),
+        (
+            "tuning",
+            None,
+            {(1, run) for run in range(6)}
+            | {(1 + 2**62, run) for run in range(30)}
+            | {(1 + 2**63, run) for run in range(60)},
+        ),
+    ],
+)
+def test_runs_have_the_seeds_and_numbers_that_they_always_had(undisturbed, study, total, numbers):
+    runs = undisturbed(study)[1]
+    assert {(seed, run) for _, seed, run in runs} == numbers
+    assert total in (None, len(runs))
+
+
+def test_the_start_is_among_the_finalists_of_a_search():
+    trials = [({"gain": gain}, share) for gain, share in enumerate([0.1, 0.5, 0.9, 0.7, 0.6, 0.8, 0.4])]
+    assert [values["gain"] for values in _finalists(trials)] == [2, 5, 3, 4, 1, 0]
+    assert [values["gain"] for values in _finalists(trials[:3])] == [2, 1, 0]
+
+
+@pytest.fixture(scope="module")
+def shared_processes():
+    """Two processes for all tests: to start them takes seconds."""
+    pool = executors.processes(2)
+    executor = pool.make()
+    end, executor.shutdown = executor.shutdown, lambda wait=True: None
+    yield WorkerPool(lambda: executor, 2)
+    end(wait=True)
+
+
+@each_study
+def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
+    assert STUDIES[study](Execution(pool=shared_processes)) == undisturbed(study)[0]
+
+
+DASK = """
+import sys
+from pathlib import Path
+
+from distributed import Client, LocalCluster
+
+sys.path.insert(0, sys.argv[1])
+
+def main():
+    from test_resuming import STUDIES, Execution, executors
+
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**options, local_directory=sys.argv[2]) as cluster, Client(cluster) as client:
+        for name in sys.argv[3:]:
+            folder = Path(sys.argv[2]) / name
+            folder.mkdir()
+            execution = Execution(folder / "journal", executors.dask(client))
+            (folder / "result").write_text(repr(STUDIES[name](execution)))
+
+if __name__ == "__main__":
+    main()
+"""
+
+
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
+def test_a_dask_cluster_gives_the_same_bytes(undisturbed, tmp_path):
+    """In a process of its own, since Dask leaves threads and open sockets behind."""
+    script = tmp_path / "script.py"
+    script.write_text(DASK)
+    names = ["comparison", "tuning", "sensitivity"]
+    done = subprocess.run(
+        [sys.executable, script, Path(__file__).parent, tmp_path, *names],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    for name in names:
+        assert (tmp_path / name / "result").read_text() == repr(undisturbed(name)[0])
+
+
+# --- On the command line ---
+
+SETTINGS = ("--set", "arena.side=6", "--set", "robots.count=5", "--set", "run.steps=40")
+COMMANDS = {
+    "paper": ("paper", "--runs", "4"),
+    "robustness": ("paper", "--beyond", "--runs", "4"),
+    "comparison": ("compare", "--strategies", "dmmd,voter", "--tasks", "2,5", "--runs", "8", *SETTINGS),
+    "assessment": ("assess", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
+    "tuning": ("tune", "--over", "decision.gain", "--trials", "3", "--runs", "5", "--json", *SETTINGS),
+    "sensitivity": ("sensitivity", "--over", "decision.gain", "--points", "10", "--runs", "4", *SETTINGS),
+}
+
+
+@each_study
+def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
+    """With --out; without, the numbers are the same."""
+    pytest.importorskip("optuna")
+    monkeypatch.chdir(tmp_path)
+    arguments = [*COMMANDS[study], "--out", "out"]
+    first = CliRunner().invoke(main, arguments)
+    assert first.exit_code == 0, first.output
+    monkeypatch.setattr(workers, "play", Player(0))
+    again = CliRunner().invoke(main, [*arguments, "--workers", "1"])
+    assert (again.exit_code, again.stdout) == (0, first.stdout)
+    with Journal(tmp_path / "out") as journal:
+        assert sum(runs for runs, _ in journal.counts().values()) > 0
+    assert "runs of" in CliRunner().invoke(main, ["status", "out"]).stdout
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    if study in ("assessment", "sensitivity"):
+        assert CliRunner().invoke(main, COMMANDS[study]).stdout == first.stdout
+        assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@each_study
+@pytest.mark.parametrize(
+    ("options", "asked"),
+    [
+        ((), "threads(None)"),
+        (("--threads", "3"), "threads(3)"),
+        (("--processes", "--workers", "2"), "processes(2)"),
+        (("--dask", "tcp://10.0.0.1:8786"), "dask('tcp://10.0.0.1:8786')"),
+        (("--dask", "tcp://10.0.0.1:8786", "--processes"), "--dask: brings its own workers; leave out"),
+    ],
+)
+def test_every_command_takes_threads_processes_and_dask(monkeypatch, tmp_path, study, options, asked):
+    def refuse(name):
+        def make(*given):
+            raise FeasibeeError(f"{name}({', '.join(map(repr, given))})")
+
+        return make
+
+    monkeypatch.chdir(tmp_path)
+    for name in ("threads", "processes", "dask"):
+        monkeypatch.setattr(executors, name, refuse(name))
+    done = CliRunner().invoke(main, [*COMMANDS[study], *options])
+    assert done.exit_code == 2
+    assert done.stderr.startswith(f"feasibee: {asked}")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no signals to send")
+def test_a_comparison_that_is_killed_goes_on_to_the_same_bytes(tmp_path):
+    slow = (
+        "import time\nfrom feasibee.cli import main\nfrom feasibee.sweeps import pace, workers\n"
+        "play, pace.CHUNK_WORK = workers.play, 400\n"
+        "def slow(*arguments):\n    time.sleep(0.1)\n    return play(*arguments)\n"
+        "workers.play = slow\nmain()"
+    )
+    arguments = [*COMMANDS["comparison"], "--out", "out"]
+    process = subprocess.Popen([sys.executable, "-c", slow, *arguments], cwd=tmp_path)
+    until = time.monotonic() + 60
+    while runs_in(tmp_path / "out") < 5:
+        assert time.monotonic() < until
+        assert process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert 5 <= runs_in(tmp_path / "out") < 32
+    assert not (tmp_path / "out" / "compare.csv").exists()
+    runner = CliRunner()
+    again = runner.invoke(main, [*COMMANDS["comparison"], "--out", str(tmp_path / "out")])
+    whole = runner.invoke(main, [*COMMANDS["comparison"], "--out", str(tmp_path / "whole")])
+    assert (again.exit_code, whole.exit_code) == (0, 0)
+    tables = [(tmp_path / folder / "compare.csv").read_bytes() for folder in ("out", "whole")]
+    assert tables[0] == tables[1]
+    assert runs_in(tmp_path / "out") == 32
+
+
+def runs_in(folder):
+    """Return the number of runs in a journal that may be about to be made."""
+    try:
+        with Journal(folder) as journal:
+            return sum(runs for runs, _ in journal.counts().values())
+    except FeasibeeError:
+        return 0
+
+
+# --- Rounds ---
+
+
+def test_points_that_are_the_same_are_computed_once(played):
+    player = played(Player())
+    points = [DesignPoint({"name": name}, SMALL) for name in "ab"]
+    points.append(DesignPoint({"name": "c"}, SMALL, first_run=5))
+    with Rounds() as rounds:
+        one, two, later = rounds.run(Study(points, 5, 1))
+        (both,) = rounds.run(Study([DesignPoint({}, SMALL)], 10, 1))
+    assert player.runs == Counter({(SMALL.hash, 1, run): 1 for run in range(10)})
+    assert one.decision_step.tolist() == two.decision_step.tolist() == both.decision_step[:5].tolist()
+    assert later.first_run == 5
+    assert later.decision_step.tolist() == both.decision_step[5:].tolist()
+
+
+def test_progress_counts_all_rounds_against_what_is_expected(tmp_path):
+    told = []
+    execution = Execution(tmp_path, executors.threads(1), told.append)
+    for new in (30, 0):
+        told.clear()
+        with Rounds(execution, expected=40) as rounds:
+            for seed in (1, 2, 3):
+                list(rounds.run(Study([DesignPoint({}, SMALL)], 10, seed)))
+        assert [(each.points, each.runs) for each in told] == sorted((each.points, 40) for each in told)
+        assert (told[-1].runs_done, told[-1].runs_new, told[-1].share) == (30, new, 0.75)
+        assert [each.share for each in told] == sorted(each.share for each in told)
+
+
+def test_curves_that_do_not_fit_are_refused_before_the_work(played):
+    played(Player(0))
+    large = SMALL.replace({"run.steps": 10_000_000})
+    with Rounds() as rounds, pytest.raises(FeasibeeError, match="curves of 1000 runs x 10000000 steps: must"):
+        list(rounds.run(Study([DesignPoint({}, large)], 1000, 1, curves=True)))
