@@ -245,6 +245,15 @@ def test_bits_with_classes_are_those_of_the_docstrings():
     assert hll.bits(hll.message()) == 5 * 512
 
 
+@pytest.mark.parametrize(("name", "itself"), [("census", 1), ("sketch", 1), ("tally", 0), ("estimate", 0)])
+def test_a_robot_knows_of_itself_from_the_start_by_its_class(name, itself):
+    """Not in a tally: nobody sees itself."""
+    robots, tasks = robot_named(name, 3, classes=(3, 2), kind=2).counted()
+    scale = 65536 if name == "sketch" else 1
+    assert [round(each / scale) for each in robots] == [0, 0, itself]
+    assert tasks == [0, 0]
+
+
 @pytest.mark.parametrize("ids", [1, 30, 31, 32, 62, 63])
 def test_a_census_has_room_for_each_id_of_each_class(ids):
     census = robot_named("census", 0, classes=(2, 3), counts=(ids, ids))
