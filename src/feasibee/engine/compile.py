@@ -16,6 +16,7 @@ import llvmlite
 import numba
 import numpy
 from numba.core import compiler, serialize, types
+from numba.core.registry import CPUDispatcher
 from numba.core.typeinfer import register_dispatcher
 
 from feasibee.files.cache import cache_root, own_folder, read_sealed, write_sealed
@@ -99,52 +100,25 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
         with register_dispatcher(compiled):  # as numba does: the function may call itself
             compiled.compile(signature)
         compiled.disable_compile()
+        compiled.__class__ = Entry
         dispatcher: Callable[..., Any] = compiled
         return dispatcher
 
     return decorate
 
 
-class Pointer(types.WrapperAddressProtocol):
-    """A compiled function as a typed function pointer, for Python to pass to an `entry`, in a tuple too.
+class Entry(CPUDispatcher):
+    """A compiled function that Python calls, with the type of its signature.
 
-    A bare compiled function in a tuple has a type of its own, which the code kept on disk doesn't fit.
-
-    Parameters
-    ----------
-    function : callable
-        What `entry` returned.
-    signature : numba signature
-        Types of its arguments and of what it returns.
+    numba gives each compiled function a type of its own. Code kept on disk doesn't fit a tuple of those in
+    another process, and converting them takes longer than a short call. A bare address, which
+    `WrapperAddressProtocol` would do with, loses the errors that the function raises.
     """
 
-    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
-        self.function: Any = function  # keeps the code loaded
-        self._numba_type_ = types.FunctionType(signature)
-        compiled: Any = function
-        self._result: Any = compiled.get_compile_result(signature)
-
-    def __call__(self, *arguments: Any) -> Any:
-        """Call the function."""
-        return self.function(*arguments)
-
-    @property  # type: ignore[misc]  # numba asks only compiled functions for code that passes on exceptions
-    def __class__(self) -> Any:
-        """Return the class of compiled functions."""
-        return type(self.function)
-
-    def get_compile_result(self, signature: Any) -> Any:
-        """Return the compiled code, whose address numba takes."""
-        return self._result
-
-    def __wrapper_address__(self) -> int:
-        """Return the address of the code for C, which loses exceptions."""
-        name = self._result.fndesc.llvm_cfunc_wrapper_name
-        return int(self._result.library.get_pointer_to_function(name))
-
-    def signature(self) -> Any:
-        """Return the signature, by which numba knows the type."""
-        return self._numba_type_.signature
+    @property
+    def _numba_type_(self) -> Any:
+        (signature,) = self.nopython_signatures
+        return types.FunctionType(signature)
 
 
 class Kept:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from feasibee.engine import step
-from feasibee.engine.compile import Pointer, entry, inlined
+from feasibee.engine.compile import entry, inlined
 from feasibee.engine.layout import Clock
 from feasibee.engine.signatures import ADVANCE, PLAY, START
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
@@ -115,4 +115,4 @@ def world_functions(fast):
         start, advance = start_fast, advance_fast
     else:
         start, advance = start_general, advance_general
-    return Pointer(entry(START)(start), START), Pointer(entry(ADVANCE)(advance), ADVANCE)
+    return entry(START)(start), entry(ADVANCE)(advance)

@@ -186,7 +186,7 @@ class Passing(NamedTuple):
 
 
 class Functions(NamedTuple):
-    """The compiled functions of a strategy, as pointers; see `feasibee.strategies.contract.Strategy`."""
+    """The compiled functions of a strategy; see `feasibee.strategies.contract.Strategy`."""
 
     quality: Any
     dissemination: Any

@@ -14,7 +14,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from feasibee.engine import entrypoints
-from feasibee.engine.compile import Pointer, careful, entry, inlined
+from feasibee.engine.compile import careful, entry, inlined
 from feasibee.engine.guards import GUARDS, guarded
 from feasibee.engine.knowledge import update_nothing, updating
 from feasibee.engine.layout import Control, Functions, Lowered, Outcome, empty_state
@@ -63,12 +63,12 @@ def strategy_functions(strategy: Strategy) -> Functions:
     return Functions(**compiled, update=_update_of(strategy))
 
 
-def _update_of(strategy: Strategy) -> Pointer:
+def _update_of(strategy: Strategy) -> Callable[..., Any]:
     """Compile `feasibee.engine.knowledge.update` with a strategy's functions in it."""
     if not strategy.knowledge:
-        return Pointer(entry(STRATEGY.update)(update_nothing), STRATEGY.update)
+        return entry(STRATEGY.update)(update_nothing)
     functions = {name: _for_update(strategy, name) for name in KNOWLEDGE.keys() & strategy.functions}
-    return Pointer(entry(STRATEGY.update, _text_of(strategy))(updating(functions)), STRATEGY.update)
+    return entry(STRATEGY.update, _text_of(strategy))(updating(functions))
 
 
 def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
@@ -99,13 +99,13 @@ def _text_of(strategy: Strategy) -> str:
     return "".join(Path(file).read_text(encoding="utf-8") for file in files)
 
 
-def _compiled(strategy: Strategy, name: str) -> Pointer:
+def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
     function, signature = getattr(strategy, name), getattr(STRATEGY, name)
     own = _own_function(strategy, name)
     if own is function:
-        return Pointer(entry(signature)(function), signature)
+        return entry(signature)(function)
     try:
-        return Pointer(entry(signature, strategy.source)(guarded(name, careful(own))), signature)
+        return entry(signature, strategy.source)(guarded(name, careful(own)))
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
 
