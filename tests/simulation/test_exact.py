@@ -14,7 +14,6 @@ from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_of
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
 from feasibee.strategies import STRATEGIES, dmmd
@@ -605,7 +604,7 @@ def known(swarm, i):
     if isinstance(swarm, Plain):
         robots, tasks = swarm.minds[i].knowledge.counted()
         return sum(robots), sum(tasks)
-    strategy, setting = swarm.scenario.strategy, setting_of(swarm.scenario)
+    strategy, setting = swarm.scenario.strategy, swarm.scenario.setting
     words = swarm.state.knowledge[layout.Copy.KNOWN, i].tolist()
     counts = [0, 0]
     strategy.count(words, counts, Me(0, 0, 0, 0, [], setting))

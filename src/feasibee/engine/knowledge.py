@@ -252,7 +252,7 @@ def sent_opinion(params, state, i):
 
 @spliced
 def publish(params, state, functions):
-    """Fix what each robot tells in this step, and count its bits."""
+    """Fix the message of each robot for this step, and count its bits."""
     for w in range(state.sets.shape[1]):
         speaking = state.sets[Set.SPEAKING, w]
         state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits

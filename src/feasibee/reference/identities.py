@@ -7,7 +7,6 @@ from functools import cache
 from feasibee.model.purposes import IDENTITY
 from feasibee.reference.draws import philox
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.setting import setting_of
 from feasibee.strategies.contract import Thing
 
 
@@ -22,7 +21,7 @@ class Names:
         self._seed, self._run = seed, run
         self._robots, self._tasks = scenario.robots.count, scenario.tasks.count
         bits = scenario.radio.id_bits
-        self.id_bits = setting_of(scenario).id_bits
+        self.id_bits = scenario.setting.id_bits
         ids = [self._word(i, 0) >> (32 - bits) if bits else i for i in range(self._robots)]
         first = {each: i for i, each in reversed(list(enumerate(ids)))}
         self._holder = [first[each] for each in ids]

@@ -13,7 +13,6 @@ from feasibee.reference.identities import Names
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Commit, Controller, Message
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.setting import setting_of
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 
@@ -145,7 +144,7 @@ class Robot:
             stubborn=self.fault == STUBBORN,
             sets=hall_sets(self._scenario),
             me=self._names.me(self.number, self.kind),
-            setting=setting_of(self._scenario),
+            setting=self._scenario.setting,
         )
 
     def _draw_choice(self) -> tuple[float, float]:
@@ -160,7 +159,10 @@ class Robot:
 
 
 def listening(listen: Any) -> int | None:
-    """Return the number of last steps of dissemination in which a robot listens; 0: all; None: always."""
+    """Return the number of last steps of dissemination in which a robot listens.
+
+    0 stands for all of them, None for exploration, too.
+    """
     if listen == "always":
         return None
     return 0 if listen == "dissemination" else int(listen["last"])

@@ -49,8 +49,9 @@ from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.presets import PRESETS, with_preset
 from feasibee.scenario.problems import problem_of, suggestion
+from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import with_defaults, with_points
-from feasibee.strategies.contract import Manifest, Strategy
+from feasibee.strategies.contract import Manifest, Setting, Strategy
 
 
 class Scenario(BaseModel):
@@ -193,6 +194,17 @@ class Scenario(BaseModel):
             whole_robots(share, robots) for share in (faults.stopped, faults.byzantine, faults.stubborn)
         )
         return stopped, byzantine, stubborn
+
+    @property
+    def setting(self) -> Setting:
+        """Numbers that a strategy's knowledge may depend on."""
+        return setting_from(
+            (self.robots.count, self.tasks.count),
+            (len(self.robots.classes), len(self.tasks.classes)),
+            self.faulty[1] > 0,
+            self.radio.id_bits,
+            self.decision.parameters.values(),
+        )
 
     def counted(self, step: int) -> int:
         """Return the number of robots that count in the decision: honest and working (model.md 6.6)."""

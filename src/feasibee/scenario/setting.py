@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.strategies.contract import Setting, Strategy
 
-if TYPE_CHECKING:
-    from feasibee.scenario.scenario import Scenario
-
 KNOWLEDGE_LIMIT: Final = 4 * 2**30
-"""Bytes of what all robots of a swarm know and tell."""
+"""Largest memory of the knowledge and messages of all robots of a swarm, in bytes."""
 WORDS_LIMIT: Final = 2**24
 """Words of one robot's knowledge, and of one message."""
-
-
-def setting_of(scenario: Scenario) -> Setting:
-    """Return the numbers of a scenario that a strategy's knowledge may depend on."""
-    return setting_from(
-        (scenario.robots.count, scenario.tasks.count),
-        (len(scenario.robots.classes), len(scenario.tasks.classes)),
-        scenario.faulty[1] > 0,
-        scenario.radio.id_bits,
-        scenario.decision.parameters.values(),
-    )
 
 
 def setting_from(
@@ -35,7 +21,19 @@ def setting_from(
     id_bits: int | None,
     parameters: Iterable[float],
 ) -> Setting:
-    """Return the same from numbers of robots and tasks, of their classes, and the rest."""
+    """Return the numbers of a scenario that a strategy's knowledge may depend on.
+
+    Parameters
+    ----------
+    counts, classes : tuple of int
+        Numbers of robots and tasks, and of their classes.
+    liars : bool
+        Whether any robot is Byzantine: it may invent robots and tasks.
+    id_bits : int, optional
+        Width of a robot's id; by default the least that tells all robots apart.
+    parameters : iterable of float
+        Those of the strategy.
+    """
     robots, tasks = counts
     return Setting(
         robots=robots,

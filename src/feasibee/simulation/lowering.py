@@ -34,7 +34,7 @@ from feasibee.engine.params import (
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.setting import knowledge_words, setting_of
+from feasibee.scenario.setting import knowledge_words
 from feasibee.simulation.fast_path import takes_fast_path
 from feasibee.strategies import contract
 
@@ -153,7 +153,7 @@ def _strategy(scenario: Scenario) -> StrategyParams:
 
 
 def _knowledge(scenario: Scenario) -> KnowledgeParams:
-    setting = setting_of(scenario)
+    setting = scenario.setting
     enabled = scenario.strategy.knowledge
     words, message_words = knowledge_words(scenario.strategy, setting) if enabled else (0, 0)
     return KnowledgeParams(

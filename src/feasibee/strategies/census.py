@@ -22,7 +22,7 @@ MEMBERS = 31
 
 
 def quality(robots_known, tasks_known):
-    """Return the share of robots among all things known; 1/2 if there are none."""
+    """Return the share of robots among all things known, 1/2 without any."""
     if robots_known + tasks_known == 0:
         return 0.5
     return robots_known / (robots_known + tasks_known)

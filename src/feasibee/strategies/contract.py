@@ -91,11 +91,11 @@ class Inbox(NamedTuple):
     infeasible_votes: int
     """Messages that say *infeasible*."""
     heard_opinion: int
-    """What one of them says, drawn at random; -1 if there is none."""
+    """Opinion in one message, drawn at random; -1 without messages."""
     heard_value: float
-    """The value in that message, 0 to 1; 0.0 if there is none."""
+    """Value in that message, 0 to 1; 0.0 without messages."""
     mean_value: float
-    """Of all messages; 0.0 if there is none."""
+    """Mean value of all messages; 0.0 without messages."""
     chance: float
     """A random number, 0 <= chance < 1, for what the strategy leaves to chance."""
 
@@ -171,12 +171,12 @@ def _wrapped(value: Any) -> int:
 
 
 def say(mind: Mind) -> int:
-    """Return the opinion to tell: the robot's own."""
+    """Return the opinion to broadcast: the robot's own."""
     return mind.opinion
 
 
 def value(mind: Mind) -> float:
-    """Return the number to tell, if messages have one: the quality of *feasible*."""
+    """Return the value to broadcast, if messages have one: the quality of *feasible*."""
     return mind.feasible_quality
 
 
@@ -233,7 +233,7 @@ class Manifest:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strategy(Manifest):
-    """How opinions are rated, told and chosen: a manifest with its functions.
+    """How opinions are rated, broadcast and chosen: a manifest with its functions.
 
     The functions from ``words`` on are those of a strategy that passes on knowledge; others have None.
 
@@ -247,9 +247,9 @@ class Strategy(Manifest):
     decide : callable
         ``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none.
     say : callable, optional
-        ``say(mind)``: what to tell for the whole dissemination, 1 or 0, or -1 to be silent.
+        ``say(mind)``: what to broadcast for the whole dissemination, 1 or 0, or -1 to be silent.
     value : callable, optional
-        ``value(mind)``: a number from 0 to 1 to tell with it, near 1 if it speaks for *feasible*.
+        ``value(mind)``: a number from 0 to 1 to broadcast with it, near 1 if it speaks for *feasible*.
     words : callable
         ``words(setting)``: number of words that a robot's knowledge takes. Called before a run, never in it.
     message_words : callable, optional

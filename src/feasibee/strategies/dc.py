@@ -29,7 +29,7 @@ def dissemination(quality, gain):
 
 
 def decide(mind, inbox):
-    """Return the opinion of a random message if its quality is higher than the own."""
+    """Return the opinion of a random message if its quality is higher than the robot's."""
     heard_quality = inbox.heard_value if inbox.heard_opinion == 1 else 1.0 - inbox.heard_value
     if inbox.heard_opinion >= 0 and heard_quality > mind.quality:
         return inbox.heard_opinion

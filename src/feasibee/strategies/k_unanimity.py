@@ -28,7 +28,7 @@ def dissemination(quality, gain):
 
 
 def decide(mind, inbox):
-    """Return the opinion on which k random messages agree; the own if they don't."""
+    """Return the opinion on which k random messages agree, else the robot's own."""
     k = max(1.0, mind.parameters[0])
     votes = inbox.feasible_votes + inbox.infeasible_votes
     if votes < k:

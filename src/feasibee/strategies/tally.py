@@ -1,4 +1,4 @@
-"""Tally: each robot's sightings over its life, told on by all.
+"""Tally: totals of each robot's sightings over its life, which all robots pass on.
 
 Each robot keeps a table of every robot's totals, n_j sightings of robots and m_j of tasks, by id. It adds to
 its own row when it explores, broadcasts the table for g steps on average, and keeps the newest of each row
@@ -43,7 +43,7 @@ def words(setting):
 
 
 def observe(known, thing, me):
-    """Count a robot or task in sight in the own row."""
+    """Count a robot or task in sight in the robot's own row."""
     column = thing.kind if thing.is_robot else me.setting.robot_classes + thing.kind
     known[me.id * (me.setting.robot_classes + me.setting.task_classes) + column] += 1
 
@@ -60,7 +60,7 @@ def lie(message, feasible, me):
 
 
 def merge(known, message, sender, me):
-    """Keep the larger of each total, but for the own row."""
+    """Keep the larger of each total, except in the robot's own row."""
     classes = me.setting.robot_classes + me.setting.task_classes
     for k in range(me.id * classes):
         known[k] = max(known[k], message[k])

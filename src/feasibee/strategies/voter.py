@@ -24,7 +24,7 @@ def dissemination(quality, gain):
 
 
 def decide(mind, inbox):
-    """Return a random opinion of those heard; without any, the own."""
+    """Return a random opinion of those heard, or keep the robot's if none was heard."""
     if inbox.heard_opinion < 0:
         return mind.opinion
     return inbox.heard_opinion
