@@ -10,8 +10,6 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent.parent
-TO_DO = Path(__file__).with_name("words_to_do.txt")
-"""Pages and modules that nobody has rewritten yet, one path per line. The list may only shrink."""
 MOST_WORDS = 25
 FORBIDDEN = [
     r"(do|does|did|done) the same",
@@ -104,25 +102,14 @@ def problems_of(path: str) -> list[str]:
     return [problem for each in summaries(text) for problem in problems(each)]
 
 
-def to_do() -> set[str]:
-    """Return the paths that nobody has rewritten yet."""
-    return set(TO_DO.read_text(encoding="utf-8").split())
-
-
-@pytest.mark.parametrize("page", sorted(set(pages()) - to_do()))
+@pytest.mark.parametrize("page", sorted(pages()))
 def test_a_page_has_short_sentences_and_plain_words(page):
     assert problems_of(page) == []
 
 
 def test_a_modules_summaries_are_short_and_plain():
-    found = {path: problems_of(path) for path in modules() if path not in to_do()}
+    found = {path: problems_of(path) for path in modules()}
     assert {path: wrong for path, wrong in found.items() if wrong} == {}
-
-
-def test_what_has_been_rewritten_leaves_the_list_of_what_is_to_do():
-    there = {*pages(), *modules()}
-    done = sorted(path for path in to_do() if path not in there or not problems_of(path))
-    assert done == [], f"remove these lines from {TO_DO.name}"
 
 
 @pytest.mark.parametrize(
