@@ -170,4 +170,4 @@ def test_modules_are_short_and_documented(name):
         node for node in ast.walk(ast.parse("\n".join(lines))) if isinstance(node, ast.FunctionDef)
     ]:
         length = function.end_lineno - function.body[0].lineno + 1
-        assert length <= 60, f"{name}.{function.name} has a body of {length} lines"
+        assert length <= 40, f"{name}.{function.name} has a body of {length} lines"

@@ -659,6 +659,7 @@ def start_simulating(*arguments, **options):
     return process
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 @pytest.mark.parametrize(
     "arguments",

@@ -39,6 +39,7 @@ def test_the_strategy_on_the_page_is_the_example(name):
     ]
 
 
+@pytest.mark.slow
 def test_the_roll_call_on_the_page_is_the_census():
     path = str(ROOT / "examples" / "roll_call.py")
     mine = Scenario().replace({"decision.strategy": path, "tasks.count": 21})

@@ -16,7 +16,7 @@ from feasibee.results.dataset import to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import Point
+from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.table import export
 
 NAMES = [each.name for each in OUTCOMES]
@@ -74,7 +74,7 @@ def test_a_dataset_has_the_columns_of_the_table(record):
 def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
     save_results(to_dataset(record, SCENARIO, 1), tmp_path / "runs.csv")
     with Journal(tmp_path, write=True) as journal:
-        (number,) = journal.add([Point({}, SCENARIO)], 1)
+        (number,) = journal.add([DesignPoint({}, SCENARIO)], 1)
         journal.write([(number, record)])
         export(journal, "csv", tmp_path / "sweep.csv")
         stored = journal.columns(number)

@@ -230,6 +230,7 @@ def test_a_copy_of_a_built_in_strategy_is_that_strategy(write, name):
         assert_same(built_in, scenario_of(path, **WORLDS[world]))
 
 
+@pytest.mark.slow
 def test_more_is_seen_and_heard_in_a_step_than_is_collected_at_once(write):
     """256 calls are collected; here a robot sees 150 tasks and hears 39 robots in a step."""
     changes = {
@@ -448,6 +449,7 @@ def test_what_does_not_compile_is_told_with_function_and_line(write, old, new, l
 LATE = "20 < me.step < 1000"  # no trial has it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "why"),
     [
@@ -484,6 +486,7 @@ def test_what_fails_only_in_a_run_is_told_with_function_line_and_run(write, old,
     assert str(engine.value)[:60] == str(reference.value)[:60]  # long arguments are shortened
 
 
+@pytest.mark.slow
 def test_liars_with_a_message_of_its_own_need_a_function(write):
     head, _, rest = TURNS.partition("def lie(")
     path = write(head + rest.partition("\n\n\n")[2])
@@ -494,6 +497,7 @@ def test_liars_with_a_message_of_its_own_need_a_function(write):
         scenario_of(path, **LIARS)
 
 
+@pytest.mark.slow
 def test_knowledge_that_does_not_fit_is_told_when_it_runs(write):
     text = replaced(SET, "return setting.robot_ids + setting.task_ids", "return 1000 * setting.robots")
     changes = {"robots.count": 1000, "arena.side": 100.0}

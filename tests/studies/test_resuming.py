@@ -225,6 +225,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
 def test_a_dask_cluster_gives_the_same_bytes(undisturbed, tmp_path):
     """In a process of its own, since Dask leaves threads and open sockets behind."""
@@ -303,6 +304,7 @@ def test_every_command_takes_threads_processes_and_dask(monkeypatch, tmp_path, s
     assert done.stderr.startswith(f"feasibee: {asked}")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no signals to send")
 def test_a_comparison_that_is_killed_goes_on_to_the_same_bytes(tmp_path):
     slow = (

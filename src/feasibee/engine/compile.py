@@ -169,7 +169,7 @@ class Kept:
         return cache_folder() / f"{self._name}-{digest.hexdigest()[:16]}.nbc"
 
 
-IMPORTS: Final = re.compile(r"^from (feasibee[\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+IMPORTS: Final = re.compile(r"^from (feasibee(?:\.\w+)*) import (\([^)]*\)|.*)$", re.MULTILINE)
 PACKAGE: Final = Path(__file__).parent.parent
 
 

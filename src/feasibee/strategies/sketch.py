@@ -78,10 +78,8 @@ def count(known, counts, me):
             else:
                 high += 1 << (8 * (rank - 14))
         unused, full = low & 255, high >> 8
-        if unused == REGISTERS:
-            continue
-        if full == REGISTERS:  # it can't tell more things from this
-            counts[k] = REGISTERS * 2**TOP * 65536
+        if REGISTERS in (unused, full):  # nothing was seen, or more than a sketch can count
+            counts[k] = REGISTERS * 2**TOP * 65536 if full else 0
             continue
         # tau(x) = (1 - x - the sum of 2**-k (1 - x**(2**-k))**2 over k >= 1) / 3
         x = 1.0 - full / REGISTERS

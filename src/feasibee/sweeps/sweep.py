@@ -96,7 +96,7 @@ class Rounds:
     >>> points = [DesignPoint({"tasks.count": m}, Scenario(tasks={"count": m})) for m in (2, 200)]
     >>> with Rounds() as rounds:
     ...     [record.decision.tolist() for record in rounds.run(Study(points, runs=3, seed=1))]
-    [[1, 1, 1], [0, 0, 0]]
+    [[1, 1, 0], [0, 0, 0]]
     """
 
     def __init__(self, execution: Execution | None = None, expected: int = 0) -> None:
