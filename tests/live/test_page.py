@@ -176,6 +176,7 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
     expect(page.locator("#note-robots-count")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
     page = visit(port)
     page.locator("[data-path='arena.boundary']").select_option("walls")

@@ -144,6 +144,11 @@ WORLDS = {
     "classes and liars": {**CLASSES, **LIARS, "tasks.count": None},
     "commits": {"decision.commit": {"quorum": 0.6, "rounds": 1, "heard": 1}},
 }
+COSTLY_WORLDS = [
+    pytest.param(name, marks=[] if name in ("paper", "classes and liars") else [pytest.mark.slow])
+    for name in WORLDS
+]
+"""Each file is compiled for 3 s, so the fast tests have two worlds."""
 
 
 @pytest.fixture
@@ -191,14 +196,14 @@ def why_not(path, **changes):
 # --- A file of one's own ---
 
 
-@pytest.mark.parametrize("world", [name for name in WORLDS if "classes" not in name])
+@pytest.mark.parametrize("world", [each for each in COSTLY_WORLDS if "classes" not in each.values[0]])
 def test_a_users_grow_only_set_is_the_census_to_the_bit(write, world):
     census = Scenario().replace({**SMALL, **WORLDS[world], "decision.strategy": "census"})
     record = assert_same(census, scenario_of(write(SET), **WORLDS[world]))
     assert (record.bits_sent > 0).all()
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize("world", COSTLY_WORLDS)
 def test_all_that_the_contract_offers_is_equal_in_engine_and_reference(write, world):
     """Messages of their own size, memory, steps, senders, hashes, classes, parameters and lies."""
     path = write(TURNS)
@@ -216,7 +221,9 @@ def test_false_sightings_are_things_without_an_id(write):
         scenario_of(write(SET, "set.py"), **changes)
 
 
-@pytest.mark.parametrize("name", ["census", "tally", "sketch"])
+@pytest.mark.parametrize(
+    "name", ["census", *(pytest.param(name, marks=pytest.mark.slow) for name in ("tally", "sketch"))]
+)
 def test_a_copy_of_a_built_in_strategy_is_that_strategy(write, name):
     text = inspect.getsource(inspect.getmodule(STRATEGIES[name].merge))
     text = text.replace("from feasibee.strategies import census\n", "")
@@ -245,6 +252,7 @@ def test_more_is_seen_and_heard_in_a_step_than_is_collected_at_once(write):
     assert_same(census, scenario_of(write(SET, "set.py"), **changes))
 
 
+@pytest.mark.slow
 def test_compiled_knowledge_is_loaded_in_a_second_process(write):
     path = write(SET)
     code = (

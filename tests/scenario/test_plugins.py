@@ -135,6 +135,7 @@ def test_a_copy_of_bayes_with_its_memory_and_parameters_is_bayes_to_the_bit(writ
         assert (simulate_record(built_in, Runs(3, 2), curves=True).feasible_count < 20).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["dc", "average", "accumulate", "cross-inhibition", "k-unanimity"])
 def test_a_copy_of_any_opinion_strategy_is_that_strategy(write, name):
     """Values, evidence kept, and robots without an opinion, all by the constants of the file."""

@@ -67,6 +67,7 @@ def test_choices_matter_as_section_5_says(changes, share):
     assert abs(found - share) < bound(share, other_runs=1000)
 
 
+@pytest.mark.slow
 def test_counting_oneself_leans_to_feasible_at_ratio_one_half():
     found, _ = feasible_share({"tasks.count": 40, "sensing.count_self": True})
     assert abs(found - 0.65) < bound(0.65, other_runs=1000)

@@ -170,6 +170,7 @@ def test_the_progress_climbs_to_the_end(study):
     assert told[0] < 0.1
 
 
+@pytest.mark.slow
 def test_two_threads_write_the_same_bytes_and_nothing_elsewhere(study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     reproduce("again", RUNS, SEED, Execution("again", executors.threads(2)))

@@ -257,6 +257,7 @@ COMMANDS = {
 }
 
 
+@pytest.mark.slow
 @each_study
 def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
     """With --out; without, the numbers are the same."""
