@@ -217,7 +217,7 @@ def test_other_commands_end_in_a_line(tmp_path, arguments):
     assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} <= {".toml", *JOURNAL}
 
 
-JOURNAL = {".sqlite", ".lock", ".seal", ".sqlite-shm", ".sqlite-wal"}
+JOURNAL = {".sqlite", ".lock", ".lock-journal", ".seal", ".sqlite-shm", ".sqlite-wal"}
 
 
 def test_an_interrupt_that_python_cant_raise_isnt_lost():

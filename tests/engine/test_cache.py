@@ -396,7 +396,7 @@ def test_the_engine_survives_damage_to_each_of_its_files(folder):
     assert run() == (expected, "")
     (inner,) = folder.iterdir()
     files = sorted(inner.glob("*.nbc"))
-    assert len(files) == 8
+    assert len(files) == 9
     for path in files:
         data = path.read_bytes()
         path.write_bytes(flipped(data, 0.5, 3))
