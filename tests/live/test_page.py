@@ -228,6 +228,7 @@ def test_the_page_fits_any_width(visit, port):
         assert box["y"] + box["height"] <= height
 
 
+@pytest.mark.slow
 def test_two_pages_have_a_swarm_each(visit, port):
     first, second = visit(port), visit(port, "#run=7")
     change(first, "tasks.count", "12")

@@ -303,6 +303,7 @@ def test_a_row_keeps_its_length():
         Words([0, 0])[:] = (1, 2, 3)
 
 
+@pytest.mark.slow
 def test_words_that_overflow_are_equal_in_both_implementations(write):
     text = replaced(
         SET, "    known[me.id] = 1\n", "    known[me.id] = 1\n    known[0] = 123456789 * (3 + me.hash)\n"
@@ -418,6 +419,7 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
     assert words in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [

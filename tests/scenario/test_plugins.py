@@ -156,6 +156,7 @@ def test_parameters_are_the_files_own(write):
     assert "it has weight" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_functions_have_what_the_contract_says(write):
     """The fields of mind and inbox, in the engine as in the reference."""
     text = MINE.replace(
@@ -508,6 +509,7 @@ def test_two_files_of_one_name_are_two_strategies(write):
     assert not np.array_equal(first.feasible_count, second.feasible_count)
 
 
+@pytest.mark.slow
 def test_a_users_file_runs_in_a_second_process_too(write, tmp_path):
     """Compiled code on disk names its module, which the second process must know before it loads it."""
     path = write(MINE)

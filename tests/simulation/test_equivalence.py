@@ -220,6 +220,7 @@ def test_engine_equals_reference_beyond_the_paper(scenario, seed, first_run):
     assert_equal(scenario, seed, first_run=first_run)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tasks", [2, 20, 200])
 def test_engine_equals_reference_on_the_papers_runs(tasks):
     assert_equal(Scenario(tasks={"count": tasks}, run={"steps": 300}), seed=1, runs=2)

@@ -300,6 +300,7 @@ def test_false_sightings_are_poisson(mean):
         assert (robots_seen(swarm) + tasks_seen(swarm) == counts[-1]).all()
 
 
+@pytest.mark.slow
 def test_a_thing_counts_once_an_exploration_or_once_a_life():
     """Catches a thing counted twice, forgotten never or too early, and robots confused with tasks."""
     crowded = {"arena.side": 4.0, "sensing.observation": "unique"}

@@ -196,6 +196,7 @@ def shared_processes():
     end(wait=True)
 
 
+@pytest.mark.slow
 @each_study
 def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
     assert STUDIES[study](Execution(pool=shared_processes)) == undisturbed(study)[0]

@@ -37,6 +37,7 @@ def written(folder):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_the_files_are_written_and_the_figure_is_a_picture(study):
     folder = study[0]
     assert sorted(path.name for path in folder.iterdir()) == sorted([*FILES, *JOURNAL])

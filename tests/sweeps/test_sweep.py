@@ -242,6 +242,7 @@ def test_a_chunk_that_is_being_computed_is_kept(tmp_path, small_chunks):
 # --- Who does the work ---
 
 
+@pytest.mark.slow
 def test_processes_give_the_same_and_a_death_is_survived(whole, tmp_path, small_chunks, monkeypatch):
     """The spawned processes import this module, whose play ends the first that comes."""
     monkeypatch.setattr(workers, "play", play_but_die_once)
@@ -703,6 +704,7 @@ def check_part(folder, whole):
     return total
 
 
+@pytest.mark.slow
 @unix
 def test_an_interrupt_ends_with_130_and_the_sweep_goes_on(whole, tmp_path):
     process = begin(tmp_path, "--workers", "2")
