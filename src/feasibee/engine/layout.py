@@ -243,7 +243,7 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, padded, slots, values), -1, np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
-        knowledge=np.zeros((len(Copy), padded, knowledge_words(params)), np.int32),
+        knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
         pending=np.zeros((Pending.COLUMN + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
@@ -262,7 +262,7 @@ def size_of(params: Params, tables: Tables, slots: int) -> int:
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
     inbox = math.prod(_inbox_shape(params, padded, slots, params.strategy.value_scale > 0))
-    return 4 * (inbox + padded * (remembered + 2 * knowledge_words(params)))
+    return 4 * (inbox + padded * (remembered + 2 * copy_length(params)))
 
 
 def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple[int, int, int]:
@@ -273,8 +273,8 @@ def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple
     return (2 if values else 1, padded, slots)
 
 
-def knowledge_words(params: Params) -> int:
-    """Return the number of words for what a robot knows, and for its message."""
+def copy_length(params: Params) -> int:
+    """Return the number of words of each `Copy`: of what a robot knows, and of its message."""
     return max(params.strategy.knowledge.words, params.strategy.knowledge.message_words)
 
 

@@ -54,6 +54,11 @@ def exact(value: float) -> Fraction:
     return Fraction(repr(value))
 
 
+def is_whole(value: object, most: int) -> bool:
+    """Return whether a value is an int from 0 to ``most``, and not a bool."""
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
+
+
 # Okabe and Ito's palette, which colour-blind people can tell apart.
 COLOURS: Final = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 TASK: Final = "#E69F00"

@@ -22,11 +22,9 @@ class Knowledge:
     def __init__(self, strategy: Strategy, me: Me) -> None:
         functions: Any = strategy  # those for knowledge are None in other strategies only
         self._strategy = functions
-        self._length = functions.words(me.setting)
-        if functions.message_words is not None:
-            self._length = functions.message_words(me.setting)
+        known, self._length = strategy.row_lengths(me.setting)
         self.me = me
-        self.words = Words([0] * functions.words(me.setting))
+        self.words = Words([0] * known)
         if functions.start is not None:
             functions.start(self.words, me)
 

@@ -205,7 +205,6 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
     """Find built-in strategies whose robots together know more than fits; a user's file isn't run here."""
     if not isinstance(strategy, Strategy) or not strategy.knowledge or strategy.source:
         return
-    functions: Any = strategy
     setting = setting_from(
         (total(explicit["robots"]), total(explicit["tasks"])),
         (len(explicit["robots"]["classes"]), len(explicit["tasks"]["classes"])),
@@ -213,9 +212,7 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
         explicit["radio"]["id_bits"],
         {**strategy.parameters, **explicit["decision"]["parameters"]}.values(),
     )
-    words = functions.words(setting)
-    told = words if functions.message_words is None else functions.message_words(setting)
-    problem = excess(setting, words, told)
+    problem = excess(setting, *strategy.row_lengths(setting))
     if problem:
         remedy = "choose sketch or average, or fewer robots"
         yield Problem("decision.strategy", strategy.name, problem, remedy)

@@ -22,6 +22,7 @@ from typing import Any, Final, TypeGuard
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import UnreadableError, read_text
+from feasibee.model.codes import is_whole
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import (
     ARGUMENTS,
@@ -38,8 +39,8 @@ GROUP: Final = "feasibee.strategies"
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
-    "MEMORY": ("a whole number from 0 to 64", lambda value: _is_whole(value, 64)),
-    "VALUE_BITS": ("a whole number from 0 to 16", lambda value: _is_whole(value, 16)),
+    "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
+    "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
     "FORGETS": ("True or False", lambda value: isinstance(value, bool)),
     "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
     "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
@@ -268,10 +269,6 @@ def _constant(name: str, node: ast.AST, file: str) -> Any:
 
 def _line(node: ast.AST) -> int:
     return int(getattr(node, "lineno", 1))
-
-
-def _is_whole(value: Any, most: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
 
 
 def _is_parameters(value: Any) -> bool:

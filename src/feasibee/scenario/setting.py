@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Final
+from typing import Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.strategies.contract import Setting, Strategy
@@ -55,9 +55,7 @@ def knowledge_words(strategy: Strategy, setting: Setting) -> tuple[int, int]:
     FeasibeeError
         If all robots' words together don't fit the memory that they may take.
     """
-    functions: Any = strategy
-    known = functions.words(setting)
-    told = known if functions.message_words is None else functions.message_words(setting)
+    known, told = strategy.row_lengths(setting)
     problem = excess(setting, known, told)
     if problem:
         raise FeasibeeError(f"{strategy.name}: {problem}; take fewer robots or a smaller row of words")

@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST
+from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST, is_whole
 from feasibee.scenario.setting import WORDS_LIMIT, setting_from
 from feasibee.strategies.contract import (
     ARGUMENTS,
@@ -41,11 +41,11 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "value": ("must be a number", lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
     "words": (
         f"must be a whole number from 1 to {WORDS_LIMIT}",
-        lambda value: _is_whole(value, WORDS_LIMIT) and value > 0,
+        lambda value: is_whole(value, WORDS_LIMIT) and value > 0,
     ),
     "message_words": (
         f"must be a whole number from 0 to {WORDS_LIMIT}",
-        lambda value: _is_whole(value, WORDS_LIMIT),
+        lambda value: is_whole(value, WORDS_LIMIT),
     ),
     "start": (f"{ROWS} known", lambda value: value is None),
     "observe": (f"{ROWS} known", lambda value: value is None),
@@ -53,7 +53,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "lie": (f"{ROWS} message", lambda value: value is None),
     "merge": (f"{ROWS} known", lambda value: value is None),
     "count": (f"{ROWS} counts", lambda value: value is None),
-    "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: _is_whole(value, BITS_LIMIT)),
+    "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: is_whole(value, BITS_LIMIT)),
 }
 """What each function must return."""
 FAILURES: Final = (Exception, SystemExit)
@@ -82,12 +82,6 @@ def tried(manifest: Manifest) -> Strategy:
     if strategy.knowledge:
         _try_knowledge(strategy)
     return strategy
-
-
-def own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
-    """Return a function as the user wrote it, without the check around it, or the default."""
-    function: Callable[..., Any] = getattr(strategy, name)
-    return getattr(function, "__wrapped__", function)
 
 
 def _executed(manifest: Manifest, file: str) -> ModuleType:
@@ -124,7 +118,7 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
             line = function.__code__.co_firstlineno
             shown = repr(result)[:SHOWN]
             raise FeasibeeError(f"{file}, line {line}: {_call(name, arguments)} returns {shown}; {rule}")
-        if name == "count" and not all(_is_whole(each, COUNT_LIMIT) for each in arguments[1]):
+        if name == "count" and not all(is_whole(each, COUNT_LIMIT) for each in arguments[1]):
             line, written = function.__code__.co_firstlineno, repr(list(arguments[1]))[:SHOWN]
             raise FeasibeeError(
                 f"{file}, line {line}: count writes {written} into counts; "
@@ -165,7 +159,7 @@ def _try_knowledge(strategy: Strategy) -> None:
         for number in sorted({0, setting.robots - 1}):
             kind, memory = setting.robot_classes - 1, [0.0] * strategy.memory
             me = Me(number, kind, 2**32 - 1 - number, 0, memory, setting)
-            known, messages = _said_by(functions, me)
+            known, messages = _said_by(strategy, me)
             for message in messages:
                 functions.bits(message, me)
                 functions.merge(known, message, 0, me._replace(step=1000))
@@ -174,11 +168,12 @@ def _try_knowledge(strategy: Strategy) -> None:
             strategy.quality(sum(numbers[: setting.robot_classes]), sum(numbers[setting.robot_classes :]))
 
 
-def _said_by(functions: Any, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
+def _said_by(strategy: Strategy, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
     """Return the knowledge of a robot that has seen everything, and its messages, true and false."""
+    functions: Any = strategy
     setting = me.setting
-    known = Words([0] * functions.words(setting))
-    told = len(known) if functions.message_words is None else functions.message_words(setting)
+    words, told = strategy.row_lengths(setting)
+    known = Words([0] * words)
     if functions.start is not None:
         functions.start(known, me)
     for thing in _things(setting, false=not functions.by_name):
@@ -210,10 +205,6 @@ def _mind(strategy: Strategy, opinion: int, quality: float, feasible_quality: fl
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and abs(value) < 1e300  # what is larger overflows sooner or later
-
-
-def _is_whole(value: Any, most: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
 
 
 def _call(name: str, arguments: tuple[Any, ...]) -> str:

@@ -37,6 +37,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.simulation.fast_path import takes_fast_path
 from feasibee.strategies import contract
+from feasibee.strategies.contract import Setting, Strategy
 
 TURN = 2**32
 
@@ -50,23 +51,24 @@ def lower(scenario: Scenario, seed: int) -> Lowered:
 
 def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
     """Return the numbers of a scenario and a seed."""
-    arena = _arena(scenario)
-    sight, radio = (_squared(scenario, reach) for reach in (scenario.sensing.range, scenario.radio.range))
+    unit, setting, faulty = unit_of(scenario), scenario.setting, scenario.faulty
+    arena = _arena(scenario, unit)
+    sight, radio = (_squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
     return Params(
         seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
         arena=arena,
-        robots=_robots(scenario, arena, max(sight, radio)),
+        robots=_robots(scenario.robots, unit, arena, max(sight, radio)),
         tasks=TaskParams(
             count=scenario.tasks.count,
-            placement=_placement(scenario, scenario.tasks, 0),
+            placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
-        radio=_radio(scenario, radio),
-        strategy=_strategy(scenario),
-        decision=_decision(scenario),
-        faults=_faults(scenario),
+        radio=_radio(scenario, setting.id_bits, radio),
+        strategy=_strategy(scenario.strategy, setting),
+        decision=_decision(scenario, faulty),
+        faults=_faults(scenario, faulty),
         run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
         together=fast and scenario.robots.count <= WORD,
     )
@@ -78,15 +80,14 @@ def unit_of(scenario: Scenario) -> Fraction:
     return longer / (TURN // 2 if scenario.arena.boundary == "walls" else TURN)
 
 
-def _arena(scenario: Scenario) -> ArenaParams:
-    width, height = (_fixed(scenario, side) for side in scenario.arena.size)
+def _arena(scenario: Scenario, unit: Fraction) -> ArenaParams:
+    width, height = (_fixed(side, unit) for side in scenario.arena.size)
     walls = scenario.arena.boundary == "walls"
     return ArenaParams(walls=walls, wraps=walls or width == height, width=width, height=height)
 
 
-def _robots(scenario: Scenario, arena: ArenaParams, squared_reach: int) -> RobotParams:
+def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: int) -> RobotParams:
     """Return the numbers of the robots, who see or hear within ``squared_reach``."""
-    robots, unit = scenario.robots, unit_of(scenario)
     radius = math.ceil(exact(robots.diameter) / unit / 2)
     meeting = 2 * radius + 2 * math.ceil(exact(robots.speed) / unit) + 4
     widest = max(math.isqrt(squared_reach), meeting if robots.avoid_collisions else 0) + 1
@@ -98,7 +99,7 @@ def _robots(scenario: Scenario, arena: ArenaParams, squared_reach: int) -> Robot
         avoid_collisions=robots.avoid_collisions,
         apart_limit=_limit((2 * radius) ** 2),
         meet_limit=_limit(meeting**2),
-        placement=_placement(scenario, robots, radius if arena.walls else 0),
+        placement=_placement(robots, unit, radius if arena.walls else 0),
         grid=_grid(robots.count, widest, arena),
     )
 
@@ -121,9 +122,8 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
     )
 
 
-def _radio(scenario: Scenario, squared_range: int) -> RadioParams:
+def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
     radio = scenario.radio
-    id_bits = radio.id_bits or max(1, (scenario.robots.count - 1).bit_length())
     return RadioParams(
         limit=_limit(squared_range + 1),
         loss=_probability(radio.loss),
@@ -141,21 +141,19 @@ def _message_bits(scenario: Scenario, id_bits: int) -> int:
     return id_bits + 1 + scenario.strategy.value_bits + commitment
 
 
-def _strategy(scenario: Scenario) -> StrategyParams:
-    strategy = scenario.strategy
+def _strategy(strategy: Strategy, setting: Setting) -> StrategyParams:
     return StrategyParams(
         forgets=strategy.forgets,
         starts_neutral=strategy.starts_neutral,
         says=strategy.say is not contract.say,
         value_scale=float(2**strategy.value_bits - 1),
-        knowledge=_knowledge(scenario),
+        knowledge=_knowledge(strategy, setting),
     )
 
 
-def _knowledge(scenario: Scenario) -> KnowledgeParams:
-    setting = scenario.setting
-    enabled = scenario.strategy.knowledge
-    words, message_words = knowledge_words(scenario.strategy, setting) if enabled else (0, 0)
+def _knowledge(strategy: Strategy, setting: Setting) -> KnowledgeParams:
+    enabled = strategy.knowledge
+    words, message_words = knowledge_words(strategy, setting) if enabled else (0, 0)
     return KnowledgeParams(
         enabled=enabled,
         words=words,
@@ -166,9 +164,9 @@ def _knowledge(scenario: Scenario) -> KnowledgeParams:
     )
 
 
-def _decision(scenario: Scenario) -> DecisionParams:
+def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParams:
     decision, rule = scenario.decision, scenario.decision.commit
-    stopped, byzantine, _ = scenario.faulty
+    stopped, byzantine, _ = faulty
     honest = scenario.robots.count - byzantine
     return DecisionParams(
         exploration=decision.exploration,
@@ -200,8 +198,8 @@ def _quorum(scenario: Scenario, counted: int) -> int:
     return math.floor(exact(scenario.decision.threshold) * counted) + 1
 
 
-def _faults(scenario: Scenario) -> FaultParams:
-    stopped, byzantine, stubborn = scenario.faulty
+def _faults(scenario: Scenario, faulty: tuple[int, int, int]) -> FaultParams:
+    stopped, byzantine, stubborn = faulty
     return FaultParams(
         stopped=stopped,
         byzantine=byzantine,
@@ -211,14 +209,14 @@ def _faults(scenario: Scenario) -> FaultParams:
     )
 
 
-def _fixed(scenario: Scenario, length: float) -> int:
+def _fixed(length: float, unit: Fraction) -> int:
     """Return a length in whole units of fixed point, rounded down."""
-    return math.floor(exact(length) / unit_of(scenario))
+    return math.floor(exact(length) / unit)
 
 
-def _squared(scenario: Scenario, length: float) -> int:
+def _squared(length: float, unit: Fraction) -> int:
     """Return the square of a length in units of fixed point, rounded down."""
-    return math.floor((exact(length) / unit_of(scenario)) ** 2)
+    return math.floor((exact(length) / unit) ** 2)
 
 
 def _limit(squared: int) -> np.uint64:
@@ -230,11 +228,11 @@ def _probability(share: float) -> np.uint64:
     return np.uint64(math.ceil(exact(share) * TURN))
 
 
-def _placement(scenario: Scenario, section: Placed, margin: int) -> PlacementParams:
+def _placement(section: Placed, unit: Fraction, margin: int) -> PlacementParams:
     return PlacementParams(
         how=Placement[section.placement.upper()],
         clusters=section.clusters,
-        spread=_fixed(scenario, section.spread),
+        spread=_fixed(section.spread, unit),
         margin=margin,
     )
 

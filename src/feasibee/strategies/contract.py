@@ -289,6 +289,12 @@ class Strategy(Manifest):
     count: Callable[[Any, Any, Me], None] | None = None
     bits: Callable[[Any, Me], int] | None = None
 
+    def row_lengths(self, setting: Setting) -> tuple[int, int]:
+        """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""
+        functions: Any = self  # those for knowledge are None in other strategies only
+        known = functions.words(setting)
+        return known, known if functions.message_words is None else functions.message_words(setting)
+
 
 def strategy_of_module(name: str, module: ModuleType) -> Strategy:
     """Return the strategy that an imported module of this package defines."""
