@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any, Final
 
 import llvmlite
@@ -80,6 +81,14 @@ def careful(function: Callable[..., Any], arguments: Any = None) -> Callable[...
     else:
         compiled = numba.njit(arguments, forceinline=True, **CAREFUL)(function)
     return compiled
+
+
+def rebound(function: Any, **names: Any) -> Callable[..., Any]:
+    """Return a copy of a function, not compiled yet, in whose module some names stand for other things.
+
+    A closure would do the same, but numba couldn't find its code on disk again.
+    """
+    return FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
 
 
 def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:

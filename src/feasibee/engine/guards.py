@@ -7,9 +7,9 @@ messages: the reference plays the run again, and its errors name line, arguments
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any, Final
 
+from feasibee.engine.compile import rebound
 from feasibee.model.codes import LONGEST
 
 
@@ -63,9 +63,5 @@ GUARDS: Final = {
 
 
 def guarded(name: str, compiled: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a copy of a guard that calls a strategy's compiled function.
-
-    A closure would do the same, but numba couldn't find its code on disk again.
-    """
-    guard = GUARDS[name]
-    return FunctionType(guard.__code__, {**globals(), "own": compiled}, guard.__name__)
+    """Return a copy of a guard that calls a strategy's compiled function."""
+    return rebound(GUARDS[name], own=compiled)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import int32, int64, uint32
 
 from feasibee.engine.compile import called
-from feasibee.engine.draws import philox
+from feasibee.engine.draws import draw, draw_words
 from feasibee.engine.layout import Clock, Robot
 from feasibee.model.purposes import IDENTITY
 
@@ -19,9 +19,7 @@ def assign_identities(params, state):
         find_equal_ids(params, state)
     for thing in range(state.hashes.size):
         holder = int64(state.robots[Robot.IDENTITY, thing]) if thing < params.robots.count else int64(thing)
-        words = philox(
-            int64(0), holder, state.clock[Clock.RUN], int64(IDENTITY), params.seed.low, params.seed.high
-        )
+        words = draw_words(params, state.clock[Clock.RUN], holder, 0, IDENTITY)
         state.hashes[thing] = words[1]
 
 
@@ -32,10 +30,8 @@ def find_equal_ids(params, state):
     size = 4 * table.shape[1]
     table[:] = 0
     for i in range(params.robots.count):
-        words = philox(
-            int64(0), i, state.clock[Clock.RUN], int64(IDENTITY), params.seed.low, params.seed.high
-        )
-        ids[i] = int32(words[0] >> uint32(32 - params.radio.id_bits))
+        word = draw(params, state.clock[Clock.RUN], i, 0, IDENTITY)
+        ids[i] = int32(word >> uint32(32 - params.radio.id_bits))
         place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
         holder = table[place & 3, place >> 2]
         while holder > 0 and ids[holder - 1] != ids[i]:

@@ -8,13 +8,12 @@ strategy with the strategy's functions inlined: three or four times per step of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from types import FunctionType
 from typing import Any, Final
 
 from numba import int64
 
 from feasibee.engine.bits import contains, lowest_member, without_lowest
-from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.compile import called, inlined, rebound, spliced
 from feasibee.engine.draws import coin, draw_now
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Robot, Set
@@ -187,22 +186,15 @@ PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all)
 
 
 def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
-    """Return a copy of `update` that calls a strategy's compiled functions.
-
-    A closure would do the same, but numba couldn't find its code on disk again.
-    """
+    """Return a copy of `update` that calls a strategy's compiled functions."""
     own = {
         "start": inlined(start_empty),
         "encode": inlined(copy_known),
         **functions,
     }
-    own["falsify"] = inlined(_with(lie_own_way if "lie" in functions else invent, own))
-    parts = {part.__name__: inlined(_with(part, own)) for part in PARTS}
-    return _with(update, parts)
-
-
-def _with(function: Any, names: Mapping[str, Any]) -> Callable[..., Any]:
-    return FunctionType(function.__code__, {**globals(), **names}, function.__name__)
+    own["falsify"] = inlined(rebound(lie_own_way if "lie" in functions else invent, **own))
+    parts = {part.__name__: inlined(rebound(part, **own)) for part in PARTS}
+    return rebound(update, **parts)
 
 
 @inlined
@@ -269,7 +261,7 @@ def publish(params, state, functions):
 
 @inlined
 def defer(params, state, functions, action, i, first, second):
-    """Note that a strategy's function is to be called for robot i."""
+    """Queue the call of a strategy's function for robot i; make all queued calls when the queue is full."""
     place = state.clock[Clock.PENDING]
     state.pending[Pending.WHO, place] = i
     state.pending[Pending.ID, place] = first
