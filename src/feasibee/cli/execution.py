@@ -77,6 +77,17 @@ def workforce_options(command: Callable[..., None]) -> Callable[..., None]:
     return _workers(_processes(_dask(bundled)))
 
 
+def folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add --out, a folder for some output and the journal, to a command."""
+    return click.option(
+        "--out",
+        type=folder_type,
+        default=Path(name),
+        show_default=True,
+        help=f"Folder for {what}, and a journal of all runs, with which the same command goes on.",
+    )
+
+
 journal_option = click.option(
     "--out",
     type=folder_type,

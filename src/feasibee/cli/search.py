@@ -9,11 +9,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.completion import complete_field
-from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
+from feasibee.cli.execution import (
+    Workforce,
+    executing,
+    folder_option,
+    journal_option,
+    workforce_options,
+)
 from feasibee.cli.options import (
     check_figure,
     file_type,
-    folder_type,
     json_option,
     keep_matplotlib_in_cache,
     listed,
@@ -62,13 +67,7 @@ def _read_space(
 )
 @seed_option
 @workforce_options
-@click.option(
-    "--out",
-    type=folder_type,
-    default=Path("tune"),
-    show_default=True,
-    help="Folder for the figure, and a journal of all runs, with which the same command goes on.",
-)
+@folder_option("tune", "the figure")
 @json_option
 def tune(
     file: Path | None,

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from feasibee.cli.completion import complete_strategy
-from feasibee.cli.execution import Workforce, executing, workforce_options
+from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
     console,
-    folder_type,
     keep_matplotlib_in_cache,
     listed,
     read_scenario,
@@ -39,16 +38,6 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
         return tuple(int(part) for part in listed(context, parameter, text))
     except ValueError:
         raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
-
-
-def _folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    return click.option(
-        "--out",
-        type=folder_type,
-        default=Path(name),
-        show_default=True,
-        help=f"Folder for {what}, and a journal of all runs, with which the same command goes on.",
-    )
 
 
 @click.command()
@@ -81,7 +70,7 @@ def _folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Call
 )
 @seed_option
 @workforce_options
-@_folder_option("compare", "figures and data")
+@folder_option("compare", "figures and data")
 def compare(
     file: Path | None,
     changes: tuple[str, ...],
@@ -132,7 +121,7 @@ def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) 
 
 
 @click.command()
-@_folder_option("paper", "figures, data and claims")
+@folder_option("paper", "figures, data and claims")
 @click.option(
     "--runs",
     type=click.IntRange(4),

@@ -203,10 +203,10 @@ def design_points(
 
 
 def outcomes_of(rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int) -> list[Outcome]:
-    """Run one round of points from `design_points`; return their outcomes in the same order."""
+    """Run one round of points; return their outcomes in the same order, by contender if they have any."""
     records = rounds.run(Study(designs, runs, seed, curves=True))
     return [
-        outcome_of(design.values[CONTENDER], design.scenario, record)
+        outcome_of(design.values.get(CONTENDER, ""), design.scenario, record)
         for design, record in zip(designs, records, strict=True)
     ]
 
@@ -215,10 +215,7 @@ def right_at_end(
     rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int
 ) -> list[NDArray[np.bool_]]:
     """Run one round; return for each point whether each swarm was right at the last step."""
-    records = rounds.run(Study(designs, runs, seed, curves=True))
-    return [
-        outcome_of("", design.scenario, record).right for design, record in zip(designs, records, strict=True)
-    ]
+    return [each.right for each in outcomes_of(rounds, designs, runs, seed)]
 
 
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:

@@ -74,4 +74,4 @@ def fill(record: Record, columns: NDArray[np.int64], curves: Iterable[tuple[Any,
     for run, *blobs in curves:
         if 0 <= run - first < record.runs:
             for curve, blob in zip(CURVES, blobs, strict=True):
-                getattr(record, curve.name)[run - first] = np.frombuffer(zlib.decompress(blob), "<i4")
+                getattr(record, curve.name)[run - first] = curve_of(blob)

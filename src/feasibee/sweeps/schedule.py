@@ -104,7 +104,7 @@ class Schedule:
             self._queue(self._plan(place, min(rule.most, math.ceil(GROWTH * runs))))
 
     def chunk(self, work: float) -> list[RunRange]:
-        """Take pieces of so many robot-steps from the queue; the last piece may be split."""
+        """Remove pieces of ``work`` robot-steps from the queue and return them; the last one may be split."""
         pieces: list[RunRange] = []
         while self.queue and work > 0:
             piece = self.queue.popleft()

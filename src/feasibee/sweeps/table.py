@@ -79,7 +79,7 @@ def survey(journal: Journal) -> tuple[list[Summary], Survey]:
 
 
 def _summary(row: StoredPoint, columns: Array) -> Summary:
-    decision, step, bits = columns[:, 1], columns[:, 2], columns[:, 3]
+    decision, step, bits = (columns[:, PLACES[name]] for name in ("decision", "decision_step", "bits_sent"))
     scenario = row.scenario
     return Summary(
         row,
