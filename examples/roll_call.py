@@ -26,12 +26,12 @@ def words(setting):
 
 
 def start(known, me):
-    """Note the robot itself."""
+    """Add the robot itself to what it knows."""
     known[me.id] = 1
 
 
 def observe(known, thing, me):
-    """Note a robot or task in sight."""
+    """Add a robot or task in sight to what the robot knows."""
     known[thing.id if thing.is_robot else me.setting.robot_ids + thing.id] = 1
 
 

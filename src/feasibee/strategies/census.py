@@ -45,13 +45,13 @@ def words(setting):
 
 
 def start(known, me):
-    """Note the robot itself."""
+    """Add the robot itself to what it knows."""
     first = me.kind * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS)
     known[first + me.id // MEMBERS] |= 1 << (me.id % MEMBERS)
 
 
 def observe(known, thing, me):
-    """Note a robot or task in sight."""
+    """Add a robot or task in sight to what the robot knows."""
     robot_words = (me.setting.robot_ids + MEMBERS - 1) // MEMBERS
     if thing.is_robot:
         first = thing.kind * robot_words

@@ -36,7 +36,7 @@ def words(setting):
 
 
 def start(known, me):
-    """Note the robot itself."""
+    """Add the robot itself to what it knows."""
     rest = me.hash // REGISTERS
     rank = 1
     while rank < TOP and rest % 2 == 0:
@@ -47,7 +47,7 @@ def start(known, me):
 
 
 def observe(known, thing, me):
-    """Note a robot or task in sight."""
+    """Add a robot or task in sight to what the robot knows."""
     rest = thing.hash // REGISTERS
     rank = 1
     while rank < TOP and rest % 2 == 0:
