@@ -7,10 +7,9 @@ import pickle
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands import invoke
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
-from feasibee.cli import main
 from feasibee.live.catalogue import read_catalogue
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -53,10 +52,6 @@ def scenario_file(tmp_path, program):
     file = tmp_path / "swarm.toml"
     file.write_text(f"[decision]\nstrategy = '{program.name}'\n[run]\nsteps = 10\n")
     return file
-
-
-def invoke(*arguments):
-    return CliRunner().invoke(main, [str(each) for each in arguments])
 
 
 def test_a_scenario_is_read_checked_and_printed_without_its_strategy_being_run(scenario_file, marker):

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from commands import invoke, refused
 
 from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
 from feasibee.cli import main
@@ -43,10 +44,6 @@ KEYS = {
 """What issues 2 and 4 promise of --json, and the number of the first run."""
 
 
-def invoke(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
 def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
@@ -55,14 +52,6 @@ def summary_of(*arguments):
     result = invoke("run", "--json", *arguments)
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
-
-
-def refused(*arguments):
-    """Return the lines on standard error of a command that must be refused."""
-    result = invoke(*arguments)
-    assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
-    assert result.stdout == ""
-    return result.stderr.splitlines()
 
 
 @pytest.fixture
@@ -633,14 +622,14 @@ def test_output_that_finds_no_room_is_told(command):
 
 
 TELL_WHEN_IT_BEGINS = """
-import signal, sys
+import os, signal
 from feasibee.engine import runner
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
 begin = runner.simulate
 
 def simulate(*arguments, **options):
-    print("begun", file=sys.stderr, flush=True)
+    os.write(2, b"begun\\n")  # at once: the workers of a sweep share this pipe, and print writes twice
     return begin(*arguments, **options)
 
 runner.simulate = simulate

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 
-from click.testing import CliRunner
+import commands
 
-from feasibee.cli import main
 from feasibee.engine.compile import cache_folder
 from feasibee.simulation import loading
 from feasibee.simulation.loading import Prepared
 
 
 def invoke(*arguments):
-    result = CliRunner().invoke(main, ["compile", *arguments])
+    result = commands.invoke("compile", *arguments)
     assert result.exit_code == 0, result.output
     return result.stdout
 

@@ -6,6 +6,7 @@ import shutil
 import sys
 import weakref
 
+import commands
 import imageio_ffmpeg
 import numpy as np
 import pytest
@@ -282,7 +283,7 @@ def test_frames_are_not_kept(tmp_path, monkeypatch, suffix):
 
 
 def refused(*arguments):
-    result = CliRunner().invoke(main, ["animate", *map(str, arguments)])
+    result = commands.invoke("animate", *arguments)
     assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
     return result.stderr
 

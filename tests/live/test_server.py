@@ -9,16 +9,15 @@ import time
 from contextlib import ExitStack, suppress
 from hashlib import sha256
 
+import commands
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from serving import serving_at
 from starlette.responses import PlainTextResponse
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
-from feasibee.cli import main
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _catalogue
 from feasibee.live import connections
@@ -720,7 +719,7 @@ def test_a_host_may_be_an_address_or_a_name(host):
 
 
 def refused(*arguments):
-    result = CliRunner().invoke(main, ["watch", *map(str, arguments)])
+    result = commands.invoke("watch", *arguments)
     assert result.exit_code == 2, result.output
     return result.stderr
 

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from own_files import assert_same, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
 from feasibee.scenario.runs import Runs
@@ -15,7 +16,6 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE, Words
 
-ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
 OPINIONS = '''\
 """A grow-only set of the ids of robots and tasks."""
 
@@ -151,46 +151,14 @@ COSTLY_WORLDS = [
 """Each file is compiled for 3 s, so the fast tests have two worlds."""
 
 
-@pytest.fixture
-def write(tmp_path):
-    """Write a strategy's file; return its path."""
-
-    def to(text, name="mine.py"):
-        path = tmp_path / name
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return to
-
-
 def scenario_of(path, **changes):
     changes = {**SMALL, "decision.strategy": str(path), **changes}
     return Scenario().replace({key: value for key, value in changes.items() if value is not None})
 
 
-def assert_same(first, second, runs=3, seed=2, **arrays):
-    one = simulate_record(first, Runs(runs, seed), curves=True)
-    for other in (
-        simulate_record(second, Runs(runs, seed), curves=True),
-        simulate_record(second, Runs(1, seed), curves=True, backend="reference"),
-    ):
-        for name in ARRAYS:
-            np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
-    return one
-
-
 def replaced(text, old, new):
     assert text.count(old) == 1, old
     return text.replace(old, new)
-
-
-def why_not(path, **changes):
-    """Return what is said of a file whose text can be a strategy, but that isn't one."""
-    scenario = scenario_of(path, **changes)
-    with pytest.raises(FeasibeeError) as caught:
-        simulate_record(scenario, Runs(1, 0))
-    assert len(str(caught.value).splitlines()) == 1
-    return str(caught.value)
 
 
 # --- A file of one's own ---
@@ -414,7 +382,7 @@ def test_what_is_wrong_with_the_text_is_told(write, old, new, words):
     ],
 )
 def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, new, line, words):
-    text = why_not(write(replaced(SET, old, new)))
+    text = why_not(scenario_of(write(replaced(SET, old, new))))
     assert text.startswith(f"mine.py, line {line}: "), text
     assert words in text
 
@@ -450,7 +418,7 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
 def test_what_does_not_compile_is_told_with_function_and_line(write, old, new, line, words):
     path = write(replaced(SET, old, new))
     assert simulate_record(scenario_of(path, **{"run.steps": 5}), Runs(1, 0), backend="reference").runs == 1
-    text = why_not(path, **{"run.steps": 5})
+    text = why_not(scenario_of(path, **{"run.steps": 5}))
     assert f"mine.py, line {line}: " in text, text
     assert words in text
     assert "doesn't compile" in text
@@ -511,5 +479,5 @@ def test_liars_with_a_message_of_its_own_need_a_function(write):
 def test_knowledge_that_does_not_fit_is_told_when_it_runs(write):
     text = replaced(SET, "return setting.robot_ids + setting.task_ids", "return 1000 * setting.robots")
     changes = {"robots.count": 1000, "arena.side": 100.0}
-    text = why_not(write(text), **changes)
+    text = why_not(scenario_of(write(text), **changes))
     assert "what 1000 robots know would take 7 GiB, over 4; take fewer robots" in text

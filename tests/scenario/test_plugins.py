@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from own_files import assert_same, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
 from feasibee.scenario import plugins
@@ -16,8 +17,6 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, dmmd
 from feasibee.strategies.contract import ARGUMENTS
-
-ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
 
 MINE = '''\
 """A strategy of mine."""
@@ -45,19 +44,6 @@ def decide(mind, inbox):
 SMALL = {"arena.side": 8.0, "run.steps": 40}
 
 
-@pytest.fixture
-def write(tmp_path):
-    """Write a strategy's file; return its path."""
-
-    def to(text, name="mine.py"):
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-        return path
-
-    return to
-
-
 def scenario_of(path, **changes):
     return Scenario().replace({**SMALL, "decision.strategy": str(path), **changes})
 
@@ -74,21 +60,7 @@ def told(path, **tables):
 
 def told_when_run(path):
     """Return what is said of a file that can be a strategy by its text, but isn't one."""
-    scenario = Scenario(decision={"strategy": str(path)})
-    with pytest.raises(FeasibeeError) as caught:
-        simulate_record(scenario, Runs(1, 0))
-    assert len(str(caught.value).splitlines()) == 1
-    return str(caught.value)
-
-
-def assert_same(first, second, runs=3, seed=2):
-    one = simulate_record(first, Runs(runs, seed), curves=True)
-    for other in (
-        simulate_record(second, Runs(runs, seed), curves=True),
-        simulate_record(second, Runs(1, seed), curves=True, backend="reference"),
-    ):
-        for name in ARRAYS:
-            np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
+    return why_not(Scenario(decision={"strategy": str(path)}))
 
 
 # --- A file of one's own ---

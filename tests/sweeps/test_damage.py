@@ -12,6 +12,7 @@ from contextlib import closing
 from itertools import count
 
 import pytest
+from commands import refused_in_a_line
 
 from claims.measure.damages import KINDS, LOG, RUNS, copied, export, invoke, keep_journals, try_damages
 from feasibee import FeasibeeError, Scenario
@@ -22,14 +23,6 @@ from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.rescue import FOLDER
 from feasibee.sweeps.schema import NAME, SEAL, Entry
 from feasibee.sweeps.sweep import Execution
-
-
-def refused(*arguments):
-    """Return the only line on standard error of a command that must be refused."""
-    result = invoke(*arguments)
-    assert result.exit_code == 2, result.output
-    (line,) = result.stderr.splitlines()
-    return line
 
 
 @pytest.fixture(scope="module")
@@ -157,11 +150,11 @@ def test_each_damage_is_refused_and_mended(kept, table, folder, what):
             ("plot", "--x", "tasks.count", "--hue", "decision.strategy"),
             ("watch",),
         ):
-            line = refused(command[0], folder, *command[1:])
+            line = refused_in_a_line(command[0], folder, *command[1:])
             assert f"{folder / NAME}: damaged: " in line
             assert "run the command that wrote it again: it computes what is damaged" in line
-    assert "damaged: " in refused("merge", folder.parent / "all", folder)
-    assert "damaged: " in refused("merge", folder, kept / "closed")
+    assert "damaged: " in refused_in_a_line("merge", folder.parent / "all", folder)
+    assert "damaged: " in refused_in_a_line("merge", folder, kept / "closed")
     assert "damaged: " in invoke("status", folder).stderr
     new, told = swept(kept, folder)
     assert f"feasibee: {folder / NAME}: damaged: " in told
@@ -207,7 +200,7 @@ def test_a_truth_that_isnt_the_scenarios_is_refused_though_its_digest_is_right(f
         joined = f"SELECT {columns} FROM points JOIN sources ON sources.id = source WHERE points.id = 3"
         entry = Entry._make(database.execute(joined).fetchone())
         database.execute("UPDATE points SET digest = ? WHERE id = 3", (checksums.of_entry(entry),))
-    assert "damaged: point 3 (tasks.count = 2, " in refused("export", folder)
+    assert "damaged: point 3 (tasks.count = 2, " in refused_in_a_line("export", folder)
 
 
 @pytest.mark.parametrize("kind", ["open", "halfway"])
@@ -215,7 +208,7 @@ def test_a_journal_whose_log_was_left_behind_is_refused(kept, table, tmp_path, k
     """Such as one that was copied without it; the runs in the log aren't just fewer."""
     folder = copied(kept, kind, tmp_path / "out")
     (folder / LOG).unlink()
-    assert "damaged: commits missing at its end: " in refused("export", folder)
+    assert "damaged: commits missing at its end: " in refused_in_a_line("export", folder)
     swept(kept, folder)
     assert export(folder) == table
 
@@ -238,7 +231,7 @@ def test_a_damaged_index_changes_nothing_and_is_mended(kept, table, folder):
     data[4096 * (page - 1) : 4096 * page] = bytes(4096)
     (folder / NAME).write_bytes(bytes(data))
     assert export(folder) == table
-    assert "damaged: its pages or indices" in refused("merge", folder, kept / "closed")
+    assert "damaged: its pages or indices" in refused_in_a_line("merge", folder, kept / "closed")
     new, told = swept(kept, folder)
     assert new == 0
     assert f"damaged: its pages or indices; {RUNS} undamaged runs are kept" in told
@@ -273,7 +266,7 @@ def test_what_is_no_database_any_more_is_lost_as_a_whole(kept, folder):
     data = (folder / NAME).read_bytes()
     (folder / NAME).write_bytes(bytes(100) + data[100:])
     for command in (("export", folder), ("status", folder), ("sweep", kept / "study.toml", "--out", folder)):
-        line = refused(*command)
+        line = refused_in_a_line(*command)
         assert "damaged as a whole (file is not a database): none of its runs can be rescued" in line
         assert "move it away, and run the command that wrote it again" in line
     (folder / NAME).unlink()
@@ -297,7 +290,7 @@ def test_a_rescue_without_room_leaves_the_journal_as_it_is(kept, folder, monkeyp
         raise FeasibeeError("no room")
 
     monkeypatch.setattr(Journal, "store", fail)
-    assert "no room" in refused("sweep", kept / "study.toml", "--out", folder, "--workers", 1)
+    assert "no room" in refused_in_a_line("sweep", kept / "study.toml", "--out", folder, "--workers", 1)
     assert (folder / NAME).read_bytes() == before
 
 

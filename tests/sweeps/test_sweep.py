@@ -21,10 +21,9 @@ from threading import Timer
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, wilson
-from feasibee.cli import main
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -71,22 +70,10 @@ def counts(folder):
         return [there.get(row.id, (0, 0))[0] for row in journal.points]
 
 
-def invoke(*arguments):
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
-
-
 def output_of(*arguments):
     result = invoke(*arguments)
     assert result.exit_code == 0, result.output
     return result.stdout
-
-
-def refused(*arguments):
-    """Return the only line on standard error of a command that must be refused."""
-    result = invoke(*arguments)
-    assert result.exit_code == 2, (result.exit_code, result.output, result.exception)
-    (line,) = result.stderr.splitlines()
-    return line
 
 
 class Here(Executor):
@@ -418,7 +405,7 @@ from pathlib import Path
 
 from distributed import Client, LocalCluster
 
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = [sys.argv[1], os.path.dirname(sys.argv[1])]
 
 def main():
     from test_sweep import WORK, executors, pace, study, sweep
@@ -482,7 +469,7 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
 
 
 def test_merging_what_is_no_sweep_is_refused(whole, tmp_path):
-    assert "has no journal.sqlite" in refused("merge", tmp_path / "all", whole, tmp_path / "nope")
+    assert "has no journal.sqlite" in refused_in_a_line("merge", tmp_path / "all", whole, tmp_path / "nope")
     assert not (tmp_path / "all").exists()
     output_of("merge", tmp_path / "all", whole)  # the same again, without it
     assert everything(tmp_path / "all") == everything(whole)
@@ -591,7 +578,7 @@ KILLING = """
 import os, random, signal, sys, time
 from pathlib import Path
 
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = [sys.argv[1], os.path.dirname(sys.argv[1])]
 from test_sweep import WORK, executors, everything, pace, study, sweep
 
 pace.CHUNK_WORK = WORK
@@ -837,8 +824,10 @@ def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
 
     def tell(progress):
         if progress.runs_done in (0, 50, 100):
-            assert "another process writes here" in refused("sweep", tmp_path / "study.toml", "--out", out)
-            assert "another process writes here" in refused("merge", out, whole)
+            assert "another process writes here" in refused_in_a_line(
+                "sweep", tmp_path / "study.toml", "--out", out
+            )
+            assert "another process writes here" in refused_in_a_line("merge", out, whole)
             seen.append(sum(each["runs"] for each in json.loads(output_of("status", out, "--json"))))
 
     sweep(study(curves=True), out, WorkerPool(Here, 1), progress=tell)
@@ -934,7 +923,9 @@ def test_an_unbegun_point_has_a_status(tmp_path):
         journal.add(study().points, 5)
     assert {each["runs"] for each in json.loads(output_of("status", tmp_path, "--json"))} == {0}
     assert "0 runs of 6 points" in " ".join(output_of("status", tmp_path).split())
-    assert "has no runs yet; run feasibee sweep first" in refused("plot", tmp_path, "--x", "tasks.count")
+    assert "has no runs yet; run feasibee sweep first" in refused_in_a_line(
+        "plot", tmp_path, "--x", "tasks.count"
+    )
 
 
 def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_one_looked(tmp_path):
@@ -999,12 +990,12 @@ def test_an_export_has_a_row_a_run(results, tmp_path, kind):
 def test_an_export_lies_beside_the_journal(results, kind, name):
     output_of("export", results, "--to", kind)
     assert (results / name).is_file()
-    assert "can't be written" in refused("export", results, "--out", results / "no" / name)
+    assert "can't be written" in refused_in_a_line("export", results, "--out", results / "no" / name)
 
 
 @pytest.mark.parametrize("words", [["a.nc", "--to", "csv"], ["a.csv", "--to", "parquet"], ["a.txt"], ["a"]])
 def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, words):
-    assert f"{words[0]}: unknown file format; end the name with ." in refused(
+    assert f"{words[0]}: unknown file format; end the name with ." in refused_in_a_line(
         "export", results, "--out", tmp_path / words[0], *words[1:]
     )
     assert list(tmp_path.iterdir()) == []
@@ -1039,7 +1030,7 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
 
 def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert 'pip install ".[parquet]"' in refused(
+    assert 'pip install ".[parquet]"' in refused_in_a_line(
         "export", results, "--to", "parquet", "--out", tmp_path / "a.parquet"
     )
     assert list(tmp_path.iterdir()) == []
@@ -1075,7 +1066,7 @@ def test_figures(results, tmp_path, arguments, suffix):
 )
 def test_figures_that_cant_be_drawn(results, arguments, rule):
     before = sorted(results.iterdir())
-    assert rule in refused("plot", results, *arguments)
+    assert rule in refused_in_a_line("plot", results, *arguments)
     assert sorted(results.iterdir()) == before
 
 
@@ -1095,13 +1086,13 @@ def test_figures_that_cant_be_drawn(results, arguments, rule):
 def test_sweeps_that_make_no_sense(tmp_path, monkeypatch, arguments, rule):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "study.toml").write_text(TOML)
-    assert rule in refused("sweep", "study.toml", *arguments)
+    assert rule in refused_in_a_line("sweep", "study.toml", *arguments)
 
 
 @pytest.mark.parametrize("command", ["status", "export", "plot"])
 def test_a_folder_without_a_sweep_is_told(tmp_path, command):
     arguments = ("--x", "tasks.count") if command == "plot" else ()
-    assert "name the folder of a sweep" in refused(command, tmp_path / "nope", *arguments)
+    assert "name the folder of a sweep" in refused_in_a_line(command, tmp_path / "nope", *arguments)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,0 +1,32 @@
+"""A user's strategy in both implementations, for tests."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import FeasibeeError
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+
+ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
+
+
+def assert_same(first, second, runs=3, seed=2):
+    """See that the engine gives two scenarios the same runs, as does the reference; return their record."""
+    one = simulate_record(first, Runs(runs, seed), curves=True)
+    for other in (
+        simulate_record(second, Runs(runs, seed), curves=True),
+        simulate_record(second, Runs(1, seed), curves=True, backend="reference"),
+    ):
+        for name in ARRAYS:
+            np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
+    return one
+
+
+def why_not(scenario):
+    """Return the line that simulating a scenario ends with."""
+    with pytest.raises(FeasibeeError) as caught:
+        simulate_record(scenario, Runs(1, 0))
+    assert len(str(caught.value).splitlines()) == 1
+    return str(caught.value)
