@@ -25,7 +25,7 @@ def lines() -> Iterator[str]:
     yield from ("| outcome | per | type | unit | what it is |", "|---|---|---|---|---|")
     for per, outcomes in (("run", OUTCOMES), ("run, step", CURVES)):
         for each in outcomes:
-            needs = f"; only with `{each.needs}`" if each.needs else ""
+            needs = f"; only with {each.needs.words}" if each.needs else ""
             yield f"| `{each.name}` | {per} | {each.dtype} | {each.unit or 'code'} | {each.meaning}{needs} |"
 
 

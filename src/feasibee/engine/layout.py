@@ -203,7 +203,7 @@ class Outcome(NamedTuple):
     decision_step: Annotated[Int32s, "run"]
     feasible_count: Annotated[Int32s, "run", "step"]  # no columns unless curves are asked for
     infeasible_count: Annotated[Int32s, "run", "step"]
-    account: Annotated[Int64s, "run", "BITS_SENT to COMMITTED_INFEASIBLE"]
+    account: Annotated[Int64s, "run", "column of the account"]
 
 
 class Control(NamedTuple):

@@ -6,10 +6,19 @@ the engine. Journals get a column, so raise ``FORMAT`` in ``feasibee.sweeps.sche
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Final, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NamedTuple
 
 from feasibee.model.codes import DECISIONS, UNDECIDED
+
+
+class Need(NamedTuple):
+    """What a scenario must have for an outcome."""
+
+    words: str
+    """What that is, in Markdown."""
+    is_met: Callable[[Any], bool]
+    """Returns whether a scenario has it."""
 
 
 class Outcome(NamedTuple):
@@ -29,8 +38,8 @@ class Outcome(NamedTuple):
     """What the fill value means at the end of a run; empty if it is a number like any other."""
     codes: Mapping[int, str] | None = None
     """Meanings of the values, if they are codes."""
-    needs: str = ""
-    """Dotted path of the field that a scenario must set to have this outcome; empty for every scenario."""
+    needs: Need | None = None
+    """What a scenario must have for this outcome; None if all scenarios have it."""
 
     @property
     def meaning(self) -> str:
@@ -40,7 +49,8 @@ class Outcome(NamedTuple):
         return f"{self.words}; {self.fill}: {self.missing}" if self.missing else self.words
 
 
-COMMIT: Final = "decision.commit"
+COMMITS: Final = Need("`decision.commit`", lambda scenario: scenario.decision.commit is not None)
+DECLARES: Final = Need("a strategy that defines `declare`", lambda scenario: scenario.manifest.declares)
 OUTCOMES: Final = (
     Outcome(
         "decision",
@@ -60,19 +70,48 @@ OUTCOMES: Final = (
         "first step at which more than the threshold's share of the robots had committed",
         *("step", "int64", -1),
         missing="never",
-        needs=COMMIT,
+        needs=COMMITS,
     ),
     Outcome(
         "committed_feasible",
         "honest working robots committed to feasible at the end of the run",
         *("robots", "int64", 0),
-        needs=COMMIT,
+        needs=COMMITS,
     ),
     Outcome(
         "committed_infeasible",
         "honest working robots committed to infeasible at the end of the run",
         *("robots", "int64", 0),
-        needs=COMMIT,
+        needs=COMMITS,
+    ),
+    Outcome(
+        "declare_step",
+        "first step at which more than the threshold's share of the robots had declared",
+        *("step", "int64", -1),
+        missing="never",
+        needs=DECLARES,
+    ),
+    Outcome(
+        "declared_feasible",
+        "honest working robots that had declared feasible by the end of the run",
+        *("robots", "int64", 0),
+        needs=DECLARES,
+    ),
+    Outcome(
+        "declared_infeasible",
+        "honest working robots that had declared infeasible by the end of the run",
+        *("robots", "int64", 0),
+        needs=DECLARES,
+    ),
+    Outcome(
+        "feasible_at_end",
+        "honest working robots with opinion feasible at the end of the run",
+        *("robots", "int64", 0),
+    ),
+    Outcome(
+        "infeasible_at_end",
+        "honest working robots with opinion infeasible at the end of the run",
+        *("robots", "int64", 0),
     ),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
@@ -95,5 +134,15 @@ CURVES: Final = (
 
 ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
 """Outcomes that a record holds as columns of one array, in their order there."""
-BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE = range(len(ACCOUNT))
+(
+    BITS_SENT,
+    COMMIT_STEP,
+    COMMITTED_FEASIBLE,
+    COMMITTED_INFEASIBLE,
+    DECLARE_STEP,
+    DECLARED_FEASIBLE,
+    DECLARED_INFEASIBLE,
+    FEASIBLE_AT_END,
+    INFEASIBLE_AT_END,
+) = range(len(ACCOUNT))
 """Numbers of the columns, by which the engine fills them in."""

@@ -15,10 +15,26 @@ from feasibee.model.outcomes import (
     COMMITTED_FEASIBLE,
     COMMITTED_INFEASIBLE,
     CURVES,
+    DECLARE_STEP,
+    DECLARED_FEASIBLE,
+    DECLARED_INFEASIBLE,
+    FEASIBLE_AT_END,
+    INFEASIBLE_AT_END,
     OUTCOMES,
 )
 
-__all__ = ["BITS_SENT", "COMMITTED_FEASIBLE", "COMMITTED_INFEASIBLE", "COMMIT_STEP", "Record"]
+__all__ = [
+    "BITS_SENT",
+    "COMMITTED_FEASIBLE",
+    "COMMITTED_INFEASIBLE",
+    "COMMIT_STEP",
+    "DECLARED_FEASIBLE",
+    "DECLARED_INFEASIBLE",
+    "DECLARE_STEP",
+    "FEASIBLE_AT_END",
+    "INFEASIBLE_AT_END",
+    "Record",
+]
 
 COLUMNS = {each.name: number for number, each in enumerate(ACCOUNT)}
 

@@ -36,7 +36,7 @@ def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     data: dict[str, Any] = {
         each.name: ("run", getattr(record, each.name), _attributes(each))
         for each in OUTCOMES
-        if not each.needs or scenario.get(each.needs) is not None
+        if each.needs is None or each.needs.is_met(scenario)
     }
     length = record.feasible_count.shape[1]
     if length:

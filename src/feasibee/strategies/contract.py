@@ -230,6 +230,11 @@ class Manifest:
         """Whether robots pass on knowledge in addition to opinions."""
         return "merge" in self.functions
 
+    @property
+    def declares(self) -> bool:
+        """Whether robots declare when they are sure."""
+        return "declare" in self.functions
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strategy(Manifest):

@@ -11,7 +11,7 @@ NAME: Final = "journal.sqlite"
 LOCK: Final = "journal.lock"
 SEAL: Final = "journal.seal"
 """Holds the number of commits. It says whether a lost write-ahead log has taken some along."""
-FORMAT: Final = 3
+FORMAT: Final = 4
 """Number of the tables' format; raise it whenever `SCHEMA` changes."""
 
 
