@@ -6,6 +6,7 @@ from functools import cache
 
 from feasibee.model.purposes import IDENTITY
 from feasibee.reference.draws import philox
+from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
 
@@ -20,6 +21,8 @@ class Names:
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
         self._seed, self._run = seed, run
         self._robots, self._tasks = scenario.robots.count, scenario.tasks.count
+        self.truth = int(truth(scenario))
+        self._exactly = scenario.setting.colluding and not (scenario.robots.classes or scenario.tasks.classes)
         bits = scenario.radio.id_bits
         self.id_bits = scenario.setting.id_bits
         ids = [self._word(i, 0) >> (32 - bits) if bits else i for i in range(self._robots)]
@@ -30,25 +33,27 @@ class Names:
         """Return a robot's id: the number of the first robot with the same random id."""
         return self._holder[number]
 
-    def robot(self, number: int, kind: int) -> Thing:
+    def robot(self, number: int, kind: int, x: float, y: float) -> Thing:
         """Return a robot as others see it."""
-        return Thing(True, self.id(number), kind, self.hash(self.id(number)))
+        return Thing(True, self.id(number), kind, self.hash(self.id(number)), x, y)
 
     def me(self, number: int, kind: int) -> tuple[int, int, int]:
         """Return a robot's id, class and hash."""
-        return self.robot(number, kind)[1:]
+        return self.id(number), kind, self.hash(self.id(number))
 
-    def task(self, number: int, kind: int) -> Thing:
+    def task(self, number: int, kind: int, x: float, y: float) -> Thing:
         """Return a task as robots see it."""
-        return Thing(False, number, kind, self.hash(self._robots + number))
+        return Thing(False, number, kind, self.hash(self._robots + number), x, y)
 
     def inventions(self, feasible: int) -> list[Thing]:
-        """Return the robots (feasible) or tasks that a Byzantine robot invents (model.md 6.12)."""
+        """Return the robots (feasible) or tasks that a Byzantine robot invents (model.md 6.12, 6.16)."""
         first = self._robots + self._tasks
         if feasible:
-            return [Thing(True, self._robots + k, 0, self.hash(first + k)) for k in range(self._tasks)]
+            number = self._tasks - self._robots if self._exactly else self._tasks
+            return [Thing(True, self._robots + k, 0, self.hash(first + k)) for k in range(number)]
         first += self._tasks
-        return [Thing(False, self._tasks + k, 0, self.hash(first + k)) for k in range(self._robots + 1)]
+        number = self._robots + 1 - (self._tasks if self._exactly else 0)
+        return [Thing(False, self._tasks + k, 0, self.hash(first + k)) for k in range(number)]
 
     @cache  # noqa: B019  # a run's names live as long as the run
     def hash(self, thing: int) -> int:

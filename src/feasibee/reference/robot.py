@@ -55,6 +55,7 @@ class Robot:
         self.kind = kind
         self.fault = fault
         self._scenario = scenario
+        self._world = world
         self._coordinates = (seed, run, number)
         self._reach = float(exact(scenario.robots.speed) / world.unit)
         self._walks = 0
@@ -72,15 +73,21 @@ class Robot:
     def says(self, step: int) -> Message | None:
         """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
         message = self.mind.message()
-        if message is None or self.fault != BYZANTINE:
+        if self.fault != BYZANTINE:
             return message
+        says = self._scenario.faults.byzantine_says
+        if message is None:
+            if says != "colluding":
+                return None
+            message = self.mind.compose(0, 0)  # opinion and value are replaced below
         lies = {
             "opposite": 1 - message.opinion,
             "feasible": 1,
             "infeasible": 0,
             "random": self.draw(step, LIE) >> 31,
+            "colluding": 1 - self._names.truth,
         }
-        told = lies[self._scenario.faults.byzantine_says]
+        told = lies[says]
         value = 2**self.mind.strategy.value_bits - 1 if told else 0
         knowledge: tuple[int, ...] = ()
         if self.mind.knowledge:
@@ -98,6 +105,11 @@ class Robot:
         is_new = (thing, number) not in self._remembered
         self._remembered.add((thing, number))
         return is_new
+
+    def move_to(self, place: Place) -> None:
+        """Move to a place."""
+        self.place = place
+        self.mind.move_to(*self._world.in_units(place))
 
     def end_step(self, blocked: bool) -> None:
         """Advance the timers of heading and phase; a blocked robot turns (model.md 3.3, 6.2)."""
@@ -144,6 +156,7 @@ class Robot:
             stubborn=self.fault == STUBBORN,
             sets=hall_sets(self._scenario),
             me=self._names.me(self.number, self.kind),
+            place=self._world.in_units(self.place),
             setting=self._scenario.setting,
         )
 

@@ -40,11 +40,17 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
                 record.decision_step[row] = step if swarm.decision != UNDECIDED else -1
             if record.commit_step[row] == -1 and swarm.is_committed:
                 record.commit_step[row] = step
+            if record.declare_step[row] == -1 and swarm.has_declared:
+                record.declare_step[row] = step
             if scenario.run.stop_at_decision and record.decision[row] != UNDECIDED:
                 break
         record.bits_sent[row] = swarm.bits_sent
         record.committed_feasible[row] = swarm.committed_to(FEASIBLE)
         record.committed_infeasible[row] = swarm.committed_to(INFEASIBLE)
+        record.declared_feasible[row] = swarm.declared(FEASIBLE)
+        record.declared_infeasible[row] = swarm.declared(INFEASIBLE)
+        record.feasible_at_end[row] = swarm.feasible_count
+        record.infeasible_at_end[row] = swarm.infeasible_count
     return record
 
 
@@ -104,7 +110,7 @@ class Swarm:
         blocked = {robot for robot in working if not self._is_clear(robot, intended)}
         for robot in working:
             if robot not in blocked:
-                robot.place = intended[robot]
+                robot.move_to(intended[robot])
         return blocked
 
     def _is_clear(self, robot: Robot, intended: dict[Robot, Place]) -> bool:
@@ -133,11 +139,12 @@ class Swarm:
             seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
             if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
                 robots_now[other.kind] += 1
-                things.append(self.names.robot(other.number, other.kind))
+                things.append(self.names.robot(other.number, other.kind, *self.world.in_units(other.place)))
         for number, place in enumerate(self.tasks):
             if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
                 tasks_now[self.task_kinds[number]] += 1
-                things.append(self.names.task(number, self.task_kinds[number]))
+                where = self.world.in_units(place)
+                things.append(self.names.task(number, self.task_kinds[number], *where))
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
         for kind in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
             robots_now[kind] += 1
@@ -207,6 +214,16 @@ class Swarm:
         """Whether more than the threshold's share of the counted robots has committed."""
         committed = self.committed_to(FEASIBLE) + self.committed_to(INFEASIBLE)
         return committed > exact(self.scenario.decision.threshold) * len(self.counted)
+
+    def declared(self, opinion: int) -> int:
+        """Return how many counted robots have declared an opinion."""
+        return sum(robot.mind.declared == opinion for robot in self.counted)
+
+    @property
+    def has_declared(self) -> bool:
+        """Whether more than the threshold's share of the counted robots has declared (model.md 6.15)."""
+        declared = self.declared(FEASIBLE) + self.declared(INFEASIBLE)
+        return declared > exact(self.scenario.decision.threshold) * len(self.counted)
 
     @property
     def decision(self) -> int:

@@ -39,6 +39,11 @@ class World:
         self.scenario = scenario
         self._seed, self._run = seed, run
 
+    def in_units(self, place: Place) -> tuple[float, float]:
+        """Return a place in units."""
+        x, y = place
+        return x * float(self.unit), y * float(self.unit)
+
     def squared(self, length: float) -> int:
         """Return the square of a length, rounded down."""
         return math.floor((exact(length) / self.unit) ** 2)

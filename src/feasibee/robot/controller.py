@@ -103,6 +103,8 @@ class Controller:
         of a set of skills; by default all robots against all tasks.
     me : tuple of int
         Its id, class and hash (32 random bits), for strategies that pass on knowledge.
+    place : tuple of float
+        Its first position in the frame that all robots share, in units, for strategies that use it.
     setting : Setting, optional
         The numbers that strategies that pass on knowledge need.
     """
@@ -127,6 +129,7 @@ class Controller:
         stubborn: bool = False,
         sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
         me: tuple[int, int, int] = (0, 0, 0),
+        place: tuple[float, float] = (0.0, 0.0),
         setting: Setting | None = None,
     ) -> None:
         self.strategy = strategy
@@ -152,7 +155,7 @@ class Controller:
         if strategy.knowledge:
             if setting is None:
                 raise TypeError(f"{strategy.name} passes on knowledge: give the controller a setting")
-            self.knowledge = Knowledge(strategy, Me(*me, 0, self._memory, setting))
+            self.knowledge = Knowledge(strategy, Me(*me, 0, self._memory, setting, x=place[0], y=place[1]))
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice
@@ -164,8 +167,22 @@ class Controller:
         """Return the message of this step, None while exploring or silent; call it once per step."""
         if not self.disseminating or self._said == NONE:
             return None
+        return self.compose(self._said, self._value)
+
+    def compose(self, opinion: int, value: int) -> Message:
+        """Return a message of this step with this opinion and value; call it at most once per step."""
         knowledge = self.knowledge.message() if self.knowledge else ()
-        return Message(self._said, self._value, self.committed, knowledge)
+        return Message(opinion, value, self.committed, knowledge)
+
+    @property
+    def declared(self) -> int:
+        """The opinion that it has declared: 1 feasible, 0 infeasible, -1 not yet (model.md 6.15)."""
+        return self.knowledge.declared if self.knowledge else NONE
+
+    def move_to(self, x: float, y: float) -> None:
+        """Take the robot's position in the frame that all robots share, for strategies that use it."""
+        if self.knowledge:
+            self.knowledge.move_to(x, y)
 
     @property
     def listens(self) -> bool:
@@ -200,6 +217,8 @@ class Controller:
 
     def end_step(self) -> None:
         """End a step; if its phase ends, the robot changes phase (model.md 3.3)."""
+        if self.knowledge and self.knowledge.declare() and not (self.stubborn or self.committed):
+            self.opinion = self.knowledge.declared
         self.phase_left -= 1
         if self.phase_left == 0:
             if self.disseminating:
@@ -208,7 +227,7 @@ class Controller:
             else:
                 self._disseminate()
         if self.knowledge:
-            self.knowledge.end_step()
+            self.knowledge.end_step(explores=not self.disseminating)
 
     def _explore(self) -> None:
         """Begin exploring: empty the inbox; reset the counts if the strategy forgets (model.md 4.2, 4.6)."""
@@ -270,7 +289,7 @@ class Controller:
             self._rate()
         inbox = self._inbox()
         decided = _opinion(self.strategy.decide(self._mind(), inbox))
-        if not (self.stubborn or self.committed):
+        if not (self.stubborn or self.committed or self.declared != NONE):
             self.opinion = decided
         if self.commit is not None:
             self._consider_commitment(self.commit, inbox)

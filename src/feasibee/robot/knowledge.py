@@ -22,6 +22,7 @@ class Knowledge:
     def __init__(self, strategy: Strategy, me: Me) -> None:
         functions: Any = strategy  # those for knowledge are None in other strategies only
         self._strategy = functions
+        self.declared = -1
         known, self._length = strategy.row_lengths(me.setting)
         self.me = me
         self.words = Words([0] * known)
@@ -47,6 +48,8 @@ class Knowledge:
         if self._strategy.lie is not None:
             self._strategy.lie(told, feasible, self.me)
         else:
+            if feasible and self.me.setting.colluding:
+                told[:] = [0] * len(told)
             for thing in inventions:
                 self._strategy.observe(told, thing, self.me)
         return tuple(told)
@@ -66,6 +69,17 @@ class Knowledge:
         """Return the length of a message, in bits."""
         return int(self._strategy.bits(tuple(message), self.me))
 
-    def end_step(self) -> None:
-        """End a step."""
-        self.me = self.me._replace(step=self.me.step + 1)
+    def move_to(self, x: float, y: float) -> None:
+        """Take a position in the frame that all robots share, in units."""
+        self.me = self.me._replace(x=x, y=y)
+
+    def declare(self) -> bool:
+        """Ask the robot whether it is sure; return whether it declares in this step (model.md 6.15)."""
+        if self.declared != -1 or self._strategy.declare is None:
+            return False
+        self.declared = int(self._strategy.declare(self.words, self.me))
+        return self.declared != -1
+
+    def end_step(self, explores: bool) -> None:
+        """End a step; say whether the robot explores in the next one."""
+        self.me = self.me._replace(step=self.me.step + 1, explores=explores)

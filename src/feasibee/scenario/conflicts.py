@@ -58,7 +58,8 @@ def conflicts(
     yield from _arena_conflicts(explicit, places, fit)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
-        if fit("decision.strategy", "decision.parameters", "radio.id_bits"):
+        used = ("radio", "sensing.range", "robots.speed", "robots.know_count")
+        if fit("decision.strategy", "decision.parameters", *used):
             yield from _knowledge_memory(explicit, manifest_of(explicit["decision"]["strategy"]))
 
 
@@ -194,6 +195,12 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
             if fit(f"sensing.{name}") and sensing[name] != 0:
                 rule = f"{strategy.name} counts things by name, and what isn't there has none"
                 yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    if strategy.needs_count and fit("robots.know_count") and not explicit["robots"]["know_count"]:
+        rule = f"{strategy.name} needs the number of robots"
+        yield Problem("robots.know_count", False, rule, "set it to true, or choose a strategy without n")
+    if strategy.declares and fit("decision.commit") and decision["commit"] is not None:
+        rule = f"{strategy.name} declares by its own word, and its messages have no opinion to agree with"
+        yield Problem("decision.commit", decision["commit"], rule, "leave it out")
     says_no_lie = "encode" in strategy.functions and "lie" not in strategy.functions
     if says_no_lie and fit("faults.byzantine") and explicit["faults"]["byzantine"] != 0:
         rule = f"{strategy.name} has encode, but no function for a Byzantine robot's message"
@@ -211,6 +218,12 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
         explicit["faults"]["byzantine"] != 0,
         explicit["radio"]["id_bits"],
         {**strategy.parameters, **explicit["decision"]["parameters"]}.values(),
+        knows_count=explicit["robots"]["know_count"],
+        size=size_of(explicit),
+        walled=explicit["arena"]["boundary"] == "walls",
+        sight=explicit["sensing"]["range"],
+        radio=explicit["radio"]["range"],
+        speed=explicit["robots"]["speed"],
     )
     problem = excess(setting, *strategy.row_lengths(setting))
     if problem:

@@ -115,6 +115,9 @@ class Robots(Placed):
         False,
         description="Whether a robot stays where it is rather than overlap another robot.",
     )
+    know_count: bool = Field(
+        False, description="Whether each robot knows the number of robots, for strategies that use it."
+    )
     classes: Annotated[tuple[RobotClass, ...], Strict(False), Field(max_length=16)] = Field(
         (), description="Classes of robots with different skills, instead of robots.count."
     )
@@ -263,10 +266,10 @@ class Faults(Section):
         0, ge=0, le=1_000_000_000, description="First step at which the stopped robots are stopped."
     )
     byzantine: Share = Field(0.0, description="Share of Byzantine robots, which broadcast false opinions.")
-    byzantine_says: Literal["opposite", "feasible", "infeasible", "random"] = Field(
+    byzantine_says: Literal["opposite", "feasible", "infeasible", "random", "colluding"] = Field(
         "opposite",
-        description="Opinion that Byzantine robots broadcast: the opposite of their own, always the same, or "
-        "random.",
+        description="Opinion that Byzantine robots broadcast: the opposite of their own, always the same, "
+        "random, or, colluding, all the opposite of the truth in every step.",
     )
     stubborn: Share = Field(0.0, description="Share of robots that never change their opinion.")
 

@@ -44,6 +44,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "FORGETS": ("True or False", lambda value: isinstance(value, bool)),
     "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
     "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
+    "NEEDS_COUNT": ("True or False", lambda value: isinstance(value, bool)),
 }
 
 

@@ -204,6 +204,13 @@ class Scenario(BaseModel):
             self.faulty[1] > 0,
             self.radio.id_bits,
             self.decision.parameters.values(),
+            knows_count=self.robots.know_count,
+            colluding=self.faults.byzantine_says == "colluding",
+            size=self.arena.size,
+            walled=self.arena.boundary == "walls",
+            sight=self.sensing.range,
+            radio=self.radio.range,
+            speed=self.robots.speed,
         )
 
     def counted(self, step: int) -> int:

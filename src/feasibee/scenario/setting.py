@@ -20,6 +20,14 @@ def setting_from(
     liars: bool,
     id_bits: int | None,
     parameters: Iterable[float],
+    *,
+    knows_count: bool = True,
+    colluding: bool = False,
+    size: tuple[float, float] = (20.0, 20.0),
+    walled: bool = False,
+    sight: float = 2.0,
+    radio: float = 2.0,
+    speed: float = 1.0,
 ) -> Setting:
     """Return the numbers of a scenario that a strategy's knowledge may depend on.
 
@@ -33,6 +41,8 @@ def setting_from(
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
         Those of the strategy.
+    knows_count, colluding, size, walled, sight, radio, speed
+        See `Setting`; by default the paper's world.
     """
     robots, tasks = counts
     return Setting(
@@ -44,6 +54,14 @@ def setting_from(
         task_classes=max(1, classes[1]),
         id_bits=id_bits or max(1, (robots - 1).bit_length()),
         parameters=tuple(float(each) for each in parameters),
+        knows_count=knows_count,
+        colluding=colluding,
+        width=float(size[0]),
+        height=float(size[1]),
+        walled=walled,
+        sight=float(sight),
+        radio=float(radio),
+        speed=float(speed),
     )
 
 

@@ -53,6 +53,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "lie": (f"{ROWS} message", lambda value: value is None),
     "merge": (f"{ROWS} known", lambda value: value is None),
     "count": (f"{ROWS} counts", lambda value: value is None),
+    "declare": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: is_whole(value, BITS_LIMIT)),
 }
 """What each function must return."""
@@ -160,6 +161,8 @@ def _try_knowledge(strategy: Strategy) -> None:
             kind, memory = setting.robot_classes - 1, [0.0] * strategy.memory
             me = Me(number, kind, 2**32 - 1 - number, 0, memory, setting)
             known, messages = _said_by(strategy, me)
+            if strategy.declares:
+                functions.declare(known, me)
             for message in messages:
                 functions.bits(message, me)
                 functions.merge(known, message, 0, me._replace(step=1000))

@@ -8,8 +8,8 @@ Knowledge
 ---------
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
 strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
-``message_words``, ``start``, ``encode`` and ``lie``: see `Strategy`. A robot's knowledge is a row of `Words`,
-0 at the start.
+``message_words``, ``start``, ``encode``, ``lie`` and ``declare``: see `Strategy`. A robot's knowledge is a
+row of `Words`, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
@@ -17,11 +17,13 @@ In each step, in this order:
    length of the message is ``bits(message, me)``.
 2. Each robot that explores calls ``observe(known, thing, me)`` once per robot and task that it sees.
 3. Each robot that listens calls ``merge(known, message, sender, me)`` once per message received.
-4. Each robot whose phase ends calls ``count(known, counts, me)``; ``quality`` then rates the counts.
+4. Each robot that works and hasn't declared calls ``declare(known, me)`` (model.md 6.15).
+5. Each robot whose phase ends calls ``count(known, counts, me)``; ``quality`` then rates the counts.
 
 So a robot passes on what it learns in a step from the next step on. Without ``lie`` a Byzantine robot
 invents things: each is given to ``observe``, with the message in place of the knowledge. It invents as many
-robots as there are tasks, or one task more than there are robots.
+robots as there are tasks, or one task more than there are robots. Colluding robots invent as many as the lie
+needs, and leave all else out of a message that is to speak for *feasible* (model.md 6.16).
 """
 
 from __future__ import annotations
@@ -47,13 +49,14 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "merge": ("known", "message", "sender", "me"),
     "count": ("known", "counts", "me"),
     "bits": ("message", "me"),
+    "declare": ("known", "me"),
 }
 """The functions of a strategy's file, and the arguments of each."""
 REQUIRED: Final = ("quality", "dissemination", "decide")
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie")
+KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare")
 """The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
@@ -62,6 +65,7 @@ CONSTANTS: Final[Mapping[str, str]] = {
     "FORGETS": "forgets",
     "STARTS_NEUTRAL": "starts_neutral",
     "BY_NAME": "by_name",
+    "NEEDS_COUNT": "needs_count",
 }
 """The constants of a strategy's file, and the fields of `Manifest` that hold them."""
 
@@ -119,6 +123,22 @@ class Setting(NamedTuple):
     """Length of a robot's id in a message, in bits."""
     parameters: Any
     """The values of ``PARAMETERS``, floats in their order."""
+    knows_count: bool
+    """Whether robots know how many robots there are (``robots.know_count``)."""
+    colluding: bool
+    """Whether Byzantine robots collude (model.md 6.16). For ``lie``: an honest robot doesn't know it."""
+    width: float
+    """Width of the arena, in units."""
+    height: float
+    """Height of the arena, in units."""
+    walled: bool
+    """Whether the arena has walls; otherwise it is a torus."""
+    sight: float
+    """Range of sight, in units."""
+    radio: float
+    """Range of the radio, in units."""
+    speed: float
+    """Speed of a robot, in units per step."""
 
 
 class Me(NamedTuple):
@@ -136,6 +156,12 @@ class Me(NamedTuple):
     """As many floats as ``MEMORY`` says: the same as `Mind.memory`."""
     setting: Setting
     """The numbers of the scenario."""
+    explores: bool = True
+    """Whether it explores in this step; otherwise it disseminates."""
+    x: float = 0.0
+    """Its position in a frame that all robots share, in units, from 0 to the width of the arena."""
+    y: float = 0.0
+    """Its position, from 0 to the height of the arena."""
 
 
 class Thing(NamedTuple):
@@ -149,6 +175,10 @@ class Thing(NamedTuple):
     """Number of its class, among those of robots or among those of tasks."""
     hash: int
     """32 random bits, the same for all who see it; 0 for a false sighting."""
+    x: float = 0.0
+    """Its position in the shared frame, in units; 0.0 if it isn't there."""
+    y: float = 0.0
+    """Its position, in units."""
 
 
 class Words(list[int]):
@@ -200,6 +230,8 @@ class Manifest:
         ``STARTS_NEUTRAL``: whether robots start without an opinion.
     by_name : bool
         ``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing.
+    needs_count : bool
+        ``NEEDS_COUNT``: whether robots must know how many robots there are.
     functions : frozenset of str
         The functions of `ARGUMENTS` that the file defines.
     source : str
@@ -215,6 +247,7 @@ class Manifest:
     forgets: bool = True
     starts_neutral: bool = False
     by_name: bool = False
+    needs_count: bool = False
     functions: frozenset[str] = frozenset()
     source: str = ""
     trusted: bool = True
@@ -277,6 +310,10 @@ class Strategy(Manifest):
         least 0, into ``counts``, which is all 0. Only their ratio matters to most rules of ``quality``.
     bits : callable
         ``bits(message, me)``: exact length of a message, in bits.
+    declare : callable, optional
+        ``declare(known, me)``: what the robot is sure of, 1 feasible or 0 infeasible, or -1 as long as it
+        isn't. It may change what is known, such as the step of the last news. Once it returns 1 or 0, it
+        isn't called again.
     """
 
     quality: Callable[[int, int], float]
@@ -293,6 +330,7 @@ class Strategy(Manifest):
     merge: Callable[[Any, Any, int, Me], None] | None = None
     count: Callable[[Any, Any, Me], None] | None = None
     bits: Callable[[Any, Me], int] | None = None
+    declare: Callable[[Any, Me], int] | None = None
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:
         """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""
