@@ -91,6 +91,25 @@ def rebound(function: Any, **names: Any) -> Callable[..., Any]:
     return FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
 
 
+def with_helpers(
+    function: Any, compiled: Callable[[Any], Callable[..., Any]], within: tuple[Any, ...] = ()
+) -> Callable[..., Any]:
+    """Return a function whose calls of plain functions are compiled, too, each by ``compiled``."""
+    chain = (*within, function)
+    helpers = {
+        name: compiled(with_helpers(each, compiled, chain))
+        for name, each in helpers_of(function).items()
+        if each not in chain  # a function that calls itself is left to numba's error
+    }
+    return rebound(function, **helpers) if helpers else function
+
+
+def helpers_of(function: Any) -> dict[str, Any]:
+    """Return the plain functions that a function's text names, by name."""
+    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+    return {name: each for name, each in named.items() if isinstance(each, FunctionType)}
+
+
 def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Compile a function that Python calls, for one signature, and keep its code on disk.
 

@@ -9,20 +9,28 @@ from feasibee.engine.compile import entry, inlined
 from feasibee.engine.layout import Clock
 from feasibee.engine.signatures import ADVANCE, PLAY, START
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.model.record import BITS_SENT, COMMIT_STEP, COMMITTED_FEASIBLE, COMMITTED_INFEASIBLE
+from feasibee.model.record import (
+    BITS_SENT,
+    COMMIT_STEP,
+    COMMITTED_FEASIBLE,
+    COMMITTED_INFEASIBLE,
+    DECLARE_STEP,
+    DECLARED_FEASIBLE,
+    DECLARED_INFEASIBLE,
+    FEASIBLE_AT_END,
+    INFEASIBLE_AT_END,
+)
 
 
 @inlined
 def record_step(params, state, outcome, row):
     """Record the counts at a run's present step, and its decision if it is the first (model.md 4.7)."""
     now = state.clock[Clock.STEP]
-    counted = params.robots.count - params.faults.byzantine
     quorum = params.decision.quorum
     if params.faults.stopped > 0 and now >= params.faults.stop_step:
-        counted -= params.faults.stopped
         quorum = params.decision.quorum_stopped
     feasible = state.clock[Clock.FEASIBLE_COUNT]
-    infeasible = counted - feasible - state.clock[Clock.NEUTRAL_COUNT]
+    infeasible = counted_robots(params, now) - feasible - state.clock[Clock.NEUTRAL_COUNT]
     if outcome.feasible_count.shape[1] > 0:
         outcome.feasible_count[row, now] = feasible
         outcome.infeasible_count[row, now] = infeasible
@@ -36,14 +44,32 @@ def record_step(params, state, outcome, row):
     committed = state.clock[Clock.COMMITTED_FEASIBLE] + state.clock[Clock.COMMITTED_INFEASIBLE]
     if params.decision.commit.enabled and outcome.account[row, COMMIT_STEP] < 0 and committed >= quorum:
         outcome.account[row, COMMIT_STEP] = now
+    declared = state.clock[Clock.DECLARED_FEASIBLE] + state.clock[Clock.DECLARED_INFEASIBLE]
+    if params.strategy.declares and outcome.account[row, DECLARE_STEP] < 0 and declared >= quorum:
+        outcome.account[row, DECLARE_STEP] = now
 
 
 @inlined
-def record_totals(state, outcome, row):
+def counted_robots(params, now):
+    """Return the number of honest robots that work at a step."""
+    counted = params.robots.count - params.faults.byzantine
+    if params.faults.stopped > 0 and now >= params.faults.stop_step:
+        counted -= params.faults.stopped
+    return counted
+
+
+@inlined
+def record_totals(params, state, outcome, row):
     """Record a run's totals."""
     outcome.account[row, BITS_SENT] = state.clock[Clock.BITS]
     outcome.account[row, COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_FEASIBLE]
     outcome.account[row, COMMITTED_INFEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE]
+    outcome.account[row, DECLARED_FEASIBLE] = state.clock[Clock.DECLARED_FEASIBLE]
+    outcome.account[row, DECLARED_INFEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE]
+    feasible = state.clock[Clock.FEASIBLE_COUNT]
+    outcome.account[row, FEASIBLE_AT_END] = feasible
+    held = counted_robots(params, state.clock[Clock.STEP]) - state.clock[Clock.NEUTRAL_COUNT]
+    outcome.account[row, INFEASIBLE_AT_END] = held - feasible
 
 
 @inlined
@@ -76,7 +102,7 @@ def advance_fast(params, state, outcome, row, until, control, functions):
         step.advance_fast(params, state, functions)
         record_step(params, state, outcome, row)
         control.steps_done[0] += 1
-    record_totals(state, outcome, row)
+    record_totals(params, state, outcome, row)
 
 
 def advance_general(params, state, outcome, row, until, control, functions):
@@ -87,7 +113,7 @@ def advance_general(params, state, outcome, row, until, control, functions):
         step.advance_general(params, state, functions)
         record_step(params, state, outcome, row)
         control.steps_done[0] += 1
-    record_totals(state, outcome, row)
+    record_totals(params, state, outcome, row)
 
 
 @entry(PLAY)
@@ -102,6 +128,7 @@ def play(params, state, outcome, first_run, control, start, advance, functions):
         outcome.decision[row] = UNDECIDED
         outcome.decision_step[row] = -1
         outcome.account[row, COMMIT_STEP] = -1
+        outcome.account[row, DECLARE_STEP] = -1
         advance(params, state, outcome, row, params.run.steps, control, functions)
         if state.clock[Clock.FULL] or control.cancelled[0]:
             return row

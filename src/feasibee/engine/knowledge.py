@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from numba import int64
+from numba import float64, int64, uint32
 
-from feasibee.engine.bits import contains, lowest_member, without_lowest
+from feasibee.engine.bits import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.compile import called, inlined, rebound, spliced
 from feasibee.engine.draws import coin, draw_now
 from feasibee.engine.intrinsics import popcount
-from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Robot, Set
+from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Point, Robot, Set
 from feasibee.engine.params import Action, Lie
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
 from feasibee.model.purposes import LIE
@@ -28,7 +28,7 @@ def _missing(*arguments: Any) -> Any:
     raise NotImplementedError
 
 
-start = observe = encode = lie = falsify = merge = count = bits = _missing
+start = observe = encode = lie = falsify = merge = count = bits = declare = _missing
 
 
 @spliced
@@ -44,21 +44,45 @@ def told_by(params, passing, i):
 
 
 @inlined
-def robot_seen(params, passing, identity, kind):
-    """Return a robot, true or invented, as others see it; its id is negative if it isn't there."""
-    place = identity if identity < params.robots.count else identity + params.tasks.count
-    mark = int64(passing.hashes[place]) if identity >= 0 else int64(0)
-    return Thing(True, identity, kind, mark)
+def in_units(params, fixed):
+    """Return a coordinate in units of length."""
+    return float64(uint32(fixed)) * params.arena.unit
 
 
 @inlined
-def task_seen(params, passing, identity, kind):
-    """Return a task, true or invented, as robots see it; its id is negative if it isn't there."""
-    place = identity + params.robots.count
-    if identity >= params.tasks.count:
-        place += params.tasks.count
-    mark = int64(passing.hashes[place]) if identity >= 0 else int64(0)
-    return Thing(False, identity, kind, mark)
+def robot_seen(params, passing, number, kind):
+    """Return a robot as others see it; its number is negative if it isn't there."""
+    if number < 0:
+        return Thing(True, int64(-1), kind, int64(0), 0.0, 0.0)
+    identity = int64(passing.robots[Robot.IDENTITY, number])
+    x, y = passing.robots[Robot.X, number], passing.robots[Robot.Y, number]
+    return Thing(
+        True, identity, kind, int64(passing.hashes[identity]), in_units(params, x), in_units(params, y)
+    )
+
+
+@inlined
+def task_seen(params, passing, number, kind):
+    """Return a task as robots see it; its number is negative if it isn't there."""
+    if number < 0:
+        return Thing(False, int64(-1), kind, int64(0), 0.0, 0.0)
+    mark = int64(passing.hashes[params.robots.count + number])
+    x, y = passing.tasks[Point.X, number], passing.tasks[Point.Y, number]
+    return Thing(False, number, kind, mark, in_units(params, x), in_units(params, y))
+
+
+@inlined
+def invented_robot(params, passing, k):
+    """Return the robot of a number among those that Byzantine robots invent."""
+    mark = int64(passing.hashes[params.robots.count + params.tasks.count + k])
+    return Thing(True, params.robots.count + k, int64(0), mark, 0.0, 0.0)
+
+
+@inlined
+def invented_task(params, passing, k):
+    """Return the task of a number among those that Byzantine robots invent."""
+    mark = int64(passing.hashes[params.robots.count + 2 * params.tasks.count + k])
+    return Thing(False, params.tasks.count + k, int64(0), mark, 0.0, 0.0)
 
 
 @inlined
@@ -74,10 +98,20 @@ def me_of(params, passing, now, i):
         knowledge.task_classes,
         params.radio.id_bits,
         passing.parameters,
+        params.robots.knows_count,
+        params.faults.colluding,
+        params.arena.sides.width,
+        params.arena.sides.height,
+        params.arena.walls,
+        params.sensing.range,
+        params.radio.range,
+        params.robots.speed,
     )
     identity = int64(passing.robots[Robot.IDENTITY, i])
     mark = int64(passing.hashes[identity])
-    return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting)
+    x, y = in_units(params, passing.robots[Robot.X, i]), in_units(params, passing.robots[Robot.Y, i])
+    explores = not contains(passing.sets[Set.DISSEMINATING], i)
+    return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting, explores, x, y)
 
 
 def start_all(params, passing, now, number):
@@ -93,11 +127,14 @@ def observe_all(params, passing, now, number):
     classes = params.robots.classes
     for k in range(number):
         i = int64(passing.pending[Pending.WHO, k])
-        identity, column = int64(passing.pending[Pending.ID, k]), int64(passing.pending[Pending.COLUMN, k])
+        number_seen, column = (
+            int64(passing.pending[Pending.NUMBER, k]),
+            int64(passing.pending[Pending.COLUMN, k]),
+        )
         if column < classes:
-            thing = robot_seen(params, passing, identity, column)
+            thing = robot_seen(params, passing, number_seen, column)
         else:
-            thing = task_seen(params, passing, identity, column - classes)
+            thing = task_seen(params, passing, number_seen, column - classes)
         observe(known_by(params, passing, i), thing, me_of(params, passing, now, i))
 
 
@@ -137,6 +174,24 @@ def count_all(params, passing, now, number):
                 raise ValueError("count must write whole numbers from 0 to 2**53")
 
 
+def declare_all(params, passing, now, number):
+    """Ask all working robots that haven't declared whether they are sure (model.md 6.15)."""
+    for w in range(passing.sets.shape[1]):
+        asked = uint32(passing.sets[Set.WORKING, w] & ~passing.sets[Set.DECLARED, w])
+        while asked:
+            i = lowest_member(w, asked)
+            declared = declare(known_by(params, passing, i), me_of(params, passing, now, i))
+            if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
+                raise ValueError("declare must return 1, 0, or -1 for none")
+            if declared >= 0:
+                set_member(passing.sets, Set.DECLARED, i, True)
+                set_member(passing.sets, Set.DECLARED_FEASIBLE, i, declared == 1)
+                if not (contains(passing.sets[Set.STUBBORN], i) or contains(passing.sets[Set.COMMITTED], i)):
+                    set_member(passing.sets, Set.FEASIBLE, i, declared == 1)
+                    set_member(passing.sets, Set.NEUTRAL, i, False)
+            asked = without_lowest(asked)
+
+
 def copy_known(message, known, me):
     """Encode a message as a copy of what is known."""
     for k in range(len(known)):
@@ -147,19 +202,26 @@ def start_empty(known, me):
     """Know nothing at the start."""
 
 
+def declare_nothing(known, me):
+    """Never be sure."""
+    return int64(-1)
+
+
 def lie_own_way(params, passing, message, feasible, me):
     """Change a message as the strategy's ``lie`` does."""
     lie(message, feasible, me)
 
 
 def invent(params, passing, message, feasible, me):
-    """Add invented robots, as many as tasks, or invented tasks, one more than robots (model.md 6.12)."""
+    """Add invented robots or tasks to a message (model.md 6.12, 6.16)."""
     if feasible:
-        for k in range(params.tasks.count):
-            observe(message, robot_seen(params, passing, params.robots.count + k, int64(0)), me)
+        if params.faults.colluding:
+            message[:] = 0
+        for k in range(params.faults.invented_robots):
+            observe(message, invented_robot(params, passing, k), me)
     else:
-        for k in range(params.robots.count + 1):
-            observe(message, task_seen(params, passing, params.tasks.count + k, int64(0)), me)
+        for k in range(params.faults.invented_tasks):
+            observe(message, invented_task(params, passing, k), me)
 
 
 def update(params, passing, now, action, number):
@@ -172,6 +234,8 @@ def update(params, passing, now, action, number):
         return speak_all(params, passing, now, number)
     elif action == Action.COUNT:
         count_all(params, passing, now, number)
+    elif action == Action.DECLARE:
+        declare_all(params, passing, now, number)
     else:
         start_all(params, passing, now, number)
     return int64(0)
@@ -182,7 +246,7 @@ def update_nothing(params, passing, now, action, number):
     return int64(0)
 
 
-PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all)
+PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all, declare_all)
 
 
 def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
@@ -190,6 +254,7 @@ def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
     own = {
         "start": inlined(start_empty),
         "encode": inlined(copy_known),
+        "declare": inlined(declare_nothing),
         **functions,
     }
     own["falsify"] = inlined(rebound(lie_own_way if "lie" in functions else invent, **own))
@@ -204,6 +269,8 @@ def passing_of(state):
         state.knowledge,
         state.pending,
         state.robots,
+        state.sets,
+        state.tasks,
         state.tables.class_of,
         state.hashes,
         state.seen,
@@ -246,6 +313,8 @@ def sent_opinion(params, state, i):
 def publish(params, state, functions):
     """Fix the message of each robot for this step, and count its bits."""
     for w in range(state.sets.shape[1]):
+        if params.faults.colluding:
+            state.sets[Set.SPEAKING, w] |= uint32(state.sets[Set.BYZANTINE, w] & state.sets[Set.WORKING, w])
         speaking = state.sets[Set.SPEAKING, w]
         state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
         if params.strategy.knowledge.enabled:
@@ -264,7 +333,7 @@ def defer(params, state, functions, action, i, first, second):
     """Queue the call of a strategy's function for robot i; make all queued calls when the queue is full."""
     place = state.clock[Clock.PENDING]
     state.pending[Pending.WHO, place] = i
-    state.pending[Pending.ID, place] = first
+    state.pending[Pending.NUMBER, place] = first
     state.pending[Pending.COLUMN, place] = second
     state.clock[Clock.PENDING] = place + 1
     if place + 1 == PENDING_ROOM:

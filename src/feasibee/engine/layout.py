@@ -66,6 +66,8 @@ class Set(IntEnum):
     NEUTRAL = 11  # no opinion
     COMMITTED = 12
     LISTENING = 13  # hears in this step (general engine)
+    DECLARED = 14
+    DECLARED_FEASIBLE = 15
 
 
 class Count(IntEnum):
@@ -104,7 +106,7 @@ class Pending(IntEnum):
     """Rows of `State.pending`; the second has a meaning for each action."""
 
     WHO = 0  # the robot for which a function is called
-    ID = 1  # of the robot or task that it sees; negative for a false sighting
+    NUMBER = 1  # of the robot or task that it sees; negative for a false sighting
     FALSE_OPINION = 1  # opinion that its message must support if it is Byzantine, else -1
     SPEAKER = 1  # number of the robot that it hears
     COLUMN = 2  # class of the robot or task that it sees: classes of robots, then of tasks
@@ -129,7 +131,9 @@ class Clock(IntEnum):
     BITS = 5  # sent so far
     COMMITTED_FEASIBLE = 6  # counted robots committed to opinion 1
     COMMITTED_INFEASIBLE = 7
-    PENDING = 8  # entries of `State.pending`
+    DECLARED_FEASIBLE = 8  # counted robots that have declared feasible
+    DECLARED_INFEASIBLE = 9
+    PENDING = 10  # entries of `State.pending`
 
 
 class Cells(NamedTuple):
@@ -178,6 +182,8 @@ class Passing(NamedTuple):
     words: Annotated[Int32s, "Copy", "robot", "word"]
     pending: Annotated[Int32s, "Pending", "entry"]
     robots: Annotated[Int32s, "Robot", "robot"]
+    sets: Annotated[Words, "Set", "word of robots"]
+    tasks: Annotated[Int32s, "Point", "task"]
     class_of: Annotated[Int32s, "robot, then task"]
     hashes: Annotated[Words, "robot, then task, then invention"]
     counts: Annotated[Int64s, "robot", "class of robots, then of tasks"]

@@ -40,6 +40,7 @@ class Action(IntEnum):
     OBSERVE = 2
     MERGE = 3
     COUNT = 4
+    DECLARE = 5
 
 
 class Grid(NamedTuple):
@@ -68,6 +69,13 @@ class SeedParams(NamedTuple):
     high: np.uint32
 
 
+class SideParams(NamedTuple):
+    """The sides of the arena in units of length."""
+
+    width: float
+    height: float
+
+
 class ArenaParams(NamedTuple):
     """The arena (model.md 1.1, 6.1)."""
 
@@ -75,6 +83,8 @@ class ArenaParams(NamedTuple):
     wraps: bool  # whether differences in 32 bits need no correction: in a square torus, and within walls
     width: int
     height: int
+    unit: float  # of fixed point, in units of length
+    sides: SideParams
 
 
 class RobotParams(NamedTuple):
@@ -85,6 +95,8 @@ class RobotParams(NamedTuple):
     reach: float  # length of a step
     radius: int
     avoid_collisions: bool
+    knows_count: bool
+    speed: float  # units of length per step
     apart_limit: np.uint64  # discs overlap if the squared distance is below this
     meet_limit: np.uint64  # discs can't meet within a step unless the squared distance is below this
     placement: PlacementParams
@@ -108,6 +120,7 @@ class WalkParams(NamedTuple):
 class SensingParams(NamedTuple):
     """Observation of robots and tasks (model.md 4.2, 6.3)."""
 
+    range: float  # units of length
     limit: np.uint64  # in sight if the squared distance is below this
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
@@ -123,6 +136,7 @@ class SensingParams(NamedTuple):
 class RadioParams(NamedTuple):
     """Messages (model.md 1.4, 6.5)."""
 
+    range: float  # units of length
     limit: np.uint64  # in radio range if the squared distance is below this
     loss: np.uint64  # probability times 2**32
     id_bits: int  # length of an id
@@ -146,6 +160,7 @@ class StrategyParams(NamedTuple):
 
     forgets: bool  # whether each exploration counts afresh
     starts_neutral: bool  # whether robots start without an opinion
+    declares: bool  # whether robots declare when they are sure
     says: bool  # whether the strategy defines `say`; otherwise a robot sends its opinion
     value_scale: float  # the largest value that a message can hold; 0.0: messages hold none
     knowledge: KnowledgeParams
@@ -185,6 +200,9 @@ class FaultParams(NamedTuple):
     stubborn: int
     stop_step: int
     byzantine_says: int  # Lie
+    colluding: bool  # whether Byzantine robots send in every step, and lie exactly (model.md 6.16)
+    invented_robots: int  # in a message that speaks for feasible
+    invented_tasks: int
 
 
 class RunParams(NamedTuple):

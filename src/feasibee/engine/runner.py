@@ -14,7 +14,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from feasibee.engine import entrypoints
-from feasibee.engine.compile import careful, entry, inlined
+from feasibee.engine.compile import careful, entry, helpers_of, inlined, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
 from feasibee.engine.knowledge import update_nothing, updating
 from feasibee.engine.layout import Control, Functions, Lowered, Outcome, empty_state
@@ -75,14 +75,14 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
     """Compile a function of a strategy's knowledge, which `update` calls."""
     own, signature = _own_function(strategy, name), KNOWLEDGE[name]
     if not strategy.source:
-        return inlined(own)
+        return inlined(with_helpers(own, inlined))
     try:
-        compiled: Any = careful(own, signature.args)
+        compiled: Any = careful(with_helpers(own, careful), signature.args)
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
     (returned,) = (each.return_type for each in compiled.nopython_signatures)
     if returned != signature.return_type:
-        must = "a whole number" if name == "bits" else "nothing"
+        must = "a whole number" if name in ("bits", "declare") else "nothing"
         line = own.__code__.co_firstlineno
         rule = f"{name} doesn't compile: it must return {must}, whatever it is given"
         raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
@@ -94,7 +94,9 @@ def _text_of(strategy: Strategy) -> str:
     """Return the text of the files that a strategy's functions come from."""
     if strategy.source:
         return strategy.source
-    functions = (getattr(strategy, name) for name in sorted(strategy.functions))
+    functions = [getattr(strategy, name) for name in sorted(strategy.functions)]
+    for each in functions:  # helpers join the list, and their own helpers after them
+        functions += [helper for helper in helpers_of(each).values() if helper not in functions]
     files = dict.fromkeys(each.__code__.co_filename for each in functions)
     return "".join(Path(file).read_text(encoding="utf-8") for file in files)
 
@@ -103,9 +105,9 @@ def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
     function, signature = getattr(strategy, name), getattr(STRATEGY, name)
     own = _own_function(strategy, name)
     if own is function:
-        return entry(signature)(function)
+        return entry(signature)(with_helpers(function, inlined))
     try:
-        return entry(signature, strategy.source)(guarded(name, careful(own)))
+        return entry(signature, strategy.source)(guarded(name, careful(with_helpers(own, careful))))
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
 

@@ -190,11 +190,8 @@ def observe_robots(params, state, functions, i, x, y):
             if params.sensing.only_counts:
                 total += new
             elif new:
-                identity, kind = (
-                    int64(state.robots[Robot.IDENTITY, other]),
-                    int64(state.tables.class_of[other]),
-                )
-                count_sighting(params, state, functions, i, identity, kind, True)
+                kind = int64(state.tables.class_of[other])
+                count_sighting(params, state, functions, i, other, kind, True)
             close = without_lowest(close)
         first += 32
     return total
@@ -226,11 +223,11 @@ def observe_tasks(params, state, functions, i, x, y):
 
 
 @inlined
-def count_sighting(params, state, functions, i, identity, kind, is_robot):
+def count_sighting(params, state, functions, i, number, kind, is_robot):
     """Count one thing of a class, or add it to what the robot knows."""
     column = kind if is_robot else params.robots.classes + kind
     if params.strategy.knowledge.enabled:
-        defer(params, state, functions, Action.OBSERVE, i, identity, column)
+        defer(params, state, functions, Action.OBSERVE, i, number, column)
     elif state.seen.shape[0] > 0:
         state.seen[i, column] += 1
     elif is_robot:

@@ -47,9 +47,11 @@ STRATEGY: Final = Functions(
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
 ROW: Final = types.Array(int32, 1, "C")
 MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
-SETTING: Final = of_types([int64] * 7 + [FLOATS], Setting)
-ME: Final = of_types([int64] * 4 + [FLOATS, SETTING], Me)
-THING: Final = of_types([boolean, int64, int64, int64], Thing)
+SETTING: Final = of_types(
+    [int64] * 7 + [FLOATS, boolean, boolean, float64, float64, boolean, float64, float64, float64], Setting
+)
+ME: Final = of_types([int64] * 4 + [FLOATS, SETTING, boolean, float64, float64], Me)
+THING: Final = of_types([boolean, int64, int64, int64, float64, float64], Thing)
 KNOWLEDGE: Final = {
     "start": none(ROW, ME),
     "observe": none(ROW, THING, ME),
@@ -58,6 +60,7 @@ KNOWLEDGE: Final = {
     "merge": none(ROW, MESSAGE, int64, ME),
     "count": none(MESSAGE, types.Array(int64, 1, "C"), ME),
     "bits": int64(MESSAGE, ME),
+    "declare": int64(ROW, ME),
 }
 """Signatures of the functions of a strategy that passes on knowledge."""
 START: Final = types.void(PARAMS, STATE, int64)

@@ -90,6 +90,7 @@ def prepare_robots(params, state):
         state.robots[Robot.AGREED, i] = 0
         state.memory[i] = 0.0
     state.clock[Clock.COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE] = 0
+    state.clock[Clock.DECLARED_FEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE] = 0
     for i in range(params.robots.count, state.robots.shape[1]):
         state.robots[Robot.WALK_LEFT, i] = NEVER
         state.robots[Robot.PHASE_LEFT, i] = NEVER
@@ -146,12 +147,15 @@ def advance_general(params, state, functions):
     """Do one step in the general engine."""
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         stop(params, state)
-    move_where_clear(params, state)
-    tick(state)
     if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.START)
+    move_where_clear(params, state)
+    tick(state)
     sense_general(params, state, functions)
+    if params.strategy.declares:
+        state.clock[Clock.PENDING] = params.robots.count
+        update_pending(params, state, functions, Action.DECLARE)
     rate_general(params, state, functions)
     finish(params, state, functions)
 
@@ -200,7 +204,7 @@ def end_dissemination(params, state, i, functions):
     chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = functions.decide(mind_of(params, state, i), received)
-    if not (contains(state.sets[Set.STUBBORN], i) or contains(state.sets[Set.COMMITTED], i)):
+    if not keeps_opinion(state.sets, i):
         set_opinion(state.sets, i, decided)
     if params.decision.commit.enabled:
         consider_commitment(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
@@ -276,6 +280,14 @@ def mind_of(params, state, i):
 
 
 @inlined
+def keeps_opinion(sets, i):
+    """Return whether a robot never changes its opinion again."""
+    return (
+        contains(sets[Set.STUBBORN], i) or contains(sets[Set.COMMITTED], i) or contains(sets[Set.DECLARED], i)
+    )
+
+
+@inlined
 def opinion_of(sets, i):
     """Return a robot's opinion."""
     if contains(sets[Set.NEUTRAL], i):
@@ -347,3 +359,17 @@ def count_opinions(params, state):
             committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
         state.clock[Clock.COMMITTED_FEASIBLE] = committed_feasible
         state.clock[Clock.COMMITTED_INFEASIBLE] = committed - committed_feasible
+    if params.strategy.declares:
+        count_declared(state)
+
+
+@inlined
+def count_declared(state):
+    """Count the robots that have declared, by what, among the counted ones."""
+    feasible = infeasible = int64(0)
+    for w in range(state.sets.shape[1]):
+        counted = state.sets[Set.DECLARED, w] & state.sets[Set.COUNTED, w]
+        feasible += popcount(counted & state.sets[Set.DECLARED_FEASIBLE, w])
+        infeasible += popcount(counted & ~state.sets[Set.DECLARED_FEASIBLE, w])
+    state.clock[Clock.DECLARED_FEASIBLE] = feasible
+    state.clock[Clock.DECLARED_INFEASIBLE] = infeasible

@@ -14,6 +14,7 @@ FAST_PATH_FIELDS: Final = frozenset(
         "robots.count",
         "robots.speed",
         "robots.diameter",
+        "robots.know_count",
         "tasks.count",
         "walk.mean_run",
         "sensing.range",

@@ -27,11 +27,13 @@ from feasibee.engine.params import (
     RunParams,
     SeedParams,
     SensingParams,
+    SideParams,
     StrategyParams,
     TaskParams,
     WalkParams,
 )
 from feasibee.model.codes import exact
+from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
@@ -83,7 +85,9 @@ def unit_of(scenario: Scenario) -> Fraction:
 def _arena(scenario: Scenario, unit: Fraction) -> ArenaParams:
     width, height = (_fixed(side, unit) for side in scenario.arena.size)
     walls = scenario.arena.boundary == "walls"
-    return ArenaParams(walls=walls, wraps=walls or width == height, width=width, height=height)
+    wraps = walls or width == height
+    sides = SideParams(*map(float, scenario.arena.size))
+    return ArenaParams(walls, wraps, width, height, float(unit), sides)
 
 
 def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: int) -> RobotParams:
@@ -97,6 +101,8 @@ def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: i
         reach=float(exact(robots.speed) / unit),
         radius=radius,
         avoid_collisions=robots.avoid_collisions,
+        knows_count=robots.know_count,
+        speed=robots.speed,
         apart_limit=_limit((2 * radius) ** 2),
         meet_limit=_limit(meeting**2),
         placement=_placement(robots, unit, radius if arena.walls else 0),
@@ -109,6 +115,7 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
     by_class = bool(scenario.robots.classes or scenario.tasks.classes)
     only_counts = not (by_class or scenario.strategy.knowledge)
     return SensingParams(
+        range=sensing.range,
         limit=_limit(squared_range + 1),
         count_self=int(sensing.count_self),
         unique=sensing.observation == "unique",
@@ -125,6 +132,7 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
 def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
     radio = scenario.radio
     return RadioParams(
+        range=radio.range,
         limit=_limit(squared_range + 1),
         loss=_probability(radio.loss),
         id_bits=id_bits,
@@ -145,6 +153,7 @@ def _strategy(strategy: Strategy, setting: Setting) -> StrategyParams:
     return StrategyParams(
         forgets=strategy.forgets,
         starts_neutral=strategy.starts_neutral,
+        declares=strategy.declares,
         says=strategy.say is not contract.say,
         value_scale=float(2**strategy.value_bits - 1),
         knowledge=_knowledge(strategy, setting),
@@ -200,12 +209,21 @@ def _quorum(scenario: Scenario, counted: int) -> int:
 
 def _faults(scenario: Scenario, faulty: tuple[int, int, int]) -> FaultParams:
     stopped, byzantine, stubborn = faulty
+    says = scenario.faults.byzantine_says
+    robots, tasks = scenario.robots, scenario.tasks
+    colluding = says == "colluding"
+    if colluding:
+        says = "infeasible" if truth(scenario) else "feasible"
+    exactly = colluding and not (robots.classes or tasks.classes)
     return FaultParams(
         stopped=stopped,
         byzantine=byzantine,
         stubborn=stubborn,
         stop_step=scenario.faults.stop_step,
-        byzantine_says=Lie[scenario.faults.byzantine_says.upper()],
+        byzantine_says=Lie[says.upper()],
+        colluding=colluding,
+        invented_robots=tasks.count - (robots.count if exactly else 0),
+        invented_tasks=robots.count + 1 - (tasks.count if exactly else 0),
     )
 
 
