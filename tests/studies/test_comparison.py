@@ -13,6 +13,7 @@ from feasibee.cli import main
 from feasibee.results.statistics import paired_difference, pareto
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import (
     by_contender,
     compare,
@@ -21,6 +22,7 @@ from feasibee.studies.comparison import (
     overall,
     write_comparison,
 )
+from feasibee.studies.suitable import suitable
 
 SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})
 
@@ -35,6 +37,15 @@ def test_contenders_are_the_scenario_under_each_strategy():
     assert list(found) == [*contenders_of(Scenario())]
     assert found["bayes"].decision.parameters["credence"] == 0.8  # its own parameters stay
     assert found["dmmd"].decision.parameters == {}
+
+
+def test_a_strategy_that_a_scenario_does_not_support_is_left_out_and_told():
+    scenario = Scenario(sensing={"false_tasks": 0.1})
+    scenarios, problems = suitable(scenario)
+    assert list(scenarios) == [*contenders_of(scenario)]
+    assert {*scenarios, *problems} == {*STRATEGIES}
+    assert not {*scenarios} & {*problems}
+    assert "census counts things by name" in str(problems["census"])
 
 
 def test_presets_are_laid_under_the_scenario():

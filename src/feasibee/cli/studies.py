@@ -101,6 +101,8 @@ def compare(
     scenario = read_scenario(file, changes)
     numbers = _tasks_of(scenario, tasks, runs, seed)
     contenders = contenders_of(scenario, strategies, presets)
+    if not (strategies or presets):
+        _tell_left_out(scenario)
     for number in tasks:
         scenario.replace({"tasks.count": number})
     folder = make_folder(out)
@@ -109,6 +111,14 @@ def compare(
     write_comparison(folder, outcomes)
     _print_comparison(outcomes)
     click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
+
+
+def _tell_left_out(scenario: Scenario) -> None:
+    """Name the built-in strategies that the scenario does not support, and why."""
+    from feasibee.studies.suitable import suitable
+
+    for name, error in suitable(scenario)[1].items():
+        click.echo(f"feasibee: left out {name}: {error}", err=True)
 
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:

@@ -89,7 +89,8 @@ def load_engine(scenario: Scenario) -> bool:
 
 def prepare_engines() -> Iterator[Prepared]:
     """Load both engines and all built-in strategies; yield each part when it is ready."""
-    strategies = [Scenario(decision={"strategy": name}) for name in STRATEGIES]
+    robots = {"know_count": True}  # some strategies need it
+    strategies = [Scenario(robots=robots, decision={"strategy": name}) for name in STRATEGIES]
     parts = {
         FAST: [Scenario()],
         GENERAL: [Scenario(arena={"boundary": "walls"})],

@@ -11,9 +11,9 @@ from feasibee.errors import ScenarioError
 from feasibee.results.statistics import paired_difference, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
-from feasibee.strategies import STRATEGIES
 from feasibee.studies.assessment import Assessment, Trial, wait_for
 from feasibee.studies.comparison import Outcome, design_points, outcomes_of
+from feasibee.studies.suitable import suitable
 from feasibee.sweeps.sweep import Execution, Rounds
 
 OPPOSITE_SHARE = 0.3
@@ -90,15 +90,9 @@ def _ranked(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Out
 
 
 def _other_strategies(scenario: Scenario) -> dict[str, Scenario]:
-    """Return the scenario with each other strategy that is valid in it."""
-    others = {}
-    for name in STRATEGIES:
-        if name == scenario.decision.strategy:
-            continue
-        try:
-            others[name] = scenario.replace({"decision.strategy": name, "decision.parameters": {}})
-        except ScenarioError:
-            continue
+    """Return the scenario with each other strategy that it supports."""
+    others, _ = suitable(scenario)
+    others.pop(scenario.decision.strategy, None)
     return others
 
 

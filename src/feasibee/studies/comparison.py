@@ -29,7 +29,7 @@ from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.strategies import STRATEGIES
+from feasibee.studies.suitable import strategy_change, suitable
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -118,7 +118,8 @@ def contenders_of(
     scenario : Scenario
         What all contenders have in common.
     strategies : sequence of str
-        Names or files; with neither strategies nor presets, all built-in strategies.
+        Names or files; with neither strategies nor presets, all built-in strategies that the scenario
+        supports.
     presets : sequence of str
         Names. What the scenario sets itself wins over a preset's values; ``"default"`` has none.
 
@@ -129,12 +130,11 @@ def contenders_of(
     """
     if strategies and presets:
         raise FeasibeeError("strategies and presets: can't be compared at once; name one kind")
-    names = list(presets or strategies or STRATEGIES)
+    names = list(presets or strategies or suitable(scenario)[0])
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise FeasibeeError(f"{twice[0]}: is named twice; name it once")
-    own = scenario.decision.strategy
-    changes = [_preset(name) if presets else _strategy(name, own) for name in names]
+    changes = [_preset(name) if presets else strategy_change(scenario, name) for name in names]
     short = Counter(Path(name).name for name in names)
     labels = [Path(name).name if short[Path(name).name] == 1 else name for name in names]
     return {
@@ -148,11 +148,6 @@ def _preset(name: str) -> dict[str, Any]:
     if name not in (DEFAULT, *PRESETS):
         raise FeasibeeError(f"{name}: is no preset; choose from {', '.join([DEFAULT, *PRESETS])}")
     return {} if name == DEFAULT else {"preset": name}
-
-
-def _strategy(name: str, own: str) -> dict[str, Any]:
-    """Return the changes that give a scenario another strategy; its own one keeps its parameters."""
-    return {} if name == own else {"decision.strategy": name, "decision.parameters": {}}
 
 
 def compare(

@@ -1,0 +1,39 @@
+"""The built-in strategies that a scenario supports, and why it does not support the others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from feasibee.errors import ScenarioError
+from feasibee.scenario.scenario import Scenario
+from feasibee.strategies import STRATEGIES
+
+
+def suitable(scenario: Scenario) -> tuple[dict[str, Scenario], dict[str, ScenarioError]]:
+    """Return the scenario with each built-in strategy that it supports, and the problems with the others.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its own strategy keeps its parameters.
+
+    Returns
+    -------
+    scenarios : dict of str to Scenario
+        By the name of the strategy.
+    problems : dict of str to ScenarioError
+        Such as that of a strategy that needs the number of robots.
+    """
+    scenarios, problems = {}, {}
+    for name in STRATEGIES:
+        try:
+            scenarios[name] = scenario.replace(strategy_change(scenario, name))
+        except ScenarioError as error:
+            problems[name] = error
+    return scenarios, problems
+
+
+def strategy_change(scenario: Scenario, name: str) -> dict[str, Any]:
+    """Return the changes that give a scenario another strategy; its own one keeps its parameters."""
+    own = name == scenario.decision.strategy
+    return {} if own else {"decision.strategy": name, "decision.parameters": {}}
