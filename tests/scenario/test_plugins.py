@@ -154,6 +154,19 @@ def test_the_functions_have_what_the_contract_says(write):
 # --- What is wrong with a file ---
 
 
+@pytest.mark.parametrize("section", ["robots", "tasks"])
+def test_a_strategy_for_one_class_is_refused_where_there_are_more(write, section):
+    path = write(f"{MINE}\nONE_CLASS = True\n")
+    own = {"robots": {"skills": ["x"]}, "tasks": {"needs": {"x": 1}}}[section]
+    classes = [{"name": "a", "count": 3, **own}]
+    with pytest.raises(ScenarioError) as caught:
+        scenario_of(path, **{f"{section}.classes": classes})
+    assert str(caught.value).startswith(f"{section}.classes = '1 classes': ")
+    assert "compares one number of robots with one number of tasks" in str(caught.value)
+    assert str(caught.value).endswith(f"leave it out and set {section}.count, or choose census")
+    assert scenario_of(path, **{f"{section}.count": 5}).strategy.one_class
+
+
 def without(name):
     """Return the text without a function."""
     head, _, rest = MINE.partition(f"def {name}(")
@@ -262,6 +275,7 @@ def test_nonsense_that_is_returned_is_told(write, old, new, words):
         ("VALUE_BITS = 17", "VALUE_BITS = 17 must be a whole number from 0 to 16"),
         ("FORGETS = 1", "FORGETS = 1 must be True or False"),
         ("STARTS_NEUTRAL = 'no'", "STARTS_NEUTRAL = 'no' must be True or False"),
+        ("ONE_CLASS = 1", "ONE_CLASS = 1 must be True or False"),
         ("MEMORY = 1 + 1", "MEMORY = 1 + 1 must be a whole number from 0 to 64, written out"),
         ("MEMORY: int", "MEMORY = ... must be a whole number"),
         ("PARAMETERS = ['weight']", "PARAMETERS = ['weight'] must be a dict of names and numbers"),

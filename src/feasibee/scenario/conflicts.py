@@ -198,6 +198,11 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
     if strategy.needs_count and fit("robots.know_count") and not explicit["robots"]["know_count"]:
         rule = f"{strategy.name} needs the number of robots"
         yield Problem("robots.know_count", False, rule, "set it to true, or choose a strategy without n")
+    for section in ("robots", "tasks") if strategy.one_class else ():
+        if fit(f"{section}.classes") and explicit[section]["classes"]:
+            rule = f"{strategy.name} compares one number of robots with one number of tasks"
+            remedy = f"leave it out and set {section}.count, or choose census"
+            yield Problem(f"{section}.classes", f"{len(explicit[section]['classes'])} classes", rule, remedy)
     if strategy.declares and fit("decision.commit") and decision["commit"] is not None:
         rule = f"{strategy.name} declares by its own word, and its messages have no opinion to agree with"
         yield Problem("decision.commit", decision["commit"], rule, "leave it out")

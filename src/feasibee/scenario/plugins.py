@@ -45,6 +45,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
     "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
     "NEEDS_COUNT": ("True or False", lambda value: isinstance(value, bool)),
+    "ONE_CLASS": ("True or False", lambda value: isinstance(value, bool)),
 }
 
 

@@ -66,6 +66,7 @@ CONSTANTS: Final[Mapping[str, str]] = {
     "STARTS_NEUTRAL": "starts_neutral",
     "BY_NAME": "by_name",
     "NEEDS_COUNT": "needs_count",
+    "ONE_CLASS": "one_class",
 }
 """The constants of a strategy's file, and the fields of `Manifest` that hold them."""
 
@@ -232,6 +233,8 @@ class Manifest:
         ``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing.
     needs_count : bool
         ``NEEDS_COUNT``: whether robots must know how many robots there are.
+    one_class : bool
+        ``ONE_CLASS``: whether robots and tasks can't have classes.
     functions : frozenset of str
         The functions of `ARGUMENTS` that the file defines.
     source : str
@@ -248,6 +251,7 @@ class Manifest:
     starts_neutral: bool = False
     by_name: bool = False
     needs_count: bool = False
+    one_class: bool = False
     functions: frozenset[str] = frozenset()
     source: str = ""
     trusted: bool = True
