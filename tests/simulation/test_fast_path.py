@@ -27,6 +27,7 @@ OTHER_VALUES = {
     "robots.speed": 0.7,
     "robots.diameter": 0.5,
     "robots.avoid_collisions": True,
+    "robots.know_count": True,
     "robots.classes": (RobotClass(name="all", count=20),),
     "tasks.placement": "corner",
     "tasks.clusters": 2,

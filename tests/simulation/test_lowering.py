@@ -61,9 +61,17 @@ def test_listening_is_a_number_of_steps_or_a_code():
 
 def test_every_word_of_a_scenario_has_its_code():
     for word in Faults.model_fields["byzantine_says"].annotation.__args__:
-        assert Lie(params_of(faults={"byzantine_says": word}).faults.byzantine_says).name == word.upper()
+        code = "infeasible" if word == "colluding" else word  # the opposite of the truth
+        assert Lie(params_of(faults={"byzantine_says": word}).faults.byzantine_says).name == code.upper()
     words = Placed.model_fields["placement"].annotation.__args__
     assert [each.name for each in Placement] == [word.upper() for word in words]
+
+
+@pytest.mark.parametrize(("tasks", "code", "invented"), [(20, "INFEASIBLE", (0, 1)), (23, "FEASIBLE", (3, -2))])
+def test_colluders_send_the_opposite_of_the_truth_and_invent_what_it_needs(tasks, code, invented):
+    faults = params_of(tasks={"count": tasks}, faults={"byzantine_says": "colluding"}).faults
+    assert Lie(faults.byzantine_says).name == code
+    assert (faults.invented_robots, faults.invented_tasks) == invented  # at most 0: none
 
 
 def test_a_commit_rule_is_a_ratio_of_whole_numbers():

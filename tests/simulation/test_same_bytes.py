@@ -8,19 +8,40 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.model.record import COLUMNS
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
+FIRST = (
+    "dmmd",
+    "dmvd",
+    "dc",
+    "voter",
+    "majority",
+    "k-unanimity",
+    "cross-inhibition",
+    "bayes",
+    "accumulate",
+    "average",
+    "tally",
+    "estimate",
+    "census",
+    "sketch",
+)
+"""The strategies of the first corpus: the seed of each scenario is its number in it."""
+FIRST_ACCOUNT = ("bits_sent", "commit_step", "committed_feasible", "committed_infeasible")
+"""The outcomes of the first corpus; the later ones follow from curves, unless robots declare."""
 HASHES = Path(__file__).parent / "same_bytes.json"
 TEAM = {
     "robots.classes": [
@@ -61,11 +82,20 @@ WORLDS = {
 }
 
 
-def scenarios() -> Iterator[tuple[str, Scenario]]:
-    """Yield all strategies in all worlds, as far as they can be together."""
+def scenarios() -> Iterator[tuple[str, int, Scenario]]:
+    """Yield all strategies in all worlds, as far as they can be together: name, seed and scenario."""
+    yield from ((name, seed, each) for seed, (name, each) in enumerate(valid(FIRST)))
+    for name, each in valid(set(STRATEGIES) - set(FIRST)):
+        yield name, crc32(name.encode()), each
+
+
+def valid(names: Collection[str]) -> Iterator[tuple[str, Scenario]]:
+    """Yield these strategies in all worlds, as far as they can be together."""
     for world, changes in WORLDS.items():
-        for name in STRATEGIES:
+        for name in (each for each in STRATEGIES if each in names):
             changed = {"run.steps": 60, "arena.side": 10.0, **changes, "decision.strategy": name}
+            if STRATEGIES[name].needs_count:
+                changed["robots.know_count"] = True
             with suppress(ScenarioError):
                 yield f"{world}, {name}", Scenario().replace(changed)
 
@@ -74,12 +104,13 @@ def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2
     """Return a hash of all that some runs leave behind."""
     record = simulate_record(scenario, Runs(runs, seed), curves=True, backend=backend)
     text = hashlib.sha256()
+    first = [COLUMNS[name] for name in FIRST_ACCOUNT]
     for array in (
         record.decision,
         record.decision_step,
         record.feasible_count,
         record.infeasible_count,
-        record.account,
+        record.account if scenario.strategy.declares else record.account[:, first],
     ):
         text.update(np.ascontiguousarray(array).tobytes())
     return text.hexdigest()[:16]
@@ -88,7 +119,7 @@ def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2
 def test_every_scenario_of_the_corpus_gives_the_bytes_that_it_gave():
     kept = json.loads(HASHES.read_text())
     assert kept["model_version"] == MODEL_VERSION
-    found = {name: digest(scenario, seed) for seed, (name, scenario) in enumerate(scenarios())}
+    found = {name: digest(scenario, seed) for name, seed, scenario in scenarios()}
     assert len(found) >= 200
     assert found == kept["hashes"]
 
@@ -96,10 +127,10 @@ def test_every_scenario_of_the_corpus_gives_the_bytes_that_it_gave():
 @pytest.mark.parametrize("name", ["paper, dmmd", "paper, tally", "team, sketch", "faults, census"])
 def test_the_reference_gives_the_same_bytes(name):
     kept = json.loads(HASHES.read_text())["hashes"]
-    seed, scenario = next((seed, each) for seed, (own, each) in enumerate(scenarios()) if own == name)
+    seed, scenario = next((seed, each) for own, seed, each in scenarios() if own == name)
     assert digest(scenario, seed, "reference") == kept[name]
 
 
 if __name__ == "__main__":
-    hashes = {name: digest(scenario, seed) for seed, (name, scenario) in enumerate(scenarios())}
+    hashes = {name: digest(scenario, seed) for name, seed, scenario in scenarios()}
     HASHES.write_text(json.dumps({"model_version": MODEL_VERSION, "hashes": hashes}, indent=1) + "\n")
