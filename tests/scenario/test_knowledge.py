@@ -481,3 +481,43 @@ def test_knowledge_that_does_not_fit_is_told_when_it_runs(write):
     changes = {"robots.count": 1000, "arena.side": 100.0}
     text = why_not(scenario_of(write(text), **changes))
     assert "what 1000 robots know would take 7 GiB, over 4; take fewer robots" in text
+
+
+FALSE_NAMES = (
+    OPINIONS.replace("BY_NAME = True", "")
+    + """
+
+def words(setting):
+    return 2
+
+
+def observe(known, thing, me):
+    if thing.id < 0:
+        known[0] += 1
+        known[1] = (known[1] + thing.hash) % 10007
+
+
+def merge(known, message, sender, me):
+    pass
+
+
+def count(known, counts, me):
+    counts[0] = known[0]
+
+
+def bits(message, me):
+    return message[1]
+"""
+)
+
+
+@pytest.mark.parametrize("changes", [{}, {"tasks.count": 0}, {"robots.count": 40}])
+def test_a_false_sighting_has_a_hash_of_its_own(write, changes):
+    """The bits sum up hashes: they differ between the implementations if any hash does."""
+    scenario = Scenario(
+        decision={"strategy": str(write(FALSE_NAMES))},
+        sensing={"false_robots": 0.3, "false_tasks": 0.2},
+        run={"steps": 50},
+    ).replace(changes)
+    record = assert_same(scenario, scenario)
+    assert (record.bits_sent > 1000 * scenario.robots.count).all()

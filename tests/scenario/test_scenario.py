@@ -21,7 +21,14 @@ from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sens
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
 PAPER = {
     "arena": {"side": 20.0, "boundary": "torus"},
-    "robots": {**PLACED, "count": 20, "speed": 1.0, "diameter": 1.0, "avoid_collisions": False, "know_count": False},
+    "robots": {
+        **PLACED,
+        "count": 20,
+        "speed": 1.0,
+        "diameter": 1.0,
+        "avoid_collisions": False,
+        "know_count": False,
+    },
     "tasks": {**PLACED, "count": 20},
     "walk": {"mean_run": 10.0},
     "sensing": {

@@ -67,7 +67,9 @@ def test_every_word_of_a_scenario_has_its_code():
     assert [each.name for each in Placement] == [word.upper() for word in words]
 
 
-@pytest.mark.parametrize(("tasks", "code", "invented"), [(20, "INFEASIBLE", (0, 1)), (23, "FEASIBLE", (3, -2))])
+@pytest.mark.parametrize(
+    ("tasks", "code", "invented"), [(20, "INFEASIBLE", (0, 1)), (23, "FEASIBLE", (3, -2))]
+)
 def test_colluders_send_the_opposite_of_the_truth_and_invent_what_it_needs(tasks, code, invented):
     faults = params_of(tasks={"count": tasks}, faults={"byzantine_says": "colluding"}).faults
     assert Lie(faults.byzantine_says).name == code

@@ -50,10 +50,10 @@ def in_units(params, fixed):
 
 
 @inlined
-def robot_seen(params, passing, number, kind):
-    """Return a robot as others see it; its number is negative if it isn't there."""
+def robot_seen(params, passing, number, kind, mark):
+    """Return a robot as others see it; one that isn't there has a negative number and the hash given."""
     if number < 0:
-        return Thing(True, int64(-1), kind, int64(0), 0.0, 0.0)
+        return Thing(True, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
     identity = int64(passing.robots[Robot.IDENTITY, number])
     x, y = passing.robots[Robot.X, number], passing.robots[Robot.Y, number]
     return Thing(
@@ -62,13 +62,13 @@ def robot_seen(params, passing, number, kind):
 
 
 @inlined
-def task_seen(params, passing, number, kind):
-    """Return a task as robots see it; its number is negative if it isn't there."""
+def task_seen(params, passing, number, kind, mark):
+    """Return a task as robots see it; one that isn't there has a negative number and the hash given."""
     if number < 0:
-        return Thing(False, int64(-1), kind, int64(0), 0.0, 0.0)
-    mark = int64(passing.hashes[params.robots.count + number])
+        return Thing(False, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
+    own = int64(passing.hashes[params.robots.count + number])
     x, y = passing.tasks[Point.X, number], passing.tasks[Point.Y, number]
-    return Thing(False, number, kind, mark, in_units(params, x), in_units(params, y))
+    return Thing(False, number, kind, own, in_units(params, x), in_units(params, y))
 
 
 @inlined
@@ -131,10 +131,11 @@ def observe_all(params, passing, now, number):
             int64(passing.pending[Pending.NUMBER, k]),
             int64(passing.pending[Pending.COLUMN, k]),
         )
+        mark = passing.pending[Pending.MARK, k]
         if column < classes:
-            thing = robot_seen(params, passing, number_seen, column)
+            thing = robot_seen(params, passing, number_seen, column, mark)
         else:
-            thing = task_seen(params, passing, number_seen, column - classes)
+            thing = task_seen(params, passing, number_seen, column - classes, mark)
         observe(known_by(params, passing, i), thing, me_of(params, passing, now, i))
 
 

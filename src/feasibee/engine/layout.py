@@ -110,6 +110,7 @@ class Pending(IntEnum):
     FALSE_OPINION = 1  # opinion that its message must support if it is Byzantine, else -1
     SPEAKER = 1  # number of the robot that it hears
     COLUMN = 2  # class of the robot or task that it sees: classes of robots, then of tasks
+    MARK = 3  # hash of a false sighting
 
 
 class Point(IntEnum):
@@ -250,7 +251,7 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
         inbox=np.full(_inbox_shape(params, padded, slots, values), -1, np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
-        pending=np.zeros((Pending.COLUMN + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
+        pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid.bits),

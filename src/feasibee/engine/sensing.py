@@ -23,11 +23,11 @@ from feasibee.engine.bits import (
 )
 from feasibee.engine.cells import block, block_on_torus, count_within, near, near_on_torus, sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import choose, draw_now, poisson
+from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount, within
 from feasibee.engine.knowledge import defer, publish, sent_opinion, update_pending
-from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
+from feasibee.engine.layout import WORD, Clock, Count, Link, Pending, Point, Robot, Set
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.model.purposes import (
     FALSE_ROBOT,
@@ -238,28 +238,31 @@ def count_sighting(params, state, functions, i, number, kind, is_robot):
 
 @called
 def count_false_sightings(params, state, functions, i):
-    """Count false sightings, each of the class of a robot or task drawn at random."""
+    """Count false sightings, each of the class of a robot or task drawn at random, with a hash of its own."""
+    run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
     if params.sensing.false_robots > 0.0:
-        word = draw_now(params, state, i, FALSE_ROBOT)
-        for k in range(poisson(word, params.sensing.false_robots)):
-            word = draw_now(params, state, i, FALSE_ROBOT_CLASS + PAIR * k)
-            count_sighting(
-                params,
-                state,
-                functions,
-                i,
-                int64(-1),
-                int64(state.tables.class_of[choose(word, params.robots.count)]),
-                True,
-            )
+        for k in range(poisson(draw_now(params, state, i, FALSE_ROBOT), params.sensing.false_robots)):
+            words = draw_words(params, run, i, now, FALSE_ROBOT_CLASS + PAIR * k)
+            kind = int64(state.tables.class_of[choose(words[0], params.robots.count)])
+            mark_next(state, words[1])
+            count_sighting(params, state, functions, i, int64(-1), kind, True)
     if params.sensing.false_tasks > 0.0:
-        word = draw_now(params, state, i, FALSE_TASK)
-        for k in range(poisson(word, params.sensing.false_tasks)):
+        for k in range(poisson(draw_now(params, state, i, FALSE_TASK), params.sensing.false_tasks)):
+            words = draw_words(params, run, i, now, FALSE_TASK_CLASS + PAIR * k)
             kind = int64(0)
             if params.tasks.count > 0:
-                word = draw_now(params, state, i, FALSE_TASK_CLASS + PAIR * k)
-                kind = int64(state.tables.class_of[params.robots.count + choose(word, params.tasks.count)])
+                kind = int64(
+                    state.tables.class_of[params.robots.count + choose(words[0], params.tasks.count)]
+                )
+            mark_next(state, words[1])
             count_sighting(params, state, functions, i, int64(-1), kind, False)
+
+
+@inlined
+def mark_next(state, mark):
+    """Give the next pending sighting, if it is a false one, its hash."""
+    if state.pending.shape[1] > 0:
+        state.pending[Pending.MARK, state.clock[Clock.PENDING]] = int32(mark)
 
 
 @inlined

@@ -124,7 +124,11 @@ class Robot:
 
     def draw(self, counter: int, purpose: int) -> int:
         """Return the first random word of a coordinate of this robot."""
-        return philox(*self._coordinates, counter, purpose)[0]
+        return self.draws(counter, purpose)[0]
+
+    def draws(self, counter: int, purpose: int) -> tuple[int, int, int, int]:
+        """Return the random words of a coordinate of this robot."""
+        return philox(*self._coordinates, counter, purpose)
 
     def _turn(self) -> None:
         """Draw a heading and how long it lasts (model.md 2.1)."""

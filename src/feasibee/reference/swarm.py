@@ -146,13 +146,13 @@ class Swarm:
                 where = self.world.in_units(place)
                 things.append(self.names.task(number, self.task_kinds[number], *where))
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
-        for kind in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
+        for kind, mark in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
             robots_now[kind] += 1
-            things.append(Thing(True, -1, kind, 0))
+            things.append(Thing(True, -1, kind, mark))
         false = (FALSE_TASK, FALSE_TASK_CLASS)
-        for kind in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
+        for kind, mark in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
             tasks_now[kind] += 1
-            things.append(Thing(False, -1, kind, 0))
+            things.append(Thing(False, -1, kind, mark))
         robot.mind.observe(robots_now, tasks_now)
         robot.mind.recognise(things)
 
@@ -171,12 +171,12 @@ class Swarm:
 
     def _false_sightings(
         self, robot: Robot, mean: float, kinds: list[int], number: int, kind: int
-    ) -> Iterator[int]:
-        """Yield the classes of a robot's false sightings: each that of a robot or task drawn at random."""
+    ) -> Iterator[tuple[int, int]]:
+        """Yield class and hash of a robot's false sightings: a class as of a thing drawn at random."""
         if mean > 0:
             for k in range(poisson(robot.draw(self.time, number), mean)):
-                word = robot.draw(self.time, kind + PAIR * k)
-                yield kinds[choose(word, len(kinds))] if kinds else 0
+                words = robot.draws(self.time, kind + PAIR * k)
+                yield kinds[choose(words[0], len(kinds))] if kinds else 0, words[1]
 
     def _bits(self, sender: Robot, message: Message) -> int:
         """Return the length of a message in bits: id, opinion, value and commitment, or knowledge."""

@@ -175,7 +175,7 @@ class Thing(NamedTuple):
     kind: int
     """Number of its class, among those of robots or among those of tasks."""
     hash: int
-    """32 random bits, the same for all who see it; 0 for a false sighting."""
+    """32 random bits, the same for all who see it; a false sighting has its own, drawn anew each time."""
     x: float = 0.0
     """Its position in the shared frame, in units; 0.0 if it isn't there."""
     y: float = 0.0
