@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
 from numba.core.errors import NumbaError
 
 from feasibee.engine import entrypoints
@@ -39,6 +40,8 @@ class RunError(Exception):
         self.error = error
 
 
+NUMBERS = ("bits", "declare")
+"""Functions of knowledge that return a whole number; the others return nothing."""
 POLL = 0.1  # seconds between two looks at the progress
 
 
@@ -81,8 +84,8 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
     (returned,) = (each.return_type for each in compiled.nopython_signatures)
-    if returned != signature.return_type:
-        must = "a whole number" if name in ("bits", "declare") else "nothing"
+    if not (returned == signature.return_type or (name in NUMBERS and isinstance(returned, types.Integer))):
+        must = "a whole number" if name in NUMBERS else "nothing"
         line = own.__code__.co_firstlineno
         rule = f"{name} doesn't compile: it must return {must}, whatever it is given"
         raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
