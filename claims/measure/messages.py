@@ -1,4 +1,4 @@
-"""Measure the lengths of messages and the share of silent steps: docs/strategies.md."""
+"""Measure the lengths of messages and the share of silent steps: docs/opinions.md."""
 
 from __future__ import annotations
 
