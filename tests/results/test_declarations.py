@@ -6,6 +6,7 @@ from math import comb
 
 import numpy as np
 import pytest
+from declaring import declaring
 
 from feasibee import Scenario
 from feasibee.model.record import Record
@@ -17,24 +18,13 @@ from feasibee.results.declarations import (
     declared_wrong,
     ended_right,
 )
-from feasibee.results.statistics import confidence_sequence, wilson
-
-RULES = """
-def quality(n, m):
-    return 0.5
-def dissemination(quality, gain):
-    return gain
-def decide(mind, inbox):
-    return mind.opinion
-"""
+from feasibee.results.statistics import wilson
 
 
 @pytest.fixture(scope="module")
-def declaring(tmp_path_factory):
-    """A scenario of 20 robots whose strategy declares."""
-    path = tmp_path_factory.mktemp("own") / "sure.py"
-    path.write_text(RULES + "def declare(mind, me):\n    return -1\n")
-    return Scenario(decision={"strategy": str(path)})
+def quiet(tmp_path_factory):
+    """A scenario of 20 robots that declare."""
+    return declaring(tmp_path_factory.mktemp("own"))
 
 
 def record_of(**columns):
@@ -84,13 +74,13 @@ def test_only_robots_that_count_at_the_end_of_a_run_are_asked():
 # --- Their statistics ---
 
 
-def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(declaring):
+def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(quiet):
     record = record_of(
         declared_feasible=[20] * 7 + [19, 5, 0],
         declared_infeasible=[0] * 7 + [1, 0, 0],
         declare_step=[*range(101, 109), -1, -1],
     )
-    found = declarations(record, declaring, True)
+    found = declarations(record, quiet, True)
     assert (found.ok, found.wrong) == (wilson(7, 10), wilson(1, 10))
     assert found.step_90 == declare_times(record.declare_step)
     assert (found.step_90.median, found.step_90.p95) == (105, None)
@@ -104,15 +94,13 @@ def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(decl
             "p95_interval": [108, None],
         },
     }
-    again = declarations(to_dataset(record, declaring, 0), declaring, True)
+    again = declarations(to_dataset(record, quiet, 0), quiet, True)
     assert again == found
-    sequential = declarations(record, declaring, True, confidence_sequence)
-    assert (sequential.ok, sequential.wrong) == (confidence_sequence(7, 10), confidence_sequence(1, 10))
 
 
-def test_without_declare_or_runs_there_are_no_statistics(declaring):
+def test_without_declare_or_runs_there_are_no_statistics(quiet):
     assert declarations(record_of(declared_feasible=[20]), Scenario(), True) is None
-    assert declarations(Record.empty(0, 0, 0), declaring, True) is None
+    assert declarations(Record.empty(0, 0, 0), quiet, True) is None
 
 
 # --- Quantiles ---

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,9 +46,7 @@ class Declarations(NamedTuple):
         }
 
 
-def declarations(
-    results: Any, scenario: Scenario, feasible: bool, interval: Callable[[int, int], Interval] = wilson
-) -> Declarations | None:
+def declarations(results: Any, scenario: Scenario, feasible: bool) -> Declarations | None:
     """Return the shares of runs that declared rightly and wrongly, and when; None without declarations.
 
     Parameters
@@ -60,15 +57,13 @@ def declarations(
         What the runs were simulated from.
     feasible : bool
         Whether the tasks are feasible: the ground truth.
-    interval : callable
-        Returns a share with its interval from a number of runs and the number of all runs.
     """
     if not scenario.manifest.declares or not results.decision.size:
         return None
     right, wrong = declared_right(results, scenario, feasible), declared_wrong(results, scenario, feasible)
     return Declarations(
-        interval(int(right.sum()), right.size),
-        interval(int(wrong.sum()), wrong.size),
+        wilson(int(right.sum()), right.size),
+        wilson(int(wrong.sum()), wrong.size),
         declare_times(_column(results, "declare_step")),
     )
 
@@ -108,8 +103,10 @@ def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) ->
     if not steps.size:
         return DeclareTimes(None, None, (None, None), (None, None))
     ordered = np.sort(np.where(steps < 0, NEVER, steps))
-    found = [_quantile(ordered, percent, confidence) for percent in (50, 95)]
-    return DeclareTimes(*(middle for middle, _ in found), *(ends for _, ends in found))
+    (median, around_median), (p95, around_p95) = (
+        _quantile(ordered, percent, confidence) for percent in (50, 95)
+    )
+    return DeclareTimes(median, p95, around_median, around_p95)
 
 
 def _quantile(
