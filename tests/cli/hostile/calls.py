@@ -13,6 +13,7 @@ import xarray as xr
 import feasibee
 from feasibee.figures.animation import animate
 from feasibee.figures.frames import draw_frame
+from feasibee.model import outcomes
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import to_dataset
@@ -20,7 +21,7 @@ from feasibee.scenario.feasibility import explain
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})
 COUNTS = np.ones((2, 3), np.int32)
-ACCOUNT = np.zeros((2, 4), np.int64)
+ACCOUNT = np.zeros((2, len(outcomes.ACCOUNT)), np.int64)
 RESULTS = to_dataset(
     Record(0, np.ones(2, np.int8), np.zeros(2, np.int32), COUNTS, COUNTS, ACCOUNT), SCENARIO, 0
 )
