@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from declaring import declaring
 from matplotlib import pyplot, rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -59,13 +60,14 @@ def one_run(decision, step, curve):
     return Record(0, decision, step, curve, counter_curve, np.array([FILLED]))
 
 
-def swarm_at(places, targets=((1.0, 2.0),), opinions=None, **scenario):
+def swarm_at(places, targets=((1.0, 2.0),), opinions=None, declared=None, **scenario):
     """Make what plot_arena looks at, at places of our choice."""
     return SimpleNamespace(
         scenario=Scenario(**scenario),
         positions=np.array(places, float),
         tasks=np.array(targets, float).reshape(-1, 2),
         opinions=np.array(opinions or [1] * len(places), np.int8),
+        declared=np.array(declared or [-1] * len(places), np.int8),
     )
 
 
@@ -108,6 +110,18 @@ def test_the_arena_shows_each_robot_once_with_number_range_and_opinion():
         ("2", (10.0, 12.0)),
         ("3", (17.0, 3.0)),
     ]
+
+
+def test_a_robot_that_has_declared_has_a_rim():
+    ax = plot_arena(swarm_at([(5, 5), (9, 9), (15, 5)], opinions=[1, 0, 1], declared=[1, 0, -1]))
+    rims = {patch.center: patch.get_linewidth() > 0 for patch in discs(ax, 0.5)}
+    assert rims == {(5, 5): True, (9, 9): True, (15, 5): False}
+    assert "declared" not in legend_labels(ax)
+
+
+def test_the_legend_has_declarations_only_if_robots_can_declare(tmp_path):
+    ax = plot_arena(Swarm(declaring(tmp_path)))
+    assert legend_labels(ax) == ["feasible", "infeasible", "declared", "task", "range"]
 
 
 def test_the_arena_shows_each_task_where_it_is():
