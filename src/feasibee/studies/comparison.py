@@ -230,7 +230,12 @@ def right_at_end(
     rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int
 ) -> list[NDArray[np.bool_]]:
     """Run one round; return for each point whether each swarm was right at the last step."""
-    return [each.right for each in outcomes_of(rounds, designs, runs, seed)]
+    records = rounds.run(Study(designs, runs, seed))
+    scenarios = [design.scenario for design in designs]
+    return [
+        ended_right(record, scenario, truth(scenario))
+        for scenario, record in zip(scenarios, records, strict=True)
+    ]
 
 
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
