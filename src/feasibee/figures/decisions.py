@@ -136,13 +136,13 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **look: Any) -> None:
-    """Draw the percentage of runs in which something had happened by each step, from the steps at which."""
+    """Draw the percentage of runs whose step in ``taken`` had passed by each step."""
     share = 100 * np.arange(taken.size + 1) / runs
     ax.step(np.r_[0, np.sort(taken), steps], np.r_[share, share[-1]], where="post", **look)
 
 
 def mark_median(ax: Axes, median: int | None) -> None:
-    """Mark the step by which something had happened in half of the runs, if there is one."""
+    """Mark the median of a step over the runs; do nothing if it is None."""
     if median is not None:
         label = f"half of the runs: step {median}"
         ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=label)
