@@ -56,7 +56,7 @@ def test_status_has_the_declarations_of_each_point(folder, scenarios):
 def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_path):
     quiet = scenarios["quiet"]
     with Journal(tmp_path, write=True) as journal:
-        (number,) = journal.add([DesignPoint({}, quiet, until=StoppingRule(0.5, None, 30))], 5)
+        (number,) = journal.add([DesignPoint({}, quiet)], 5, StoppingRule(0.5, None, 30))
         record = simulate_record(quiet, Runs(30, 5))
         journal.write([(number, record)])
         (found,) = summaries(journal)

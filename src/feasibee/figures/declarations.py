@@ -9,6 +9,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.figures.decisions import draw_share_by_step, mark_median
 from feasibee.figures.style import axes_for
 from feasibee.model.codes import COLOURS
+from feasibee.model.outcomes import DECLARES, OUTCOMES
 from feasibee.results.dataset import scenario_of
 from feasibee.results.declarations import declare_times, declared_wrong
 from feasibee.scenario.feasibility import truth
@@ -32,7 +33,8 @@ def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         If the robots of these results can't declare.
     """
     scenario = scenario_of(results)
-    if "declare_step" not in results or results["declare_step"].dims != ("run",):
+    needed = {each.name for each in OUTCOMES if each.needs is DECLARES}
+    if not needed <= set(results.data_vars) or results["declare_step"].dims != ("run",):
         raise FeasibeeError("the results have no declarations; simulate a strategy that defines declare")
     feasible, steps = truth(scenario), scenario.run.steps
     declare_step = results["declare_step"].values

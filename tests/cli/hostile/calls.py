@@ -12,6 +12,7 @@ import xarray as xr
 
 import feasibee
 from feasibee.figures.animation import animate
+from feasibee.figures.declarations import plot_declare_steps
 from feasibee.figures.frames import draw_frame
 from feasibee.model import outcomes
 from feasibee.model.record import Record
@@ -69,6 +70,7 @@ SCENARIOS: dict[str, Callable[[Any], Any]] = {
     "plot_arena": feasibee.plot_arena,
     "draw_frame": draw_frame,
     "plot_decision_steps": feasibee.plot_decision_steps,
+    "plot_declare_steps": plot_declare_steps,
     "plot_opinions": feasibee.plot_opinions,
     "plot_opinions, one of several": lambda each: feasibee.plot_opinions({"a": each}),
     "save_results": lambda each: feasibee.save_results(each, "a.nc"),
