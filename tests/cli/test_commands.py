@@ -16,8 +16,17 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from commands import invoke, refused
+from declaring import declaring
 
-from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate
+from feasibee import (
+    Scenario,
+    decision_rates,
+    decision_times,
+    open_results,
+    scenario_of,
+    simulate,
+    wilson,
+)
 from feasibee.cli import main
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -32,6 +41,7 @@ KEYS = {
     "decision_step",
     "truth",
     "accuracy",
+    "right_at_end",
     "bits_per_robot_and_step",
     "seed",
     "first_run",
@@ -143,6 +153,39 @@ def test_json_counts_bits_and_commitments_by_robot():
     assert summary["committed"]["infeasible"] == record.committed_infeasible.sum() / (20 * 20)
     assert summary["committed"]["step"] == decision_times(record.commit_step)._asdict()
     assert record.committed_feasible.sum() > 200
+
+
+def test_json_has_declarations_only_if_robots_declare(tmp_path):
+    scenario = declaring(tmp_path, quiet=20.0, tasks={"count": 20}, run={"steps": 150})
+    (tmp_path / "quiet.toml").write_text(scenario.to_toml())
+    summary = summary_of(tmp_path / "quiet.toml", "--runs", 40, "--seed", 1)
+    assert set(summary) == KEYS | {"declared"}
+    record = simulate_record(scenario, Runs(40, 1))
+    right = int(((record.declared_feasible >= 19) & (record.declared_infeasible == 0)).sum())
+    wrong = int((record.declared_infeasible > 0).sum())
+    assert 0 < wrong < 40
+    assert summary["declared"] == {
+        "ok": wilson(right, 40)._asdict(),
+        "wrong": wilson(wrong, 40)._asdict(),
+        "step_90": summary["declared"]["step_90"],
+    }
+    steps = sorted(record.declare_step)
+    times = summary["declared"]["step_90"]
+    assert (times["median"], times["p95"]) == (steps[19], steps[37])
+    assert times["median_interval"][0] <= times["median"] <= times["median_interval"][1]
+    ended = int((record.feasible_at_end >= 19).sum())
+    assert summary["right_at_end"] == wilson(ended, 40)._asdict()
+
+
+def test_people_read_declarations_in_a_line(tmp_path):
+    scenario = declaring(tmp_path, run={"steps": 50})
+    (tmp_path / "quiet.toml").write_text(scenario.to_toml())
+    lines = invoke("run", tmp_path / "quiet.toml", "--runs", 5).stdout.splitlines()
+    assert (
+        "Declared: rightly in 0.0% (0.0% to 43.4%), a robot wrongly in 0.0% (0.0% to 43.4%); "
+        "half of the swarms never, 95% never." in lines
+    )
+    assert any(line.startswith("Right at the end: ") for line in lines)
 
 
 def test_bits_of_runs_that_stop_at_their_decision_are_those_of_their_steps():

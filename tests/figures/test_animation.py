@@ -11,12 +11,13 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from declaring import declaring
 from PIL import Image, ImageColor
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
-from feasibee.figures.frames import DRAWN, LIGHT, Painter
+from feasibee.figures.frames import DARK, DRAWN, LIGHT, Painter
 from feasibee.model.codes import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
@@ -155,6 +156,25 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
         assert paper == [not (dx or dy), True, True, True]
         seen.append(paper[0])
     assert set(seen) == {True, False}
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_robot_that_has_declared_has_a_rim(tmp_path, dark):
+    swarm = Swarm(declaring(tmp_path, quiet=20.0, tasks={"count": 21}), seed=3)
+    swarm.advance(61)
+    frame, ink = draw_frame(swarm, size=1000, dark=dark), rgb((DARK if dark else LIGHT).ink)
+    rims = {}
+    for robot, place in enumerate(swarm.positions):
+        if np.sort(np.hypot(*(swarm.positions - place).T))[1] > 1.5:
+            x, y = in_frame(swarm, 1000, place + np.array([0, 0.47]))
+            rims[robot] = close(frame.getpixel((int(x), int(y))), ink)
+    assert rims == {robot: swarm.declared[robot] >= 0 for robot in rims}
+    assert set(rims.values()) == {True, False}
+
+
+def test_declarations_are_counted_in_a_line_of_their_own(tmp_path):
+    quiet, plain = Swarm(declaring(tmp_path)), Swarm(Scenario())
+    assert draw_frame(quiet, size=600).height > draw_frame(plain, size=600).height
 
 
 def test_robots_that_are_not_counted_are_pale():

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from declaring import declaring
 from matplotlib import pyplot, rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -27,11 +28,13 @@ from feasibee import (
 from feasibee.figures.decisions import draw_opinion_bands
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
+from feasibee.model.outcomes import ACCOUNT
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import opinion_quartiles
 
 SCENARIO = Scenario(robots={"count": 10}, run={"steps": 5})
+FILLED = [each.fill for each in ACCOUNT]
 RESULTS = to_dataset(
     Record(
         first_run=0,
@@ -43,7 +46,7 @@ RESULTS = to_dataset(
         infeasible_count=np.array(
             [[5, 4, 3, 2, 0, 0], [6, 8, 10, 10, 10, 10], [0, 0, 0, 0, 0, 0], [5, 5, 5, 5, 5, 5]], np.int32
         ),
-        account=np.tile(np.array([0, -1, 0, 0]), (4, 1)),
+        account=np.tile(np.array(FILLED), (4, 1)),
     ),
     SCENARIO,
     seed=0,
@@ -54,16 +57,17 @@ def one_run(decision, step, curve):
     """Make the record of one run of ten robots, each with an opinion."""
     decision, step = np.array([decision], np.int8), np.array([step], np.int32)
     counter_curve = np.where(curve < 0, -1, 10 - curve).astype(np.int32)
-    return Record(0, decision, step, curve, counter_curve, np.array([[0, -1, 0, 0]]))
+    return Record(0, decision, step, curve, counter_curve, np.array([FILLED]))
 
 
-def swarm_at(places, targets=((1.0, 2.0),), opinions=None, **scenario):
+def swarm_at(places, targets=((1.0, 2.0),), opinions=None, declared=None, **scenario):
     """Make what plot_arena looks at, at places of our choice."""
     return SimpleNamespace(
         scenario=Scenario(**scenario),
         positions=np.array(places, float),
         tasks=np.array(targets, float).reshape(-1, 2),
         opinions=np.array(opinions or [1] * len(places), np.int8),
+        declared=np.array(declared or [-1] * len(places), np.int8),
     )
 
 
@@ -106,6 +110,18 @@ def test_the_arena_shows_each_robot_once_with_number_range_and_opinion():
         ("2", (10.0, 12.0)),
         ("3", (17.0, 3.0)),
     ]
+
+
+def test_a_robot_that_has_declared_has_a_rim():
+    ax = plot_arena(swarm_at([(5, 5), (9, 9), (15, 5)], opinions=[1, 0, 1], declared=[1, 0, -1]))
+    rims = {patch.center: patch.get_linewidth() > 0 for patch in discs(ax, 0.5)}
+    assert rims == {(5, 5): True, (9, 9): True, (15, 5): False}
+    assert "declared" not in legend_labels(ax)
+
+
+def test_the_legend_has_declarations_only_if_robots_can_declare(tmp_path):
+    ax = plot_arena(Swarm(declaring(tmp_path)))
+    assert legend_labels(ax) == ["feasible", "infeasible", "declared", "task", "range"]
 
 
 def test_the_arena_shows_each_task_where_it_is():

@@ -8,10 +8,12 @@ import subprocess
 
 import numpy as np
 import pytest
+from declaring import declaring
 
 from feasibee import Scenario, Swarm
 from feasibee.live import layout
 from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.simulation.swarm import FLAGS
 
 NODE = shutil.which("node")
 SCRIPT = """
@@ -49,14 +51,21 @@ def test_arrays_are_aligned_as_javascript_needs_them(kind):
 def test_the_page_reads_what_python_writes(tmp_path):
     swarm = Swarm(Scenario(robots={"count": 33}, tasks={"count": 7}, faults={"stubborn": 0.2}), seed=3)
     swarm.advance(40)
-    messages = {"frame": encode_frame(swarm, 65538, 5), "tasks": encode_tasks(swarm, 3)}
+    quiet = Swarm(declaring(tmp_path, quiet=20.0, faults={"byzantine": 0.2}), seed=3)
+    while sum(quiet.declared_counts) < 9:
+        quiet.advance()
+    messages = {
+        "frame": encode_frame(swarm, 65538, 5),
+        "tasks": encode_tasks(swarm, 3),
+        "sure": encode_frame(quiet, 0, 0),
+    }
     for name, message in messages.items():
         (tmp_path / name).write_bytes(message)
     module = tmp_path / "read.mjs"
     module.write_text(SCRIPT)
     command = [NODE, module, layout.MODULE, *(tmp_path / name for name in messages)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    frame, tasks = json.loads(done.stdout)
+    frame, tasks, sure = json.loads(done.stdout)
     shown, places = swarm.snapshot(), swarm.task_places()
     assert (frame["kind"], frame["generation"], frame["robots"], frame["step"]) == ("frame", 2, 33, 40)
     assert (frame["first"], frame["feasible"]) == (5, swarm.feasible_count)
@@ -75,5 +84,10 @@ def test_the_page_reads_what_python_writes(tmp_path):
     assert {name: frame[name] for name in shown._fields} == {
         k: v.tolist() for k, v in shown._asdict().items()
     }
+    assert (sure["declaredFeasible"], sure["declaredInfeasible"]) == quiet.declared_counts
+    assert (frame["declaredFeasible"], frame["declaredInfeasible"]) == (0, 0)
+    flags = np.array(sure["flags"]) >> FLAGS.index("declared") & 1
+    assert flags.tolist() == (quiet.declared >= 0).tolist()
+    assert (sure["counted"], quiet.counted.sum()) == (16, 16)
     assert (tasks["kind"], tasks["generation"]) == ("tasks", 3)
     assert (tasks["x"], tasks["y"]) == (places[0].tolist(), places[1].tolist())

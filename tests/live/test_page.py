@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 import re
 
+import numpy as np
 import pytest
+from declaring import declaring
 from serving import serving_at
 
-from feasibee import Scenario, simulate
+from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
@@ -296,13 +298,15 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
 
 
 LOOKS = {
-    "feasible": (1 + 32, {"centre": "F", "disc": "F"}),
-    "infeasible": (32, {"centre": "G", "disc": "I"}),
+    "feasible": (1 + 32, {"centre": "F", "disc": "F", "rim": "F"}),
+    "infeasible": (32, {"centre": "G", "disc": "I", "rim": "I"}),
     "no opinion": (2 + 32, {"centre": "U"}),
-    "disseminating": (1 + 4 + 32, {"centre": "F", "disc": "F", "ring": "F"}),
-    "committed to feasible": (1 + 8 + 32, {"centre": "G", "disc": "F"}),
-    "committed to infeasible": (8 + 32, {"centre": "I", "disc": "I"}),
-    "Byzantine": (1 + 32 + 64, {"centre": "F", "disc": "F", "corner": "K"}),
+    "disseminating": (1 + 4 + 32, {"centre": "F", "disc": "F", "rim": "F", "ring": "F"}),
+    "committed to feasible": (1 + 8 + 32, {"centre": "G", "disc": "F", "rim": "F"}),
+    "committed to infeasible": (8 + 32, {"centre": "I", "disc": "I", "rim": "I"}),
+    "declared feasible": (1 + 16 + 32, {"centre": "F", "disc": "F", "rim": "K"}),
+    "declared infeasible": (16 + 32, {"centre": "G", "disc": "I", "rim": "K"}),
+    "Byzantine": (1 + 32 + 64, {"centre": "F", "disc": "F", "rim": "F", "corner": "K"}),
 }
 PIXELS = """async flags => {
     const { drawSprite } = await import("./sprites.js");
@@ -310,8 +314,9 @@ PIXELS = """async flags => {
     const names = { "255,0,0": "F", "0,255,0": "I", "0,0,255": "U", "255,255,0": "G", "0,0,0": "K" };
     const sprite = drawSprite(flags, 40, colours), width = sprite.width;
     const data = sprite.getContext("2d").getImageData(0, 0, width, width).data;
-    const found = {};
-    for (const [place, x, y] of [["centre", 0, 0], ["disc", 30, 0], ["ring", 60, 0], ["corner", 46, 46]]) {
+    const found = {}, places = [["centre", 0, 0], ["disc", 30, 0], ["rim", 37, 0], ["ring", 60, 0]];
+    places.push(["corner", 46, 46]);
+    for (const [place, x, y] of places) {
         const at = 4 * ((width / 2 + y) * width + width / 2 + x);
         const colour = data.slice(at, at + 3).join();
         if (data[at + 3]) found[place] = names[colour] ?? colour;
@@ -324,6 +329,32 @@ PIXELS = """async flags => {
 def test_robots_look_as_the_legend_says(visit, port, look):
     flags, expected = LOOKS[look]
     assert visit(port).evaluate(PIXELS, flags) == expected
+
+
+def test_declarations_are_counted_and_told(visit, tmp_path):
+    scenario = declaring(tmp_path, quiet=20.0, faults={"byzantine": 0.2}, run={"steps": 60})
+    swarm = Swarm(scenario, seed=1)
+    swarm.advance(60)
+    feasible, infeasible = swarm.declared_counts
+    assert feasible
+    with serving_at(Catalogue(scenario, seed=1)) as port:
+        page = visit(port)
+        expect(page.locator("#legend-declared")).to_be_visible()
+        expect(page.locator("#declared")).to_have_text("0 feasible, 0 infeasible, of 16")
+        play_to_the_end(page)
+        expect(page.locator("#declared")).to_have_text(f"{feasible} feasible, {infeasible} infeasible, of 16")
+        robot = int(np.flatnonzero(swarm.declared == 1)[0])
+        x, y = swarm.positions[robot] / 20
+        box = page.locator("#arena").bounding_box()
+        page.mouse.move(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
+        expect(page.locator("#tip")).to_contain_text(f"Robot {robot}: feasible")
+        expect(page.locator("#tip")).to_contain_text("has declared")
+
+
+def test_without_declare_nothing_is_said_of_it(visit, port):
+    page = visit(port)
+    expect(page.locator("#declared-row")).to_be_hidden()
+    expect(page.locator("#legend-declared")).to_be_hidden()
 
 
 def test_ten_thousand_robots_are_drawn(visit, port):

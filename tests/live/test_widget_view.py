@@ -7,9 +7,10 @@ import io
 
 import numpy as np
 import pytest
+from declaring import declaring
 from PIL import Image
 
-from feasibee import Scenario, simulate
+from feasibee import Scenario, Swarm, simulate
 from feasibee.live.widget import Arena, joined_modules
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
@@ -138,6 +139,24 @@ def test_it_plays_to_the_end_and_says_what_simulate_says(show):
     assert page.locator("[data-count=feasible]").inner_text() == str(int(expected.feasible_count[0, -1]))
     page.get_by_role("button", name="Play").click()
     expect(step_of(page)).not_to_have_text("200")
+
+
+def test_declarations_are_counted_if_robots_declare(show, tmp_path):
+    scenario = declaring(tmp_path, quiet=20.0, tasks={"count": 21}, run={"steps": 60})
+    swarm = Swarm(scenario, 3)
+    swarm.advance(60)
+    arena = Arena(scenario, seed=3)
+    arena.step = 60
+    page = show(arena)
+    expect(step_of(page)).to_have_text("60")
+    feasible, infeasible = swarm.declared_counts
+    text = f"declared: {feasible} feasible, {infeasible} infeasible"
+    assert feasible
+    expect(page.locator(".declared")).to_have_text(text)
+    expect(page.locator(".declared")).to_be_visible()
+    plain = show(Arena(SCENARIO))
+    expect(step_of(plain)).to_have_text("0")
+    expect(plain.locator(".declared")).to_be_hidden()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -8,15 +8,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from declaring import declaring
 
 from feasibee import Scenario, save_results
-from feasibee.model.outcomes import ACCOUNT, CURVES, OUTCOMES
+from feasibee.model.outcomes import ACCOUNT, COMMITS, CURVES, DECLARES, OUTCOMES
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint
+from feasibee.sweeps.schema import PLACES
 from feasibee.sweeps.table import export
 
 NAMES = [each.name for each in OUTCOMES]
@@ -60,18 +62,23 @@ def test_longer_curves_keep_what_was_there():
     assert (longer.decision.tolist(), longer.bits_sent.tolist()) == ([1, 0], [8, 9])
 
 
-def test_a_dataset_has_the_columns_of_the_table(record):
-    dataset = to_dataset(record, SCENARIO, 1)
-    assert list(dataset.data_vars) == [*NAMES, *(each.name for each in CURVES)]
-    for each in (*OUTCOMES, *CURVES):
-        assert dataset[each.name].dtype == each.dtype
-        assert dataset[each.name].attrs["long_name"].startswith(each.words)
-        assert dataset[each.name].attrs.get("units", "") == each.unit
+def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
+    committing, sure = (to_dataset(record, each, 1) for each in (SCENARIO, declaring(tmp_path)))
     without = to_dataset(record, SCENARIO.replace({"decision.commit": None}), 1)
-    assert set(dataset) - set(without) == {each.name for each in OUTCOMES if each.needs}
+    curves = [each.name for each in CURVES]
+    for dataset, needs in ((committing, COMMITS), (sure, DECLARES), (without, None)):
+        had = [each.name for each in OUTCOMES if each.needs in (None, needs)]
+        assert list(dataset.data_vars) == [*had, *curves]
+    variables = {**sure.data_vars, **committing.data_vars}
+    assert set(variables) == {*NAMES, *curves}
+    for each in (*OUTCOMES, *CURVES):
+        assert variables[each.name].dtype == each.dtype
+        assert variables[each.name].attrs["long_name"].startswith(each.words)
+        assert variables[each.name].attrs.get("units", "") == each.unit
 
 
 def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
+    """A file of results lacks the outcomes that its scenario can't have; a journal has all columns."""
     save_results(to_dataset(record, SCENARIO, 1), tmp_path / "runs.csv")
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, SCENARIO)], 1)
@@ -79,11 +86,15 @@ def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
         export(journal, "csv", tmp_path / "sweep.csv")
         stored = journal.columns(number)
     np.testing.assert_array_equal(stored[:, 1:].T, [getattr(record, name) for name in NAMES])
-    for name in ("runs.csv", "sweep.csv"):
-        with (tmp_path / name).open(newline="") as file:
-            header, *rows = csv.reader(file)
-        assert header[-len(NAMES) - 1 :] == ["run", *NAMES] or header == ["run", *NAMES]
-        assert [row[-len(NAMES) :] for row in rows] == stored[:, 1:].astype(str).tolist()
+    with (tmp_path / "runs.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header == ["run", *(each.name for each in OUTCOMES if each.needs in (None, COMMITS))]
+    places = [PLACES[name] for name in header]
+    assert rows == stored[:, places].astype(str).tolist()
+    with (tmp_path / "sweep.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header[-len(NAMES) - 1 :] == ["run", *NAMES]
+    assert [row[-len(NAMES) :] for row in rows] == stored[:, 1:].astype(str).tolist()
 
 
 def test_each_outcome_says_what_it_is_and_in_which_unit():

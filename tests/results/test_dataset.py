@@ -14,6 +14,7 @@ import h5netcdf
 import numpy as np
 import pytest
 import xarray as xr
+from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
 from feasibee.model.record import Record
@@ -27,7 +28,7 @@ RECORD = Record(
     decision_step=np.array([2, -1], np.int32),
     feasible_count=np.array([[3, 4, 5, 5], [2, 2, 3, 2]], np.int32),
     infeasible_count=np.array([[2, 1, 0, 0], [3, 3, 2, 3]], np.int32),
-    account=np.array([[70, -1, 0, 0], [65, 3, 4, 1]]),
+    account=np.array([[70, -1, 0, 0, -1, 0, 0, 5, 0], [65, 3, 4, 1, 8, 2, 3, 2, 3]]),
 )
 
 
@@ -50,6 +51,8 @@ def test_a_record_gets_names_dimensions_and_coordinates():
         "feasible_count",
         "infeasible_count",
         "bits_sent",
+        "feasible_at_end",
+        "infeasible_at_end",
     }
     assert dataset.decision.dims == dataset.decision_step.dims == ("run",)
     assert dataset.feasible_count.dims == ("run", "step")
@@ -67,6 +70,8 @@ def test_a_record_gets_names_dimensions_and_coordinates():
         "feasible_count": "int32",
         "infeasible_count": "int32",
         "bits_sent": "int64",
+        "feasible_at_end": "int64",
+        "infeasible_at_end": "int64",
         "run": "int64",
         "step": "int64",
     }
@@ -80,6 +85,15 @@ def test_commitment_is_labelled_if_robots_commit():
     assert all(dataset[name].attrs["long_name"] for name in dataset.data_vars)
 
 
+def test_declarations_are_labelled_if_robots_declare(tmp_path):
+    dataset = to_dataset(RECORD, declaring(tmp_path, robots={"count": 5}), seed=7)
+    assert dataset.declare_step.values.tolist() == [-1, 8]
+    assert dataset.declared_feasible.values.tolist() == [0, 2]
+    assert dataset.declared_infeasible.values.tolist() == [0, 3]
+    assert dataset.declare_step.attrs["long_name"].endswith("; -1: never")
+    assert "declare_step" not in to_dataset(RECORD, SCENARIO, seed=7)
+
+
 def test_labels_say_meaning_and_unit():
     dataset = to_dataset(RECORD, SCENARIO, seed=7)
     assert all(variable.attrs["long_name"] for variable in dataset.variables.values())
@@ -90,6 +104,8 @@ def test_labels_say_meaning_and_unit():
         "feasible_count": "robots",
         "infeasible_count": "robots",
         "bits_sent": "bit",
+        "feasible_at_end": "robots",
+        "infeasible_at_end": "robots",
         "run": None,
         "step": "step",
     }
@@ -104,7 +120,8 @@ def test_labels_say_meaning_and_unit():
 
 def test_without_curves_there_is_no_step():
     dataset = to_dataset(Record.empty(0, 3, 0), SCENARIO, seed=7)
-    assert set(dataset.variables) == {"decision", "decision_step", "bits_sent", "run"}
+    ends = {"feasible_at_end", "infeasible_at_end"}
+    assert set(dataset.variables) == {"decision", "decision_step", "bits_sent", "run", *ends}
 
 
 def test_the_recipe_holds_the_text_of_a_users_strategy(tmp_path):

@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from declaring import declaring
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.model.codes import COLOURS
@@ -107,6 +108,21 @@ def test_a_swarm_shows_its_arena_where_everything_is():
     rings = shown.paths(**{"stroke-width": "140"})
     assert len(rings) >= swarm.disseminating.sum()
     assert len(shown.paths(fill="#E69F00")) == 50
+
+
+def test_a_robot_that_has_declared_has_a_rim(tmp_path):
+    swarm = Swarm(declaring(tmp_path, quiet=20.0, tasks={"count": 21}), seed=3)
+    swarm.advance(60)
+    shown = page(swarm)
+    feasible, infeasible = swarm.declared_counts
+    assert 0 < feasible < 20
+    assert f"; declared: {feasible} feasible, {infeasible} infeasible" in shown.text
+    rims = shown.paths(stroke="#222", **{"stroke-width": "112"})
+    expected = swarm.positions[swarm.declared >= 0] * GRAIN / 20
+    expected[:, 1] = GRAIN - expected[:, 1]
+    for place in expected:
+        assert np.abs(rims - place).max(axis=1).min() <= 1
+    assert len(rims) < 20
 
 
 def test_on_a_torus_a_robot_at_a_corner_shows_four_times():

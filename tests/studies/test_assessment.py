@@ -8,12 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
+from feasibee.results.declarations import declarations
 from feasibee.results.statistics import paired_difference
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import _turned, assess
-from feasibee.studies.assessment import Trial, paragraphs, wait_for
+from feasibee.studies.assessment import Trial, paragraphs, percent, wait_for
 from feasibee.studies.comparison import compare
 from feasibee.studies.report import write_report
 from feasibee.studies.sensitivity import latin_hypercube, sensitivities, spearman
@@ -36,6 +40,23 @@ def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
     shares = [getattr(assessment, name).estimate for name in ("right", "wrong", "split")]
     assert abs(sum(shares) - 1) < 1e-12
     assert assessment.right.estimate == outcome.right.mean()
+
+
+def test_declarations_are_assessed(tmp_path):
+    found = assess(declaring(tmp_path, quiet=20.0, run={"steps": 150}), runs=6, seed=1)
+    record = simulate_record(found.scenario, Runs(6, 1))
+    expected = declarations(record, found.scenario, True)
+    told = found.to_dict()
+    assert told["declared"] == expected.to_dict()
+    assert {each["name"]: each["declared"] for each in told["strategies"]}["dmmd"] is None
+    text = paragraphs(found)[1]
+    assert f"By their own word, {percent(expected.ok)} are right" in text
+    assert f"By step {expected.step_90.p95}, 95 % of the swarms have declared." in text
+
+
+def test_a_strategy_that_cant_declare_has_no_word_of_its_own(assessment):
+    assert assessment.to_dict()["declared"] is None
+    assert "own word" not in paragraphs(assessment)[1]
 
 
 def test_other_strategies_are_tried_best_first(assessment):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import csv
+import json
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from commands import invoke
+from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
@@ -15,6 +18,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import (
+    as_dict,
     by_contender,
     compare,
     contenders_of,
@@ -143,6 +147,61 @@ def test_the_command_prints_writes_and_checks(tmp_path):
     assert (tmp_path / "out" / "compare_bits.png").exists()
     wrong = CliRunner().invoke(main, ["compare", "--tasks", "ten"])
     assert wrong.exit_code == 2
+
+
+@pytest.fixture(scope="module")
+def with_quiet(tmp_path_factory):
+    """Outcomes of dmmd and of a strategy whose robots declare, at 10 and 30 tasks."""
+    quiet = declaring(tmp_path_factory.mktemp("own"), quiet=20.0, run={"steps": 150})
+    contenders = {"dmmd": SHORT.replace({"run.steps": 150}), "quiet": quiet}
+    return compare(contenders, [10, 30], runs=20, seed=3)
+
+
+def test_declarations_are_those_of_the_runs(with_quiet):
+    declared = [each.declared for each in with_quiet]
+    assert declared[:2] == [None, None]
+    for each in declared[2:]:
+        assert each.ok.estimate + each.wrong.estimate == 1
+        assert 20 < each.step_90.median <= each.step_90.p95 < 150
+    plain = as_dict(with_quiet, 20, 3)
+    assert plain == json.loads(json.dumps(plain))
+    assert [each["declared"] for each in plain["outcomes"]] == [
+        None if each is None else each.to_dict() for each in declared
+    ]
+    assert plain["outcomes"][1]["right_at_end"] == with_quiet[1].accuracy._asdict()
+
+
+def test_declarations_have_a_figure_and_columns(with_quiet, tmp_path):
+    write_comparison(tmp_path, with_quiet)
+    assert (tmp_path / "compare_declared.png").exists()
+    with (tmp_path / "compare.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert {rows[0][name] for name in rows[0] if name.startswith("declare")} == {""}
+    for row, each in zip(rows[2:], with_quiet[2:], strict=True):
+        ok, wrong, steps = each.declared
+        names = ("ok", "ok_low", "ok_high", "wrong", "wrong_low", "wrong_high")
+        assert [float(row[f"declared_{name}"]) for name in names] == [*ok, *wrong]
+        assert [int(row[f"declare_step_{name}"]) for name in ("median", "p95")] == [*steps[:2]]
+
+
+def test_the_command_prints_declarations_by_number_of_tasks(tmp_path):
+    declaring(tmp_path, quiet=20.0)
+    words = ("compare", "--strategies", f"dmmd,{tmp_path / 'quiet.py'}", "--tasks", "10,30", "--runs", 5)
+    words = (*words, "--set", "run.steps=150", "--out", tmp_path / "out")
+    shown = invoke(*words).stdout
+    assert "Swarms that declared rightly (%), of 5 each" in " ".join(shown.split())
+    plain = json.loads(invoke(*words, "--json").stdout)
+    assert [(each["contender"], each["tasks"]) for each in plain["outcomes"]] == [
+        ("dmmd", 10),
+        ("dmmd", 30),
+        ("quiet.py", 10),
+        ("quiet.py", 30),
+    ]
+    for each in plain["outcomes"][2:]:
+        steps = each["declared"]["step_90"]
+        assert f"{steps['median']}/{steps['p95']}" in shown
+    words = ("compare", "--strategies", "dmmd", "--tasks", 10, "--runs", 2, "--out", tmp_path / "b")
+    assert "declared" not in invoke(*words).stdout
 
 
 def test_a_commitment_is_reported(tmp_path):

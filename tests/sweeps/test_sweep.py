@@ -1061,6 +1061,7 @@ def test_figures(results, tmp_path, arguments, suffix):
         (("--x", "tasks.count", "--y", "tasks.classes.0"), "tasks.classes.0: isn't a field"),
         (("--x", "tasks.count", "--hue", "robots.count", "--y", "run.steps"), "leave out one of them"),
         (("--x", "tasks.count", "--out", "figure.gif"), "end the name with .png, .pdf or .svg"),
+        (("--x", "tasks.count", "--show", "declared_ok"), "no robots of"),
         ((), "--x"),
     ],
 )
@@ -1112,7 +1113,7 @@ def test_a_figure_shows_all_runs_of_a_value(whole):
     assert list(lines) == [""]
     assert list(lines[""]) == [2, 5, 9]
     for tasks, interval in lines[""].items():
-        right = [point.right for point in points if point.row.values["tasks.count"] == tasks]
+        right = [point.counts["accuracy"] for point in points if point.row.values["tasks.count"] == tasks]
         assert interval == wilson(sum(right), 48)
     cells = shares_by_cell(points, "tasks.count", "decision.strategy", "undecided")
     assert len(cells) == 6

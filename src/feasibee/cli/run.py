@@ -44,7 +44,10 @@ if TYPE_CHECKING:
     help="Save all runs: .nc is NetCDF, with opinions over time and the scenario; .csv has one row per run.",
 )
 @click.option(
-    "--plot", type=path_type, metavar="FILE.png", help="Plot opinions over time and decision steps."
+    "--plot",
+    type=path_type,
+    metavar="FILE.png",
+    help="Plot opinions over time, steps of decisions and of declarations.",
 )
 @json_option
 def run(
@@ -109,35 +112,46 @@ def _write_results(
         save_results(dataset, save)
     if plot is not None:
         from feasibee.figures.decisions import plot_decision_steps, plot_opinions
+        from feasibee.figures.declarations import plot_declare_steps
         from feasibee.figures.style import figure, save_figure
 
-        with figure(7.2, 2.8, columns=2) as (drawn, (left, right)):
-            plot_opinions(dataset, left)
-            plot_decision_steps(dataset, right)
-            left.set_title("Median and quartiles over the runs")
-            right.set_title("Collective decisions")
+        panels = {
+            "Median and quartiles over the runs": plot_opinions,
+            "Collective decisions": plot_decision_steps,
+        }
+        if scenario.manifest.declares:
+            panels["Declarations"] = plot_declare_steps
+        with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
+            for ax, (title, draw) in zip(axes, panels.items(), strict=True):
+                draw(dataset, ax)
+                ax.set_title(title)
         save_figure(drawn, plot)
 
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.model.codes import MODEL_VERSION
+    from feasibee.results.declarations import declarations, ended_right
     from feasibee.results.statistics import (
         accuracy,
         bits_per_robot_and_step,
         decision_counts,
         decision_rates,
         decision_times,
+        wilson,
     )
     from feasibee.scenario.feasibility import truth
 
     times = decision_times(record.decision_step)
     feasible = truth(scenario)
+    right = ended_right(record, scenario, feasible)
+    declared = declarations(record, scenario, feasible)
     return {
         "runs": record.runs,
         **decision_counts(record.decision),
         "decision_step": {"median": times.median, "q25": times.q25, "q75": times.q75},
         "truth": "feasible" if feasible else "infeasible",
         "accuracy": accuracy(record.decision, feasible)._asdict(),
+        "right_at_end": wilson(int(right.sum()), record.runs)._asdict(),
         "bits_per_robot_and_step": bits_per_robot_and_step(
             record.bits_sent,
             record.decision_step,
@@ -146,6 +160,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
             scenario.run.stop_at_decision,
         ),
         **_commitments(record, scenario),
+        **({} if declared is None else {"declared": declared.to_dict()}),
         "seed": seed,
         "first_run": record.first_run,
         "scenario": scenario.to_dict(),
@@ -198,18 +213,36 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         highlight=False,
         soft_wrap=True,
     )
+    out.print(f"Right at the end: {_share(summary['right_at_end'])}.", highlight=False)
     out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.", highlight=False)
     if "committed" in summary:
-        committed = summary["committed"]
-        step = committed["step"]["median"]
-        by = "no step" if step is None else f"step {step}"
-        out.print(
-            f"Committed: {committed['feasible']:.1%} of the robots to feasible, "
-            f"{committed['infeasible']:.1%} to infeasible; half of the swarms by {by}.",
-            highlight=False,
-            soft_wrap=True,
-        )
+        out.print(_commitments_in_words(summary["committed"]), highlight=False, soft_wrap=True)
+    if "declared" in summary:
+        out.print(_declarations_in_words(summary["declared"]), highlight=False, soft_wrap=True)
     out.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
+
+
+def _commitments_in_words(committed: dict[str, Any]) -> str:
+    step = committed["step"]["median"]
+    by = "no step" if step is None else f"step {step}"
+    return (
+        f"Committed: {committed['feasible']:.1%} of the robots to feasible, "
+        f"{committed['infeasible']:.1%} to infeasible; half of the swarms by {by}."
+    )
+
+
+def _declarations_in_words(declared: dict[str, Any]) -> str:
+    steps = declared["step_90"]
+    half, most = ("never" if steps[name] is None else f"by step {steps[name]}" for name in ("median", "p95"))
+    return (
+        f"Declared: rightly in {_share(declared['ok'])}, a robot wrongly in {_share(declared['wrong'])}; "
+        f"half of the swarms {half}, 95% {most}."
+    )
+
+
+def _share(rate: dict[str, float]) -> str:
+    """Return a share of the runs with its interval, in percent."""
+    return f"{rate['estimate']:.1%} ({rate['low']:.1%} to {rate['high']:.1%})"
 
 
 def _counted(number: int, what: str) -> str:

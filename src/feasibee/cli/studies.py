@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from feasibee.cli.completion import complete_strategy
 from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
     console,
+    json_option,
     keep_matplotlib_in_cache,
     listed,
     read_scenario,
@@ -22,6 +24,7 @@ from feasibee.cli.options import (
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from feasibee.results.declarations import Declarations
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.claims import Claim
     from feasibee.studies.comparison import Outcome
@@ -30,6 +33,10 @@ SUMS_CAPTION = (
     "right: share at the end (%), with its 95 % interval; difference: from {baseline}, in points, in the "
     "same runs; first: share of right first collective decisions (%); by: step by which half of the runs had "
     "decided; bits: per robot-step"
+)
+DECLARED_CAPTION = (
+    "in brackets: swarms with a robot that declared wrongly (%); below: steps by which more than the "
+    "threshold's share of the robots had declared, in half of the swarms and in 95 %"
 )
 
 
@@ -71,6 +78,7 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
 @seed_option
 @workforce_options
 @folder_option("compare", "figures and data")
+@json_option
 def compare(
     file: Path | None,
     changes: tuple[str, ...],
@@ -81,8 +89,9 @@ def compare(
     seed: int,
     workforce: Workforce,
     out: Path,
+    as_json: bool,
 ) -> None:
-    """Compare strategies on the same worlds: accuracy, decision time, bits on the air.
+    """Compare strategies on the same worlds: accuracy, decision time, declarations, bits on the air.
 
     FILE is a scenario in TOML; without one, the paper's defaults. A strategy may be the path of a .py file.
 
@@ -95,8 +104,8 @@ def compare(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
+    from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
-    from feasibee.studies.comparison import contenders_of, write_comparison
 
     scenario = read_scenario(file, changes)
     numbers = _tasks_of(scenario, tasks, runs, seed)
@@ -109,6 +118,9 @@ def compare(
     with executing("Comparing", folder, workforce) as execution:
         outcomes = simulate_all(contenders, numbers, runs, seed, execution)
     write_comparison(folder, outcomes)
+    if as_json:
+        click.echo(json.dumps(as_dict(outcomes, runs, seed), indent=2))
+        return
     _print_comparison(outcomes)
     click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
 
@@ -211,6 +223,8 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     out = console()
     out.print(_shares_table(groups, ranked))
     out.print(_sums_table(groups, ranked))
+    if declaring := [name for name in ranked if groups[name][0].declared is not None]:
+        out.print(_declared_table(groups, declaring))
 
 
 def _shares_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
@@ -226,6 +240,29 @@ def _shares_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Ta
     for name in ranked:
         table.add_row(name, *(f"{100 * each.accuracy.estimate:.0f}" for each in groups[name]))
     return table
+
+
+def _declared_table(groups: dict[str, list[Outcome]], names: Sequence[str]) -> Table:
+    """Return the declarations by contender and number of tasks."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    some = groups[names[0]]
+    title = f"Swarms that declared rightly (%), of {some[0].runs} each, and when"
+    table = Table("tasks m", title=title, box=SIMPLE_HEAD, pad_edge=False, caption=DECLARED_CAPTION)
+    for each in some:
+        table.add_column(str(each.tasks), justify="right")
+    for name in names:
+        found = [each.declared for each in groups[name] if each.declared is not None]
+        table.add_row(name, *(_declared_cell(each) for each in found))
+    return table
+
+
+def _declared_cell(declared: Declarations) -> str:
+    """Return a line for the shares, and a line for the steps."""
+    wrong = f" ({100 * declared.wrong.estimate:.2g})" if declared.wrong.estimate else ""
+    steps = ("never" if step is None else str(step) for step in declared.step_90[:2])
+    return f"{100 * declared.ok.estimate:.0f}{wrong}\n{'/'.join(steps)}"
 
 
 def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
+SHOWN = ("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided")
+"""The keys of `feasibee.figures.sweep.SHARES`, which is loaded only when it is needed."""
 _folder = click.argument("folder", type=folder_type)
 _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
 
@@ -148,7 +150,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     for point in points:
         values = [_text(value_of(point.row, path)) for path in fields]
         values += [str(point.row.seed)] if seeds else []
-        accuracy = point.accuracy
+        accuracy = point.share("accuracy")
         middle = "" if point.times.median is None else str(point.times.median)
         numbers = ["", "", "", middle]
         if accuracy is not None:
@@ -172,6 +174,9 @@ def _sequential(points: Sequence[Summary]) -> str:
 
 
 def _as_json(point: Summary) -> dict[str, Any]:
+    from feasibee.model.codes import DECISIONS
+
+    shares = {name: point.share(name) for name in ("accuracy", "right_at_end")}
     return {
         "values": point.row.values,
         "hash": point.row.hash,
@@ -179,10 +184,11 @@ def _as_json(point: Summary) -> dict[str, Any]:
         "truth": "feasible" if point.row.truth else "infeasible",
         "runs": point.runs,
         "until": point.row.until,
-        **point.counts,
-        "accuracy": point.accuracy._asdict() if point.accuracy else None,
+        **{name: point.counts[name] for name in DECISIONS.values()},
+        **{name: share._asdict() if share else None for name, share in shares.items()},
         "decision_step": point.times._asdict(),
         "bits_per_robot_and_step": point.bits,
+        "declared": point.declared.to_dict() if point.declared else None,
     }
 
 
@@ -222,7 +228,7 @@ def export(folder: Path, kind: str | None, out: Path | None) -> None:
 @_field("--y", help="Field along the vertical axis of a heat map.")
 @click.option(
     "--show",
-    type=click.Choice(["accuracy", "feasible", "infeasible", "undecided"]),
+    type=click.Choice(SHOWN),
     default="accuracy",
     show_default=True,
     help="Which share of the runs to draw.",
@@ -250,6 +256,9 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     points = [each for each in found if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
+    points = [each for each in points if show in each.counts]
+    if not points:
+        raise FeasibeeError(f"--show {show}: no robots of {folder} declare; use --show accuracy")
     check_figure("--out", target)
     if y:
         drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show)

@@ -21,7 +21,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     swarm : Swarm
-        Whose present step to draw; the fill of a robot is its opinion.
+        Whose present step to draw; the fill of a robot is its opinion, and a black rim says that it declared.
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
@@ -41,31 +41,38 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         axes.spines[:].set_visible(True)
         if scenario.arena.boundary == "walls":
             axes.spines[:].set_linewidth(2.5)
-        _arena_legend(axes)
+        _arena_legend(axes, scenario.manifest.declares)
         return axes
 
 
 def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
-    """Draw each robot's range, its body in the colour of its opinion, and its number."""
+    """Draw each robot's range, its body in the colour of its opinion, its rim if it declared, its number."""
     reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
     walls = scenario.arena.boundary == "walls"
     names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
     places, numbers = images(swarm.positions, max(reach, radius), scenario.arena.size, walls)
+    declared = swarm.declared
     middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
     for place, number in zip(map(tuple, places.tolist()), numbers.tolist(), strict=True):
         colour = COLOURS[names[int(swarm.opinions[number])]]
         ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
-        ax.add_patch(Circle(place, radius, color=colour, linewidth=0, zorder=3))
+        rim = 0.9 if declared[number] >= 0 else 0.0  # points
+        ax.add_patch(Circle(place, radius, facecolor=colour, edgecolor="black", linewidth=rim, zorder=3))
         ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)
 
 
-def _arena_legend(ax: Axes) -> None:
+def _arena_legend(ax: Axes, declares: bool) -> None:
     def sample(marker: str, size: float, **colour: Any) -> Any:
         return ax.plot([], [], linestyle="", marker=marker, markersize=size, **colour)[0]
 
     handles = {
         "feasible": sample("o", 6, color=COLOURS["feasible"]),
         "infeasible": sample("o", 6, color=COLOURS["infeasible"]),
+        **(
+            {"declared": sample("o", 6, color="white", markeredgecolor="black", markeredgewidth=0.9)}
+            if declares
+            else {}
+        ),
         "task": sample("^", 6, color=TASK, markeredgecolor="black", markeredgewidth=0.4),
         "range": sample("o", 9, color="0.87"),
     }
@@ -74,7 +81,7 @@ def _arena_legend(ax: Axes) -> None:
         handles,
         loc="lower center",
         bbox_to_anchor=(0.5, 1.0),
-        ncols=4,
+        ncols=3 if declares else 4,
         columnspacing=1,
         handletextpad=0.2,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,22 +19,45 @@ DASHES = ("-", "--", "-.", ":")
 
 
 def draw_against_ratio(
-    ratios: Sequence[str], tasks: Sequence[int], accuracies: Mapping[str, Sequence[Interval]]
+    ratios: Sequence[str],
+    tasks: Sequence[int],
+    shares: Mapping[str, Sequence[Interval] | None],
+    label: str = "swarms that are right at the end (%)",
+    wrong: Mapping[str, Sequence[Interval]] = MappingProxyType({}),
 ) -> Figure:
-    """Draw each contender's share of right swarms at each ratio, evenly spaced, with intervals."""
+    """Draw each contender's share of swarms at each ratio, evenly spaced, with intervals.
+
+    Parameters
+    ----------
+    ratios, tasks : sequence
+        Ratio of robots to tasks, as text, and number of tasks, of each place on the x axis.
+    shares : mapping of str to sequence of Interval
+        A share per ratio by contender. A contender with None isn't drawn, and keeps its colour.
+    label : str
+        What the share is of.
+    wrong : mapping of str to sequence of Interval
+        Shares of swarms in which a robot declared wrongly; those above 0 are marked by a cross.
+    """
     places = np.arange(len(ratios))
     with figure(7.2, 3.6) as (drawn, ax):
-        for look, (name, intervals) in zip(_looks(accuracies), accuracies.items(), strict=True):
+        for look, (name, intervals) in zip(_looks(shares), shares.items(), strict=True):
+            if intervals is None:
+                continue
             middle, low, high = 100 * np.array(intervals).T
             spread = (middle - low, high - middle)
             ax.errorbar(places, middle, yerr=spread, markersize=4, elinewidth=0.6, label=name, **look)
+            marked = 100 * np.array([each.estimate for each in wrong.get(name, ())])
+            some = np.flatnonzero(marked)
+            ax.plot(places[some], marked[some], "x", color=look["color"], markersize=6, zorder=3)
+        if wrong:
+            ax.errorbar([], [], fmt="x", color="0.4", markersize=6, label="a robot wrongly")
         labels = [f"{ratio}\n{number}" for ratio, number in zip(ratios, tasks, strict=True)]
         ax.set(
             xticks=places,
             xticklabels=labels,
             xlabel="robot-to-task ratio n/m, and below it the number of tasks m",
         )
-        ax.set(ylabel="swarms that are right at the end (%)", ylim=(-2, 102))
+        ax.set(ylabel=label, ylim=(-2, 102))
         _legend(ax)
     return drawn
 

@@ -126,24 +126,26 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         for code, name in DECISIONS.items():
             if code == UNDECIDED:
                 continue
-            taken = np.sort(results["decision_step"].values[results["decision"].values == code])
-            share = 100 * np.arange(taken.size + 1) / runs
-            axes.step(
-                np.r_[0, taken, steps],
-                np.r_[share, share[-1]],
-                where="post",
-                color=COLOURS[name],
-                linestyle="-" if code == FEASIBLE else "--",
-                label=name,
-            )
-        median = decision_times(results["decision_step"].values).median
-        if median is not None:
-            axes.axvline(
-                median, color="0.6", linewidth=0.8, linestyle=":", label=f"half of the runs: step {median}"
-            )
+            taken = results["decision_step"].values[results["decision"].values == code]
+            dashes = "-" if code == FEASIBLE else "--"
+            draw_share_by_step(axes, taken, runs, steps, color=COLOURS[name], linestyle=dashes, label=name)
+        mark_median(axes, decision_times(results["decision_step"].values).median)
         axes.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
         axes.legend(loc="center right")
         return axes
+
+
+def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **look: Any) -> None:
+    """Draw the percentage of runs whose step in ``taken`` had passed by each step."""
+    share = 100 * np.arange(taken.size + 1) / runs
+    ax.step(np.r_[0, np.sort(taken), steps], np.r_[share, share[-1]], where="post", **look)
+
+
+def mark_median(ax: Axes, median: int | None) -> None:
+    """Mark the median of a step over the runs; do nothing if it is None."""
+    if median is not None:
+        label = f"half of the runs: step {median}"
+        ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=label)
 
 
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:

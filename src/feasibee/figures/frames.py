@@ -26,6 +26,7 @@ FINE = 6
 LEAST_RADIUS = 1 / 530  # of the frame's width: smaller robots would be invisible
 DETAILED_RADIUS = 3.0  # pixels: smaller robots show their colour only
 RING = 1.4  # radii: outer edge of the ring of a robot that disseminates
+RIM = 1.12  # radii: outer edge of the rim of a robot that has declared
 NOSE = 1.65  # radii: end of the tick that shows a robot's heading
 TASK_SIDE = 0.9  # of a robot's diameter
 
@@ -116,8 +117,9 @@ class Painter:
         self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
         self.font = self._font(inner)
         self.line = round(1.55 * self.font.size)
+        lines = 3 if scenario.manifest.declares else 2
         self.words = self.corner[1] + self.arena[1] + self.margin // 2
-        below = self.words + 2 * self.line + self.margin // 2
+        below = self.words + lines * self.line + self.margin // 2
         label = int(self.font.getlength("100 % "))
         bottom = below + (whole // 7 + self.line if span else 0)
         self.strip = (self.margin + label, below + self.margin // 2, whole - self.margin, bottom - self.line)
@@ -162,19 +164,15 @@ class Painter:
 
     def _robots(self, arena: Image.Image, swarm: Swarm) -> None:
         """Paste the robots, with their copies beyond the edges of a torus."""
-        opinions = swarm.opinions.astype(np.int64) + 1
-        looks = opinions + 3 * swarm.disseminating + 6 * swarm.counted
+        flags = (swarm.opinions, swarm.disseminating, swarm.counted, swarm.declared >= 0)
+        looks = list(zip(*(each.tolist() for each in flags), strict=True))
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
         spots = self._images(swarm.positions, reach)
         if self.radius >= DETAILED_RADIUS * DRAWN:
             self._noses(arena, spots, swarm.headings)
-        stamps = [
-            _robot(look % 3 - 1, look // 3 % 2 == 1, look >= 6, round(8 * self.radius) / 8, self.theme)
-            for look in range(12)
-        ]
-        chosen = looks.tolist()
+        radius = round(8 * self.radius) / 8
         for x, y, robot in spots:
-            _press(arena, stamps[chosen[robot]], x, y)
+            _press(arena, _robot(*looks[robot], radius, self.theme), x, y)
 
     def _noses(
         self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], headings: NDArray[np.float64]
@@ -216,12 +214,16 @@ class Painter:
         none = counted - sum(counts.values())
         at, radius = float(left), round(0.42 * self.font.size)
         for opinion, count in counts.items():
-            _press(drawn, _robot(opinion, False, True, radius, self.theme), at + radius, second)
+            _press(drawn, _robot(opinion, False, True, False, radius, self.theme), at + radius, second)
             text = f"{count} {DECISIONS[opinion]}"
             pen.text((at + 2.8 * radius, second), text, self.theme.ink, self.font, "lm")
             at += 2.8 * radius + self.font.getlength(text + "   ")
+        if self.scenario.manifest.declares:
+            feasible, infeasible = swarm.declared_counts
+            text = f"declared: {feasible} feasible, {infeasible} infeasible"
+            pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
         if none:
-            _press(drawn, _robot(NO_OPINION, False, True, radius, self.theme), at + radius, second)
+            _press(drawn, _robot(NO_OPINION, False, True, False, radius, self.theme), at + radius, second)
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
     def _outcome(self, swarm: Swarm) -> str:
@@ -266,7 +268,7 @@ class Painter:
             if len(points) > 1:
                 pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
             if points:
-                _press(drawn, _robot(opinion, False, True, radius, self.theme), *points[-1])
+                _press(drawn, _robot(opinion, False, True, False, radius, self.theme), *points[-1])
 
 
 def _between(one: str, other: str, part: float) -> str:
@@ -292,11 +294,13 @@ def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
 
 
 @cache
-def _robot(opinion: int, disseminating: bool, counted: bool, radius: float, theme: Theme) -> Stamp:
+def _robot(
+    opinion: int, disseminating: bool, counted: bool, declared: bool, radius: float, theme: Theme
+) -> Stamp:
     """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count in the decision.
 
     In addition to the colour, feasible is full, infeasible hollow, and no opinion small. A ring means that
-    the robot disseminates.
+    the robot disseminates, a dark rim that it has declared.
     """
     detailed = radius >= DETAILED_RADIUS * DRAWN
     side = 2 * DRAWN * int(np.ceil((RING * radius + 1) / DRAWN))
@@ -314,7 +318,11 @@ def _robot(opinion: int, disseminating: bool, counted: bool, radius: float, them
     if detailed and disseminating:
         disc(RING, colour)
         disc(RING - 0.18, theme.paper)
-    disc(0.7 if opinion == NO_OPINION else 1.0, colour)
+    inner = 1.0
+    if detailed and declared:
+        disc(RIM, theme.ink if counted else theme.faint)
+        inner = RIM - 0.26
+    disc(0.7 if opinion == NO_OPINION else inner, colour)
     if opinion == INFEASIBLE:  # of a dot the hole is too small to see, and makes it lighter
         disc(0.48, theme.paper)
     return _stamp(large, radius)

@@ -13,6 +13,16 @@ from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.results.statistics import Interval
 
 MARKERS = "os^vDP<>Xhpd"
+SHARES: Mapping[str, str] = {
+    "accuracy": "right decisions",
+    "right_at_end": "runs that are right at the end",
+    "declared_ok": "runs that declared rightly",
+    "declared_wrong": "runs with a robot that declared wrongly",
+    "feasible": "runs that decide feasible",
+    "infeasible": "runs that decide infeasible",
+    "undecided": "runs that stay undecided",
+}
+"""What a share may be of, in words."""
 
 
 def draw_lines(lines: Mapping[Any, Mapping[Any, Interval]], x: str, hue: str | None, show: str) -> Figure:
@@ -27,7 +37,7 @@ def draw_lines(lines: Mapping[Any, Mapping[Any, Interval]], x: str, hue: str | N
     hue : str or None
         Name of the field with one line per value; None for a single line.
     show : str
-        What the share is of: ``"accuracy"``, ``"feasible"``, ``"infeasible"`` or ``"undecided"``.
+        What the share is of: a key of `SHARES`.
     """
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
@@ -41,7 +51,7 @@ def draw_lines(lines: Mapping[Any, Mapping[Any, Interval]], x: str, hue: str | N
             ax.fill_between(values, low, high, color=colours[number], alpha=0.18, linewidth=0)
         if numeric and _spans_decades(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=_label(show), ylim=(-2, 102))
+        ax.set(xlabel=x, ylabel=f"{SHARES[show]} (%)", ylim=(-2, 102))
         if hue:
             ax.legend(title=hue, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return drawn
@@ -73,12 +83,8 @@ def draw_map(cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: st
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)
-        drawn.colorbar(image, ax=ax, label=_label(show))
+        drawn.colorbar(image, ax=ax, label=f"{SHARES[show]} (%)")
     return drawn
-
-
-def _label(show: str) -> str:
-    return "right decisions (%)" if show == "accuracy" else f"runs that decide {show} (%)"
 
 
 def _spans_decades(values: Sequence[float]) -> bool:

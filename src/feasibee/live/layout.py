@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from feasibee.simulation.swarm import FLAGS
 
-PROTOCOL: Final = 1
+PROTOCOL: Final = 2
 """Version of the messages; raise it when a page of the previous version could not read them."""
 MODULE: Final = Path(__file__).parent / "static" / "frames.js"
 END: Final = "// End of the generated part.\n"
@@ -74,12 +74,14 @@ FRAME: Final = Layout(
         ("decision", "b"),  # at this step
         ("first_decision", "b"),
         ("_", "H"),
-        ("feasible", "I"),  # number of robots, as are the next five
+        ("feasible", "I"),  # number of robots, as are the next seven
         ("infeasible", "I"),
         ("counted", "I"),
         ("disseminating", "I"),
         ("working", "I"),
         ("committed", "I"),
+        ("declared_feasible", "I"),  # counted robots only
+        ("declared_infeasible", "I"),
         ("bits", "Q"),  # sent so far
     ),
     (

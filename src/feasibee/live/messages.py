@@ -77,6 +77,7 @@ def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
     """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
     shown = swarm.snapshot()
     decision, decision_step = swarm.first_decision
+    declared_feasible, declared_infeasible = swarm.declared_counts
     feasible, infeasible = swarm.feasible_counts[first:], swarm.infeasible_counts[first:]
     bits = np.bincount(shown.flags, minlength=256)
     having = {name: int(bits[np.arange(256) >> bit & 1 == 1].sum()) for bit, name in enumerate(FLAGS)}
@@ -91,7 +92,10 @@ def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
         first_decision=decision,
         feasible=swarm.feasible_count,
         infeasible=swarm.infeasible_count,
-        **{name: having[name] for name in ("counted", "disseminating", "working", "committed")},
+        counted=int(swarm.counted.sum()),
+        **{name: having[name] for name in ("disseminating", "working", "committed")},
+        declared_feasible=declared_feasible,
+        declared_infeasible=declared_infeasible,
         bits=swarm.bits_sent,
         feasible_counts=feasible,
         infeasible_counts=infeasible,

@@ -193,6 +193,7 @@ class Session:
             "counted": [scenario.counted(0), scenario.counted(scenario.faults.stop_step)],
             "stopStep": scenario.faults.stop_step,
             "commits": scenario.decision.commit is not None,
+            "declares": scenario.manifest.declares,
             "step": swarm.step,
         }
 

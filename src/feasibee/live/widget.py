@@ -114,4 +114,5 @@ def _world_of(scenario: Scenario) -> dict[str, Any]:
         "tasks": scenario.tasks.count,
         "truth": truth(scenario),
         "last": scenario.run.steps,
+        "declares": scenario.manifest.declares,
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator, Mapping
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ def draw_arena(
     positions: NDArray[np.float64],
     opinions: NDArray[np.int8],
     disseminating: NDArray[np.bool_],
+    declared: NDArray[np.int8],
     tasks: NDArray[np.float64],
     *,
     diameter: float,
@@ -54,6 +56,8 @@ def draw_arena(
         1 feasible, 0 infeasible, -1 none.
     disseminating : bool array, shape (robots,)
         Whether each robot is disseminating; such robots have a ring.
+    declared : int8 array, shape (robots,)
+        What each robot has declared, -1 for nothing yet; the others have a dark rim.
     diameter : float
         Diameter of a robot, in units.
     walls : bool
@@ -70,20 +74,24 @@ def draw_arena(
 
     parts = [_triangles(place(tasks, 0), radius, radius >= DETAILED)]
     for opinion in DECISIONS:
-        for tells in (False, True):
-            chosen = positions[(opinions == opinion) & (disseminating == tells)]
-            parts += _robots(place(chosen, round(1.5 * radius)), radius, opinion, tells)
+        for tells, sure in product((False, True), repeat=2):
+            chosen = positions[(opinions == opinion) & (disseminating == tells) & ((declared >= 0) == sure)]
+            parts += _robots(place(chosen, round(1.5 * radius)), radius, opinion, tells, sure)
     label = f"An arena with {len(positions)} robots and {len(tasks)} tasks"
     return _framed("".join(parts), width, height, walls, label)
 
 
-def _robots(spots: list[list[int]], radius: int, opinion: int, ring: bool) -> Iterator[str]:
+def _robots(spots: list[list[int]], radius: int, opinion: int, ring: bool, rim: bool) -> Iterator[str]:
     """Yield the discs of robots with the same opinion, in layers from the back to the front."""
     colour = COLOURS[DECISIONS[opinion]]
     if radius >= DETAILED and ring:
         yield _dots(spots, 2.8 * radius, colour)
         yield _dots(spots, 2.4 * radius, "#fff")
-    yield _dots(spots, (1.4 if opinion == NO_OPINION else 2.0) * radius, colour)
+    width = 1.4 if opinion == NO_OPINION else 2.0
+    if radius >= DETAILED and rim:
+        yield _dots(spots, 2.24 * radius, "#222")
+        width -= 0.28
+    yield _dots(spots, width * radius, colour)
     if opinion == INFEASIBLE:
         yield _dots(spots, 0.96 * radius, "#fff")
 

@@ -34,7 +34,7 @@ class Snapshot(NamedTuple):
     """Properties of each robot: a bit for each of `FLAGS`, the lowest first."""
 
 
-FLAGS = ("feasible", "neutral", "disseminating", "committed", "counted", "working", "byzantine", "stubborn")
+FLAGS = ("feasible", "neutral", "disseminating", "committed", "declared", "working", "byzantine", "stubborn")
 
 
 class Swarm:
@@ -187,6 +187,19 @@ class Swarm:
         return self._members(self._state.sets[self._layout.Set.COMMITTED]).astype(np.bool_)
 
     @property
+    def declared(self) -> NDArray[np.int8]:
+        """What each robot has declared: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing yet."""
+        sets, layout = self._state.sets, self._layout
+        feasible = self._members(sets[layout.Set.DECLARED] & sets[layout.Set.DECLARED_FEASIBLE])
+        return feasible + self._members(sets[layout.Set.DECLARED]) - np.int8(1)
+
+    @property
+    def declared_counts(self) -> tuple[int, int]:
+        """Numbers of counted robots that have declared feasible, and infeasible."""
+        clock, layout = self._state.clock, self._layout
+        return int(clock[layout.Clock.DECLARED_FEASIBLE]), int(clock[layout.Clock.DECLARED_INFEASIBLE])
+
+    @property
     def bits_sent(self) -> int:
         """Total length in bits of all messages sent so far."""
         return int(self._state.clock[self._layout.Clock.BITS])
@@ -224,7 +237,7 @@ class Swarm:
             layout.Set.NEUTRAL,
             layout.Set.DISSEMINATING,
             layout.Set.COMMITTED,
-            layout.Set.COUNTED,
+            layout.Set.DECLARED,
             layout.Set.WORKING,
             layout.Set.BYZANTINE,
             layout.Set.STUBBORN,
@@ -259,6 +272,7 @@ class Swarm:
             self.positions,
             self.opinions,
             self.disseminating,
+            self.declared,
             self.tasks,
             diameter=world.robots.diameter,
             walls=world.arena.boundary == "walls",
@@ -266,6 +280,8 @@ class Swarm:
         counts = {DECISIONS[FEASIBLE]: self.feasible_count, DECISIONS[INFEASIBLE]: self.infeasible_count}
         title = f"Run {self._which.first}, step {self.step}"
         outcome = f"{DECISIONS[self.decision]} (truth: {DECISIONS[int(truth(world))]})"
+        if world.manifest.declares:
+            outcome += "; declared: {} feasible, {} infeasible".format(*self.declared_counts)
         return show_swarm(title, drawn, counts, outcome, world._repr_html_())
 
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:

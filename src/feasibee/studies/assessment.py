@@ -100,6 +100,7 @@ class Assessment:
             "first_decision_right": self.outcome.first._asdict(),
             "right_in_95_percent_from_step": self.wait,
             "bits_per_robot_and_step": float(self.outcome.bits.mean()),
+            "declared": _declared_as_dict(self.outcome),
             "opposite": _opposite_as_dict(self.opposite),
             "limits": [_as_dict(trial) for trial in self.limits],
             "strategies": [_as_dict(trial) for trial in self.strategies],
@@ -132,8 +133,13 @@ def _as_dict(trial: Trial) -> dict[str, Any]:
         "difference": trial.difference._asdict(),
         "right_in_95_percent_from_step": wait_for(trial.outcome),
         "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
+        "declared": _declared_as_dict(trial.outcome),
         "opposite": _opposite_as_dict(trial.opposite),
     }
+
+
+def _declared_as_dict(outcome: Outcome) -> dict[str, Any] | None:
+    return None if outcome.declared is None else outcome.declared.to_dict()
 
 
 def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
@@ -176,8 +182,21 @@ def _expectation_in_words(assessment: Assessment) -> str:
     return (
         f"With {strategy}, after {steps} steps, of {assessment.outcome.runs} simulated swarms "
         f"{', '.join(shares)}. {waiting} The first collective decision is right in {first} of the swarms."
+        + _declared_in_words(assessment.outcome)
         + _opposite_in_words(assessment.opposite)
     )
+
+
+def _declared_in_words(outcome: Outcome) -> str:
+    if outcome.declared is None:
+        return ""
+    ok, wrong, steps = outcome.declared
+    when = (
+        "Fewer than 95 % of the swarms declare."
+        if steps.p95 is None
+        else f"By step {steps.p95}, 95 % of the swarms have declared."
+    )
+    return f" By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"
 
 
 def _opposite_in_words(opposite: Outcome | None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from feasibee.errors import FeasibeeError
 from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
 from feasibee.figures.style import save_both
 from feasibee.files import write_csv
-from feasibee.model.codes import FEASIBLE, INFEASIBLE, exact
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION, exact
 from feasibee.model.record import Record
+from feasibee.results.declarations import Declarations, declarations, ended_right
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
@@ -71,6 +73,8 @@ class Outcome:
         Share of the counted robots that are committed at the last step, and committed to the wrong opinion.
     commit_step : int64 array, shape (runs,)
         First step at which more than the threshold's share were committed; -1 if never.
+    declared : Declarations or None
+        Declarations of the robots; None if the strategy doesn't define ``declare``.
     """
 
     contender: str
@@ -86,6 +90,7 @@ class Outcome:
     committed: NDArray[np.float64]
     committed_wrong: NDArray[np.float64]
     commit_step: NDArray[np.int64]
+    declared: Declarations | None
 
     @property
     def runs(self) -> int:
@@ -106,6 +111,21 @@ class Outcome:
     def times(self) -> DecisionTimes:
         """Steps by which a quarter, half and three quarters of the runs had decided."""
         return decision_times(self.decision_step)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the outcome as plain tables, for programs."""
+        return {
+            "contender": self.contender,
+            "robots": self.robots,
+            "tasks": self.tasks,
+            "truth": DECISIONS[int(self.feasible)],
+            "runs": self.runs,
+            "right_at_end": self.accuracy._asdict(),
+            "first_decision_right": self.first._asdict(),
+            "decision_step": self.times._asdict(),
+            "bits_per_robot_and_step": float(self.bits.mean()),
+            "declared": None if self.declared is None else self.declared.to_dict(),
+        }
 
 
 def contenders_of(
@@ -210,7 +230,12 @@ def right_at_end(
     rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int
 ) -> list[NDArray[np.bool_]]:
     """Run one round; return for each point whether each swarm was right at the last step."""
-    return [each.right for each in outcomes_of(rounds, designs, runs, seed)]
+    records = rounds.run(Study(designs, runs, seed))
+    scenarios = [design.scenario for design in designs]
+    return [
+        ended_right(record, scenario, truth(scenario))
+        for scenario, record in zip(scenarios, records, strict=True)
+    ]
 
 
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
@@ -220,28 +245,28 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     stop = scenario.faults.stop_step
     counted = np.where(np.arange(held.shape[1]) < stop, scenario.counted(0), scenario.counted(stop))
     needed = exact(scenario.decision.threshold)
-    right = held * needed.denominator > counted * needed.numerator
-    most = np.maximum(record.feasible_count[:, -1], record.infeasible_count[:, -1])
+    right_at = (held * needed.denominator > counted * needed.numerator).sum(axis=0)
     committed = np.stack([record.committed_infeasible, record.committed_feasible])
     return Outcome(
         contender=contender,
         robots=scenario.robots.count,
         tasks=scenario.tasks.count,
         feasible=feasible,
-        right=right[:, -1],
-        agreed=most * needed.denominator > counted[-1] * needed.numerator,
-        right_at=right.sum(axis=0),
+        right=ended_right(record, scenario, feasible),
+        agreed=ended_right(record, scenario, True) | ended_right(record, scenario, False),
+        right_at=right_at,
         decision=record.decision,
         decision_step=record.decision_step,
         bits=record.bits_sent / (scenario.robots.count * scenario.run.steps),
         committed=committed.sum(axis=0) / max(1, counted[-1]),
         committed_wrong=committed[0 if feasible else 1] / max(1, counted[-1]),
         commit_step=record.commit_step,
+        declared=declarations(record, scenario, feasible),
     )
 
 
 def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
-    """Write ``compare.csv`` and its three figures into a folder, as PNG and PDF."""
+    """Write ``compare.csv`` and its figures into a folder, as PNG and PDF: a fourth if robots declare."""
     groups = by_contender(outcomes)
     some = next(iter(groups.values()))
     labels = [f"{each.robots / each.tasks:.3g}" if each.tasks else "no task" for each in some]
@@ -254,9 +279,29 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
         "compare_time": draw_against_time(shares),
         "compare_bits": draw_against_bits(totals, "swarms that are right at the end,\nover all ratios (%)"),
     }
+    declared = {name: declared_of(group) for name, group in groups.items()}
+    if any(declared.values()):
+        figures["compare_declared"] = draw_against_ratio(
+            labels,
+            numbers,
+            {name: [each.ok for each in group] or None for name, group in declared.items()},
+            "swarms that declared rightly (%)",
+            {name: [each.wrong for each in group] for name, group in declared.items()},
+        )
     for name, drawn in figures.items():
         save_both(drawn, folder / name)
     _write_rows(folder / "compare.csv", outcomes)
+
+
+def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]:
+    """Return a comparison as plain tables, for programs."""
+    return {
+        "runs": runs,
+        "seed": seed,
+        "version": version("feasibee"),
+        "model_version": MODEL_VERSION,
+        "outcomes": [each.to_dict() for each in outcomes],
+    }
 
 
 def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
@@ -265,6 +310,11 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     for outcome in outcomes:
         groups.setdefault(outcome.contender, []).append(outcome)
     return groups
+
+
+def declared_of(group: Sequence[Outcome]) -> list[Declarations]:
+    """Return the declarations of a contender by number of tasks; none if its strategy doesn't declare."""
+    return [each.declared for each in group if each.declared is not None]
 
 
 def overall(group: Sequence[Outcome]) -> Interval:
@@ -291,6 +341,9 @@ def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
         header += [name, f"{name}_low", f"{name}_high"]
     header += ["step_q25", "step_median", "step_q75", "bits_per_robot_and_step"]
     header += ["committed", "committed_wrong", "commit_step_median"]
+    for name in ("declared_ok", "declared_wrong"):
+        header += [name, f"{name}_low", f"{name}_high"]
+    header += ["declare_step_median", "declare_step_p95"]
     write_csv(path, header, (_row(each, baseline[each.tasks]) for each in outcomes))
 
 
@@ -305,4 +358,12 @@ def _row(each: Outcome, baseline: Outcome) -> list[object]:
         *paired_difference(each.right, baseline.right),
         *("" if value is None else f"{value:.6g}" for value in numbers),
         *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
+        *_declared_cells(each.declared),
     ]
+
+
+def _declared_cells(declared: Declarations | None) -> list[object]:
+    if declared is None:
+        return [""] * 8
+    steps = declared.step_90[:2]
+    return [*declared.ok, *declared.wrong, *("" if step is None else step for step in steps)]

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,14 @@ import numpy as np
 from feasibee.errors import FeasibeeError, UnknownFieldError, how_to_install
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.results.declarations import (
+    Declarations,
+    DeclareTimes,
+    declare_times,
+    declared_right,
+    declared_wrong,
+    ended_right,
+)
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
@@ -41,16 +50,26 @@ class Summary(NamedTuple):
 
     row: StoredPoint
     runs: int
-    right: int
     counts: dict[str, int]
+    """Number of runs of each kind: ``accuracy`` (right decisions), ``right_at_end``, the three decisions, and
+    ``declared_ok`` and ``declared_wrong`` if the robots can declare."""
     times: DecisionTimes
+    declare_times: DeclareTimes | None
+    """None if the robots can't declare."""
     bits: float
     """Bits per robot-step."""
 
+    def share(self, show: str) -> Interval | None:
+        """Return the share of a kind of runs in ``counts``; None without runs or such a kind."""
+        return share([self], self.counts[show]) if self.runs and show in self.counts else None
+
     @property
-    def accuracy(self) -> Interval | None:
-        """Share of the runs whose first decision is the truth; None without runs."""
-        return share([self], self.right) if self.runs else None
+    def declared(self) -> Declarations | None:
+        """Declarations in the runs; None without runs, or if the robots can't declare."""
+        ok, wrong = self.share("declared_ok"), self.share("declared_wrong")
+        if ok is None or wrong is None or self.declare_times is None:
+            return None
+        return Declarations(ok, wrong, self.declare_times)
 
 
 def share(points: Sequence[Summary], runs: int) -> Interval:
@@ -79,16 +98,24 @@ def survey(journal: Journal) -> tuple[list[Summary], Survey]:
 
 
 def _summary(row: StoredPoint, columns: Array) -> Summary:
-    decision, step, bits = (columns[:, PLACES[name]] for name in ("decision", "decision_step", "bits_sent"))
-    scenario = row.scenario
+    results = SimpleNamespace(**{name: columns[:, place] for name, place in PLACES.items()})
+    scenario, decision, step = row.scenario, results.decision, results.decision_step
+    chosen = {"accuracy": decision == row.truth, "right_at_end": ended_right(results, scenario, row.truth)}
+    if scenario.manifest.declares:
+        chosen["declared_ok"] = declared_right(results, scenario, row.truth)
+        chosen["declared_wrong"] = declared_wrong(results, scenario, row.truth)
     return Summary(
         row,
         decision.size,
-        int((decision == row.truth).sum()),
-        decision_counts(decision),
+        decision_counts(decision) | {name: int(runs.sum()) for name, runs in chosen.items()},
         decision_times(step),
+        declare_times(results.declare_step) if scenario.manifest.declares else None,
         bits_per_robot_and_step(
-            bits, step, scenario.robots.count, scenario.run.steps, scenario.run.stop_at_decision
+            results.bits_sent,
+            step,
+            scenario.robots.count,
+            scenario.run.steps,
+            scenario.run.stop_at_decision,
         ),
     )
 
@@ -161,10 +188,11 @@ def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict
 
 
 def share_of(group: Sequence[Summary], show: str) -> Interval:
-    """Return the share of right decisions (``"accuracy"``) or of a decision; NaN without runs."""
-    if not any(each.runs for each in group):
+    """Return the share of a kind of runs in ``Summary.counts``; NaN without runs."""
+    counted = [each for each in group if each.runs and show in each.counts]
+    if not counted:
         return Interval(math.nan, math.nan, math.nan)
-    return share(group, sum(each.right if show == "accuracy" else each.counts[show] for each in group))
+    return share(counted, sum(each.counts[show] for each in counted))
 
 
 def _shown_value(point: Summary, path: str) -> Any:

@@ -12,7 +12,9 @@ import xarray as xr
 
 import feasibee
 from feasibee.figures.animation import animate
+from feasibee.figures.declarations import plot_declare_steps
 from feasibee.figures.frames import draw_frame
+from feasibee.model import outcomes
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import to_dataset
@@ -20,7 +22,7 @@ from feasibee.scenario.feasibility import explain
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})
 COUNTS = np.ones((2, 3), np.int32)
-ACCOUNT = np.zeros((2, 4), np.int64)
+ACCOUNT = np.zeros((2, len(outcomes.ACCOUNT)), np.int64)
 RESULTS = to_dataset(
     Record(0, np.ones(2, np.int8), np.zeros(2, np.int32), COUNTS, COUNTS, ACCOUNT), SCENARIO, 0
 )
@@ -68,6 +70,7 @@ SCENARIOS: dict[str, Callable[[Any], Any]] = {
     "plot_arena": feasibee.plot_arena,
     "draw_frame": draw_frame,
     "plot_decision_steps": feasibee.plot_decision_steps,
+    "plot_declare_steps": plot_declare_steps,
     "plot_opinions": feasibee.plot_opinions,
     "plot_opinions, one of several": lambda each: feasibee.plot_opinions({"a": each}),
     "save_results": lambda each: feasibee.save_results(each, "a.nc"),

@@ -22,6 +22,7 @@ const FLASH = 700; // milliseconds
  * @property {number} tasks
  * @property {boolean} truth
  * @property {number} last
+ * @property {boolean} declares Whether robots can declare.
  */
 
 /**

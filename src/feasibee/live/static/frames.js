@@ -1,10 +1,10 @@
 // Made by `python -m feasibee.live.layout`. A test compares it with that module.
-export const PROTOCOL = 1;
+export const PROTOCOL = 2;
 export const FEASIBLE = 1,
   NEUTRAL = 2,
   DISSEMINATING = 4,
   COMMITTED = 8,
-  COUNTED = 16,
+  DECLARED = 16,
   WORKING = 32,
   BYZANTINE = 64,
   STUBBORN = 128;
@@ -32,13 +32,15 @@ function frame(buffer, view) {
     disseminating: view.getUint32(40, true),
     working: view.getUint32(44, true),
     committed: view.getUint32(48, true),
-    bits: Number(view.getBigUint64(52, true)),
-    feasibleCounts: new Int32Array(buffer, 60, length),
-    infeasibleCounts: new Int32Array(buffer, 60 + 4 * length, length),
-    x: new Uint16Array(buffer, 60 + 8 * length, robots),
-    y: new Uint16Array(buffer, 60 + 8 * length + 2 * robots, robots),
-    heading: new Uint8Array(buffer, 60 + 8 * length + 4 * robots, robots),
-    flags: new Uint8Array(buffer, 60 + 8 * length + 5 * robots, robots),
+    declaredFeasible: view.getUint32(52, true),
+    declaredInfeasible: view.getUint32(56, true),
+    bits: Number(view.getBigUint64(60, true)),
+    feasibleCounts: new Int32Array(buffer, 68, length),
+    infeasibleCounts: new Int32Array(buffer, 68 + 4 * length, length),
+    x: new Uint16Array(buffer, 68 + 8 * length, robots),
+    y: new Uint16Array(buffer, 68 + 8 * length + 2 * robots, robots),
+    heading: new Uint8Array(buffer, 68 + 8 * length + 4 * robots, robots),
+    flags: new Uint8Array(buffer, 68 + 8 * length + 5 * robots, robots),
   };
 }
 

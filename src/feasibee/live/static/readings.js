@@ -37,6 +37,7 @@ export class Readings {
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
     $("stopped-row").hidden = world.counted[0] === world.counted[1] && !fields["faults.stopped"];
     $("committed-row").hidden = $("legend-committed").hidden = !world.commits;
+    $("declared-row").hidden = $("legend-declared").hidden = !world.declares;
     $("legend-stopped").hidden = !fields["faults.stopped"];
     $("legend-liar").hidden = !fields["faults.byzantine"];
   }
@@ -79,6 +80,9 @@ export class Readings {
       stopped: frame.robots - frame.working,
     };
     for (const [id, value] of Object.entries(values)) $(id).textContent = formatted(value);
+    const declared = [frame.declaredFeasible, frame.declaredInfeasible].map(formatted);
+    $("declared").textContent =
+      `${declared[0]} feasible, ${declared[1]} infeasible, of ${formatted(frame.counted)}`;
     const bits = frame.step ? frame.bits / frame.robots / frame.step : 0;
     $("bits").textContent = bits.toPrecision(3).replace(/\.?0+$/, "");
     $("undecided-row").hidden = $("legend-undecided").hidden =

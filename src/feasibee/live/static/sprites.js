@@ -1,11 +1,11 @@
 // Small pictures of robots, one for each look.
 
 import { contextOf } from "./crowd.js";
-import { BYZANTINE, COMMITTED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
+import { BYZANTINE, COMMITTED, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
 
 /** @import { Colours } from "./arena.js" */
 
-export const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | WORKING | BYZANTINE; // flags that show
+export const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | DECLARED | WORKING | BYZANTINE; // flags that show
 
 /**
  * Draw a robot: its opinion as a disc, or a ring if infeasible; what else it is around or upon it.
@@ -38,7 +38,8 @@ export function drawSprite(flags, radius, colours) {
 }
 
 /**
- * Draw the disc of the opinion, the ring of a robot that disseminates, and the dot of one that is committed.
+ * Draw the disc of the opinion, the ring of a robot that disseminates, the dot of one that is committed, and
+ * the dark rim of one that has declared.
  * @param {CanvasRenderingContext2D} pen
  * @param {number} flags
  * @param {number} radius
@@ -64,6 +65,12 @@ function drawOpinion(pen, flags, radius, colours) {
   if (flags & DISSEMINATING && radius > 2) {
     pen.lineWidth = Math.max(1, 0.2 * radius);
     disc(1.5 * radius);
+    pen.stroke();
+  }
+  if (flags & DECLARED) {
+    pen.strokeStyle = colours.ink;
+    pen.lineWidth = Math.max(1, 0.3 * radius);
+    disc(radius);
     pen.stroke();
   }
   if (flags & COMMITTED) {

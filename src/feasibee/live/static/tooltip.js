@@ -4,7 +4,7 @@ import { $ } from "./elements.js";
 import {
   BYZANTINE,
   COMMITTED,
-  COUNTED,
+  DECLARED,
   DISSEMINATING,
   FEASIBLE,
   NEUTRAL,
@@ -43,7 +43,8 @@ function describe(world, robot, flags) {
     flags & BYZANTINE && "Byzantine",
     flags & STUBBORN && "stubborn",
     flags & COMMITTED && "committed",
-    !(flags & COUNTED) && "not counted",
+    flags & DECLARED && "has declared",
+    (!(flags & WORKING) || flags & BYZANTINE) && "not counted",
   ];
   return `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;
 }

@@ -66,6 +66,7 @@ const SHAPE = `<style>
     <span class="infeasible"><i></i><b data-count="infeasible"></b> infeasible</span>
     <span class="undecided"><i></i><b data-count="none"></b> none</span>
     <span><b data-count="disseminating"></b> disseminating</span>
+    <span class="declared" hidden>declared: <b data-count="declaredFeasible"></b> feasible, <b data-count="declaredInfeasible"></b> infeasible</span>
   </div>
   <p class="outcome" role="status"></p>
   <p class="note" role="status"></p>
@@ -121,6 +122,7 @@ class WidgetView {
     frame.style.width = `${480 * Math.min(1, width / height)}px`;
     frame.style.aspectRatio = String(width / height);
     frame.setAttribute("aria-label", `${world.robots} robots and ${world.tasks} tasks`);
+    this.find(".declared").hidden = !world.declares;
     arena.open(world);
     arena.setTasks(/** @type {Tasks} */ (decode(bytesOf(model.get("_tasks")))));
     this.setSpeed();

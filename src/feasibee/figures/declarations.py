@@ -1,0 +1,52 @@
+"""Declarations of robots as figures."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+
+from feasibee.errors import FeasibeeError
+from feasibee.figures.decisions import draw_share_by_step, mark_median
+from feasibee.figures.style import axes_for
+from feasibee.model.codes import COLOURS
+from feasibee.model.outcomes import DECLARES, OUTCOMES
+from feasibee.results.dataset import scenario_of
+from feasibee.results.declarations import declare_times, declared_wrong
+from feasibee.scenario.feasibility import truth
+
+
+def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the share of runs that had declared by each step: all robots rightly, or at least one wrongly.
+
+    A run has declared when more than the threshold's share of its robots have.
+
+    Parameters
+    ----------
+    results : Dataset
+        From `feasibee.simulate`, with a strategy that defines ``declare``.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+
+    Raises
+    ------
+    FeasibeeError
+        If the robots of these results can't declare.
+    """
+    scenario = scenario_of(results)
+    needed = {each.name for each in OUTCOMES if each.needs is DECLARES}
+    if not needed <= set(results.data_vars) or results["declare_step"].dims != ("run",):
+        raise FeasibeeError("the results have no declarations; simulate a strategy that defines declare")
+    feasible, steps = truth(scenario), scenario.run.steps
+    declare_step = results["declare_step"].values
+    wrong = declared_wrong(results, scenario, feasible)
+    right_name, wrong_name = ("feasible", "infeasible") if feasible else ("infeasible", "feasible")
+    lines = {"rightly": (~wrong, right_name, "-"), "a robot wrongly": (wrong, wrong_name, "--")}
+    with axes_for(ax, 3.6, 2.7) as axes:
+        for label, (chosen, name, dashes) in lines.items():
+            taken = declare_step[chosen & (declare_step >= 0)]
+            look = {"color": COLOURS[name], "linestyle": dashes, "label": label}
+            draw_share_by_step(axes, taken, declare_step.size, steps, **look)
+        mark_median(axes, declare_times(declare_step).median)
+        axes.set(xlabel="time (steps)", ylabel="runs that had declared (%)", xlim=(0, steps), ylim=(-2, 102))
+        axes.legend(loc="center right")
+        return axes

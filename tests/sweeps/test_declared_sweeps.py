@@ -1,0 +1,86 @@
+"""Sweeps of robots that declare: what the journal holds, and what is shown of it."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from commands import invoke
+from declaring import declaring
+
+from feasibee.figures.sweep import SHARES
+from feasibee.results.declarations import declarations, declare_times, ended_right
+from feasibee.results.statistics import confidence_sequence, wilson
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.plan import DesignPoint, StoppingRule
+from feasibee.sweeps.table import share_of, summaries, to_dataframe
+
+TRUTHS = {"quiet": True, "crowded": False, "dmmd": True}
+
+
+@pytest.fixture(scope="module")
+def scenarios(tmp_path_factory):
+    quiet = declaring(tmp_path_factory.mktemp("own"), quiet=15.0, run={"steps": 120})
+    plain = quiet.replace({"decision.strategy": "dmmd", "decision.parameters": {}})
+    return {"quiet": quiet, "crowded": quiet.replace({"tasks.count": 30}), "dmmd": plain}
+
+
+@pytest.fixture(scope="module")
+def folder(scenarios, tmp_path_factory):
+    """A folder with 30 runs of two scenarios whose robots declare, and of one whose robots can't."""
+    folder = tmp_path_factory.mktemp("sweep")
+    points = [DesignPoint({"name": name}, each) for name, each in scenarios.items()]
+    with Journal(folder, write=True) as journal:
+        numbers = journal.add(points, 5)
+        records = [simulate_record(each, Runs(30, 5)) for each in scenarios.values()]
+        journal.write(zip(numbers, records, strict=True))
+    return folder
+
+
+def test_status_has_the_declarations_of_each_point(folder, scenarios):
+    told = {each["values"]["name"]: each for each in json.loads(invoke("status", folder, "--json").stdout)}
+    assert told["dmmd"]["declared"] is None
+    for name, scenario in scenarios.items():
+        record = simulate_record(scenario, Runs(30, 5))
+        right = ended_right(record, scenario, TRUTHS[name])
+        assert told[name]["right_at_end"] == wilson(int(right.sum()), 30)._asdict()
+        if name != "dmmd":
+            found = declarations(record, scenario, TRUTHS[name])
+            assert 0 < found.wrong.estimate < 1
+            assert told[name]["declared"] == found.to_dict()
+
+
+def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_path):
+    quiet = scenarios["quiet"]
+    with Journal(tmp_path, write=True) as journal:
+        (number,) = journal.add([DesignPoint({}, quiet)], 5, StoppingRule(0.5, None, 30))
+        record = simulate_record(quiet, Runs(30, 5))
+        journal.write([(number, record)])
+        (found,) = summaries(journal)
+    runs = int((record.declared_infeasible > 0).sum())
+    assert found.declared.wrong == confidence_sequence(runs, 30)
+    assert found.declared.step_90 == declare_times(record.declare_step)
+
+
+def test_a_figure_may_show_declarations(folder, tmp_path):
+    with Journal(folder) as journal:
+        points = summaries(journal)
+    for show in SHARES:
+        words = ("--x", "tasks.count", "--show", show, "--out", tmp_path / "a.png")
+        assert invoke("plot", folder, *words).exit_code == 0
+        known = [each for each in points if show in each.counts]
+        total = sum(each.counts[show] for each in known)
+        assert share_of(points, show) == wilson(total, 30 * len(known))
+    assert len(known) == 3
+    assert np.isnan(share_of(points[2:], "declared_ok").estimate)
+
+
+def test_an_export_has_all_outcomes(folder):
+    with Journal(folder) as journal:
+        table = to_dataframe(journal)
+    assert (table[table.name == "dmmd"].declare_step == -1).all()
+    assert (table[table.name == "quiet"].declared_feasible >= 0).all()
+    assert set(table.columns) > {"declared_infeasible", "feasible_at_end", "infeasible_at_end"}
