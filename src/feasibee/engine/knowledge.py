@@ -106,6 +106,8 @@ def me_of(params, passing, now, i):
         params.sensing.range,
         params.radio.range,
         params.robots.speed,
+        params.decision.exploration,
+        params.decision.gain + params.decision.dissemination_floor,
     )
     identity = int64(passing.robots[Robot.IDENTITY, i])
     mark = int64(passing.hashes[identity])

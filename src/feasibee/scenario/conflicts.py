@@ -17,6 +17,7 @@ Places = Mapping[str, tuple[str, Sequence[int]]]
 Fit = Callable[..., bool]
 """Returns whether the fields at some paths have valid values."""
 SKILLS = 8
+PHASES = ("decision.exploration", "decision.gain", "decision.dissemination_floor")
 UNIQUE_LIMIT = 4 * 2**30
 """Largest memory of unique observations of all robots of a swarm, in bytes."""
 
@@ -58,7 +59,7 @@ def conflicts(
     yield from _arena_conflicts(explicit, places, fit)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
-        used = ("radio", "sensing.range", "robots.speed", "robots.know_count")
+        used = ("radio", "sensing.range", "robots.speed", "robots.know_count", *PHASES)
         if fit("decision.strategy", "decision.parameters", *used):
             yield from _knowledge_memory(explicit, manifest_of(explicit["decision"]["strategy"]))
 
@@ -217,6 +218,7 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
     """Find built-in strategies whose robots together know more than fits; a user's file isn't run here."""
     if not isinstance(strategy, Strategy) or not strategy.knowledge or strategy.source:
         return
+    decision = explicit["decision"]
     setting = setting_from(
         (total(explicit["robots"]), total(explicit["tasks"])),
         (len(explicit["robots"]["classes"]), len(explicit["tasks"]["classes"])),
@@ -229,6 +231,7 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
         sight=explicit["sensing"]["range"],
         radio=explicit["radio"]["range"],
         speed=explicit["robots"]["speed"],
+        phases=(decision["exploration"], decision["gain"] + decision["dissemination_floor"]),
     )
     problem = excess(setting, *strategy.row_lengths(setting))
     if problem:

@@ -211,6 +211,7 @@ class Scenario(BaseModel):
             sight=self.sensing.range,
             radio=self.radio.range,
             speed=self.robots.speed,
+            phases=(self.decision.exploration, self.decision.gain + self.decision.dissemination_floor),
         )
 
     def counted(self, step: int) -> int:

@@ -28,6 +28,7 @@ def setting_from(
     sight: float = 2.0,
     radio: float = 2.0,
     speed: float = 1.0,
+    phases: tuple[float, float] = (10.0, 10.0),
 ) -> Setting:
     """Return the numbers of a scenario that a strategy's knowledge may depend on.
 
@@ -41,8 +42,8 @@ def setting_from(
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
         Those of the strategy.
-    knows_count, colluding, size, walled, sight, radio, speed
-        See `Setting`; by default the paper's world.
+    knows_count, colluding, size, walled, sight, radio, speed, phases
+        See `Setting`; by default the paper's world. Phases are exploration and dissemination.
     """
     robots, tasks = counts
     return Setting(
@@ -62,6 +63,8 @@ def setting_from(
         sight=float(sight),
         radio=float(radio),
         speed=float(speed),
+        exploration=float(phases[0]),
+        dissemination=float(phases[1]),
     )
 
 

@@ -140,6 +140,10 @@ class Setting(NamedTuple):
     """Range of the radio, in units."""
     speed: float
     """Speed of a robot, in units per step."""
+    exploration: float
+    """Mean duration of exploration, in steps."""
+    dissemination: float
+    """Mean duration of dissemination for an opinion of quality 1, in steps."""
 
 
 class Me(NamedTuple):
