@@ -16,8 +16,10 @@ from feasibee.strategies import (
     estimate,
     k_unanimity,
     majority,
+    quiet_census,
     sketch,
     tally,
+    turns,
     voter,
 )
 from feasibee.strategies.contract import Strategy, strategy_of_module
@@ -39,6 +41,8 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "estimate": estimate,
         "census": census,
         "sketch": sketch,
+        "quiet-census": quiet_census,
+        "turns": turns,
     }.items()
 }
 """The built-in strategies, the paper's first."""

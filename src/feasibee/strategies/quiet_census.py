@@ -1,0 +1,177 @@
+"""Quiet census: robots count the tasks by name, and declare once nothing new has come for long enough.
+
+Each robot keeps the set of the tasks that it knows; it adds what it sees when it explores, broadcasts the set
+for g steps on average, and takes in every set that it hears. If it knows n, the number of robots, it declares
+infeasible as soon as it knows more than n tasks. It declares feasible after a quiet time without a new name,
+q = c / lambda steps. Here lambda = n 2 r v share / area is how often the swarm finds a given task, share is the
+part of its time that a robot explores, and c grows with n. If it does not know n, robots are
+counted by name, too, and it declares either after the quiet time. Until then it has no opinion.
+
+``quiet`` sets q, in steps; 0: computed. With ``tolerates`` = f, a robot accepts the name of a task or robot
+that it did not see once f + 1 different neighbours have told it, and broadcasts accepted names only.
+
+A Byzantine robot adds one task more than there are robots, or as many robots as there are tasks. Colluding
+ones add the n + 1 - m tasks that the lie needs, or send m - n robots and nothing else.
+
+Message: for each task 1 bit and its position in 32 bits, and 1 bit at the end; without n, for each robot 1 bit
+and its id, and 1 bit at the end; with f > 0 the sender's id. Memory: the same, the step of the latest news,
+and for each name that is not accepted the neighbours that told it, at most f.
+
+References
+----------
+Our own. The quiet time is that of a census by flooding; f + 1 neighbours: see `certified`.
+"""
+
+import math
+
+from feasibee.strategies import census
+from feasibee.strategies.certified import sightings, told_enough, tolerated
+
+BY_NAME = True
+STARTS_NEUTRAL = True
+ONE_CLASS = True
+PARAMETERS = {"quiet": 0.0, "tolerates": 0.0}
+QUIET, TOLERATES = 0, 1
+POSITION_BITS = 32
+MEMBERS = 31
+"""Number of a set's members in a word."""
+NAMES, NEWS, SETS = 0, 1, 2
+"""Words of what is known: number of names at the latest news, and its step; then the sets."""
+
+quality = census.quality
+dissemination = census.dissemination
+
+
+def decide(mind, inbox):
+    """Return the opinion that the robot has: declaring changes it."""
+    return mind.opinion
+
+
+def say(mind):
+    """Return any opinion, so that the robot is not silent: its message holds knowledge only."""
+    return max(mind.opinion, 0)
+
+
+def robot_words(setting):
+    """Return the size of the set of robots, which is counted only if n is unknown."""
+    return 0 if setting.knows_count else (setting.robot_ids + MEMBERS - 1) // MEMBERS
+
+
+def message_words(setting):
+    """Return the size of the sets: of robots, and then of tasks."""
+    return robot_words(setting) + (setting.task_ids + MEMBERS - 1) // MEMBERS
+
+
+def words(setting):
+    """Return the size of the sets, and of the list of who told each name."""
+    sets = message_words(setting)
+    return SETS + sets + sets * MEMBERS * tolerated(setting, TOLERATES)
+
+
+def start(known, me):
+    """Add the robot itself to the robots that it knows, if it counts them."""
+    if not me.setting.knows_count:
+        known[SETS + me.id // MEMBERS] |= 1 << (me.id % MEMBERS)
+
+
+def observe(known, thing, me):
+    """Add a task in sight to what the robot knows, or a robot if it counts them."""
+    if thing.is_robot and me.setting.knows_count:
+        return
+    first = SETS if thing.is_robot else SETS + robot_words(me.setting)
+    known[first + thing.id // MEMBERS] |= 1 << (thing.id % MEMBERS)
+
+
+def encode(message, known, me):
+    """Write the sets of accepted names."""
+    for k in range(len(message)):
+        message[k] = known[SETS + k]
+
+
+def lie(message, feasible, me):
+    """Add invented tasks, or invented robots if they are counted; colluding, as many as needed (model.md 6.16)."""
+    robots, tasks, exact = me.setting.robots, me.setting.tasks, me.setting.colluding
+    first = robot_words(me.setting)
+    if feasible == 1 and exact:
+        for k in range(len(message)):
+            message[k] = 0
+    if feasible == 0:
+        for k in range(tasks, tasks + (max(robots + 1 - tasks, 0) if exact else robots + 1)):
+            message[first + k // MEMBERS] |= 1 << (k % MEMBERS)
+    elif first > 0:
+        for k in range(robots, robots + (max(tasks - robots, 0) if exact else tasks)):
+            message[k // MEMBERS] |= 1 << (k % MEMBERS)
+
+
+def merge(known, message, sender, me):
+    """Add the names that enough neighbours have told."""
+    tolerates = tolerated(me.setting, TOLERATES)
+    told = SETS + len(message)
+    for k in range(len(message)):
+        new = message[k] & ~known[SETS + k]
+        while new != 0:
+            member = (new & -new).bit_length() - 1
+            new &= new - 1
+            if told_enough(known, told + (k * MEMBERS + member) * tolerates, tolerates, sender):
+                known[SETS + k] |= 1 << member
+
+
+def members(row, first, last):
+    """Return the number of members in some words of sets."""
+    number = 0
+    for k in range(first, last):
+        number += row[k].bit_count()
+    return number
+
+
+def robots_of(known, me):
+    """Return the number of robots that the robot knows of."""
+    if me.setting.knows_count:
+        return me.setting.robots
+    return members(known, SETS, SETS + robot_words(me.setting))
+
+
+def tasks_of(known, me):
+    """Return the number of tasks that the robot knows of."""
+    return members(known, SETS + robot_words(me.setting), SETS + message_words(me.setting))
+
+
+def count(known, counts, me):
+    """Count robots and tasks."""
+    counts[0] = robots_of(known, me)
+    counts[1] = tasks_of(known, me)
+
+
+def bits(message, me):
+    """Return the length of the lists of names, and of the sender's id if receivers need it."""
+    first = robot_words(me.setting)
+    length = members(message, first, len(message)) * (1 + POSITION_BITS) + 1
+    if first > 0:
+        length += members(message, 0, first) * (1 + me.setting.id_bits) + 1
+    return length + (me.setting.id_bits if tolerated(me.setting, TOLERATES) > 0 else 0)
+
+
+def patience(robots, tolerates):
+    """Return c: how often the swarm must have seen each place without a new name."""
+    if robots <= 2 * tolerates:
+        return math.inf
+    return (5.2 + 1.6 * math.log(robots)) * (1.0 + 2.5 * math.log((robots - tolerates) / (robots - 2 * tolerates)))
+
+
+def declare(known, me):
+    """Return infeasible if there are more tasks than robots, feasible after the quiet time."""
+    robots, tasks = robots_of(known, me), tasks_of(known, me)
+    if me.setting.knows_count and tasks > robots:
+        return 0
+    if robots + tasks != known[NAMES]:
+        known[NAMES] = robots + tasks
+        known[NEWS] = me.step
+    steps = me.step - known[NEWS]
+    if me.setting.parameters[QUIET] > 0:
+        quiet = steps >= me.setting.parameters[QUIET]
+    else:
+        seen = sightings(steps, robots, me.setting)
+        quiet = seen >= patience(robots, tolerated(me.setting, TOLERATES))
+    if not quiet:
+        return -1
+    return 1 if robots >= tasks else 0

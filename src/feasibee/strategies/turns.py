@@ -1,0 +1,224 @@
+"""Turns: a census in a few bits: a few names of tasks in turn, and an alarm.
+
+Each robot keeps the names of the tasks that it knows, sorted. It adds those in sight when it explores. For g
+steps on average it broadcasts the next ``names`` of them in turn, and takes in all that it hears. A name is
+the first ``name_bits`` bits of a task's hash; two tasks with one name are one. Robots know n, their number.
+A robot raises the alarm once it knows more than n names, or hears the alarm; it then declares infeasible. Its
+opinion is feasible until then. It declares feasible after a quiet time without a new name (see `quiet_census`),
+which is longer the fewer names a message holds.
+
+``names`` = 0: the alarm only; each robot counts what it sees by itself, and declares feasible when each robot
+has seen each place often enough. ``names`` = -1: all names, up to n + 1. ``quiet`` sets the time in steps; 0:
+computed. With ``tolerates`` = f, a name or an alarm counts once f + 1 different neighbours have told it, and
+robots broadcast accepted names only.
+
+A Byzantine robot raises the alarm and invents names, one more than robots, or denies the alarm. Colluding ones
+invent n + 1 - m names, or send neither alarm nor names.
+
+Message: the id, 1 bit for the alarm, and each name in ``name_bits`` bits, 0 in empty places. All names are sent
+as their number, of as many bits as n + 1 has, and the gaps between them in Rice's code. Memory: the names, the
+step of the latest one, and for each name or alarm not yet accepted the neighbours that told it, at most f.
+
+References
+----------
+Our own. Rice's code: Rice and Plaunt, "Adaptive variable-length coding for efficient compression of spacecraft
+television data", 1971. f + 1 neighbours: see `certified`.
+"""
+
+import math
+
+from feasibee.strategies import census, quiet_census
+from feasibee.strategies.certified import sightings, told_enough, tolerated
+from feasibee.strategies.quiet_census import patience
+
+BY_NAME = True
+NEEDS_COUNT = True
+ONE_CLASS = True
+PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0}
+NAMES, NAME_BITS, QUIET, TOLERATES = 0, 1, 2, 3
+HASH_BITS = 32
+ALARM, KNOWN, NEWS, LAST, PENDING, TOLD = 0, 1, 2, 3, 4, 5
+"""Words of what is known: alarm, number of names, step of the latest, name sent last, number of names that
+wait to be accepted, and who told the alarm. The sorted names follow, and then each waiting name and who told it."""
+
+quality = census.quality
+dissemination = census.dissemination
+decide = census.decide
+
+
+def name_bits(setting):
+    """Return the length of a name, in bits."""
+    return int(min(max(setting.parameters[NAME_BITS], 1.0), 31.0))
+
+
+def sends_all(setting):
+    """Return whether a message holds all names."""
+    return setting.parameters[NAMES] < 0
+
+
+def places(setting):
+    """Return the number of places for names in a message."""
+    most = setting.robots + 1
+    return most if sends_all(setting) else int(min(setting.parameters[NAMES], float(most)))
+
+
+def message_words(setting):
+    """Return the size of a message: the alarm, and its places for names; a name is at least 1."""
+    return 1 + places(setting)
+
+
+def words(setting):
+    """Return the size of what is known: at most n + 1 names count, and each other waits with its tellers."""
+    tolerates = tolerated(setting, TOLERATES)
+    waiting = setting.task_ids * (1 + tolerates) if tolerates > 0 else 0
+    return TOLD + tolerates + setting.robots + 1 + waiting
+
+
+def place_of(row, first, last, name):
+    """Return the place of the first name that is not below this one, among sorted names."""
+    while first < last:
+        middle = (first + last) // 2
+        if row[middle] < name:
+            first = middle + 1
+        else:
+            last = middle
+    return first
+
+
+def insert(row, place, last, name):
+    """Put a name at its place, and move those up to the last one place on."""
+    for k in range(last, place, -1):
+        row[k] = row[k - 1]
+    row[place] = name
+
+
+def accept(known, name, me):
+    """Add a name to those that count, and raise the alarm if there are more than robots."""
+    first = TOLD + tolerated(me.setting, TOLERATES)
+    last = first + known[KNOWN]
+    place = place_of(known, first, last, name)
+    if known[KNOWN] > me.setting.robots or (place < last and known[place] == name):
+        return
+    insert(known, place, last, name)
+    known[KNOWN] += 1
+    known[NEWS] = me.step
+    if known[KNOWN] > me.setting.robots:
+        known[ALARM] = 1
+
+
+def observe(known, thing, me):
+    """Add the name of a task in sight."""
+    if not thing.is_robot:
+        accept(known, max(thing.hash >> (HASH_BITS - name_bits(me.setting)), 1), me)
+
+
+def encode(message, known, me):
+    """Write the alarm, and the names whose turn it is."""
+    message[0] = known[ALARM]
+    first = TOLD + tolerated(me.setting, TOLERATES)
+    last = first + known[KNOWN]
+    place = first if sends_all(me.setting) else place_of(known, first, last, known[LAST] + 1)
+    for k in range(1, len(message)):
+        message[k] = 0
+        if k <= known[KNOWN]:
+            place = first if place == last else place
+            message[k] = known[place]
+            known[LAST] = message[k]
+            place += 1
+
+
+def invented(k, setting):
+    """Return the name of an invented task, the same for all Byzantine robots."""
+    return max(((k + 1) * 2654435761 % 2**HASH_BITS) >> (HASH_BITS - name_bits(setting)), 1)
+
+
+def lie(message, feasible, me):
+    """Forge the alarm and invent names, or deny both (model.md 6.16)."""
+    setting = me.setting
+    message[0] = 1 - feasible
+    number = max(setting.robots + 1 - setting.tasks, 0) if setting.colluding else setting.robots + 1
+    if feasible == 1:
+        for k in range(1, len(message)):
+            message[k] = 0 if setting.colluding else message[k]
+    elif sends_all(setting):
+        used = 1
+        while used < len(message) and message[used] != 0:
+            used += 1
+        for k in range(min(number, len(message) - used)):
+            name = invented(k, setting)
+            insert(message, place_of(message, 1, used + k, name), used + k, name)
+    elif number > 0:
+        for k in range(1, len(message)):
+            message[k] = invented((me.step * places(setting) + k) % number, setting)
+
+
+def consider(known, name, sender, me):
+    """Accept a name once enough neighbours have told it; until then it waits."""
+    setting = me.setting
+    tolerates = tolerated(setting, TOLERATES)
+    if tolerates == 0:
+        accept(known, name, me)
+        return
+    first = TOLD + tolerates
+    place = place_of(known, first, first + known[KNOWN], name)
+    if place < first + known[KNOWN] and known[place] == name:
+        return
+    entry = first + setting.robots + 1
+    end = entry + known[PENDING] * (1 + tolerates)
+    while entry < end and known[entry] != name:
+        entry += 1 + tolerates
+    if entry == end and entry < len(known):
+        known[entry] = name
+        known[PENDING] += 1
+    if entry < len(known) and told_enough(known, entry + 1, tolerates, sender):
+        accept(known, name, me)
+
+
+def merge(known, message, sender, me):
+    """Take in the alarm and the names."""
+    if message[0] == 1 and known[ALARM] == 0:
+        if told_enough(known, TOLD, tolerated(me.setting, TOLERATES), sender):
+            known[ALARM] = 1
+    for k in range(1, len(message)):
+        if message[k] != 0:
+            consider(known, message[k], sender, me)
+
+
+def count(known, counts, me):
+    """Count the robots, and the names; more than robots after an alarm."""
+    counts[0] = me.setting.robots
+    counts[1] = me.setting.robots + 1 if known[ALARM] == 1 else known[KNOWN]
+
+
+def bits(message, me):
+    """Return the length of the id, the alarm and the names."""
+    length = name_bits(me.setting)
+    if sends_all(me.setting):
+        return me.setting.id_bits + 1 + (len(message) - 1).bit_length() + rice_bits(message, length)
+    return me.setting.id_bits + 1 + (len(message) - 1) * length
+
+
+def rice_bits(message, length):
+    """Return the length of sorted names: the gaps between them in Rice's code for their number."""
+    number = 0
+    while number + 1 < len(message) and message[number + 1] != 0:
+        number += 1
+    low = (2**length // (number + 1)).bit_length() - 1
+    total, last = 0, 0
+    for k in range(1, number + 1):
+        total += 1 + low + ((message[k] - last - 1) >> low)
+        last = message[k]
+    return total
+
+
+def declare(known, me):
+    """Return infeasible after an alarm, feasible after the quiet time."""
+    setting = me.setting
+    if known[ALARM] == 1:
+        return 0
+    steps = me.step if places(setting) == 0 else me.step - known[NEWS]
+    if setting.parameters[QUIET] > 0:
+        return 1 if steps >= setting.parameters[QUIET] else -1
+    if places(setting) == 0:
+        return 1 if sightings(steps, 1, setting) >= 3.5 else -1
+    return 1 if sightings(steps, setting.robots, setting) >= patience(setting.robots, 0) else -1
