@@ -1,14 +1,19 @@
-"""Certified propagation and the time to wait: what strategies share whose robots declare by names.
+"""What strategies share whose robots declare by names: whom to believe, and how long to wait.
 
-A robot accepts a statement that it did not see for itself once f + 1 different direct neighbours have told it
-as accepted. With f liars or fewer, one of them is honest. So the first honest robot to accept a name saw it,
-and nothing invented is ever accepted.
+Certified propagation: a robot accepts a statement that it did not see for itself once f + 1 different direct
+neighbours have told it as accepted. Of f liars and one more neighbour, one is honest. So the first honest
+robot to accept a name saw it, and no invented name is ever accepted while there are f liars or fewer.
 
 References
 ----------
 Koo, "Broadcast in radio networks tolerating Byzantine adversarial behavior", 2004; Pelc and Peleg,
 "Broadcasting with locally bounded Byzantine faults", 2005.
 """
+
+import math
+
+NEVER = 2**30
+"""Number of steps that stands for no end."""
 
 
 def tolerated(setting, place):
@@ -17,7 +22,10 @@ def tolerated(setting, place):
 
 
 def told_enough(known, first, tolerates, sender):
-    """Return whether more than ``tolerates`` robots have told a statement; the words from ``first`` list them."""
+    """Return whether more than ``tolerates`` neighbours have told a statement: this one and those listed.
+
+    The words from ``first`` on list them, one more than their ids.
+    """
     for k in range(first, first + tolerates):
         if known[k] == sender + 1:
             return False
@@ -27,11 +35,19 @@ def told_enough(known, first, tolerates, sender):
     return True
 
 
-def sightings(steps, robots, setting):
-    """Return how often so many robots see a given place in so many steps, on average.
+def steps_for(sightings, robots, setting):
+    """Return the number of steps in which so many robots see a given place so often, on average.
 
     A robot sweeps a strip of twice its range of sight in the share of its time that it explores.
     """
     share = setting.exploration / (setting.exploration + setting.dissemination)
-    swept = 2.0 * setting.sight * setting.speed * share * robots * steps
-    return swept / (setting.width * setting.height)
+    swept = 2.0 * setting.sight * setting.speed * share * robots
+    area = setting.width * setting.height
+    if swept * NEVER <= sightings * area:
+        return NEVER
+    return math.ceil(sightings * area / swept)
+
+
+def steps_given(value):
+    """Return a parameter as a number of steps."""
+    return math.ceil(min(value, float(NEVER)))

@@ -1,34 +1,35 @@
-"""Turns: a census in a few bits: a few names of tasks in turn, and an alarm.
+"""Turns: a census in a few bits, a few names of tasks in turn and an alarm.
 
-Each robot keeps the names of the tasks that it knows, sorted. It adds those in sight when it explores. For g
-steps on average it broadcasts the next ``names`` of them in turn, and takes in all that it hears. A name is
-the first ``name_bits`` bits of a task's hash; two tasks with one name are one. Robots know n, their number.
-A robot raises the alarm once it knows more than n names, or hears the alarm; it then declares infeasible. Its
-opinion is feasible until then. It declares feasible after a quiet time without a new name (see `quiet_census`),
-which is longer the fewer names a message holds.
+Each robot keeps the names of the tasks that it knows, sorted, and knows n, the number of robots. It adds
+what it sees when it explores. For g steps on average it broadcasts the next ``names`` of its names in turn,
+and takes in all names that it hears. A name is the first ``name_bits`` bits of a task's hash: two tasks with
+equal names are one. A robot that knows more than n names, or hears the alarm, raises the alarm and declares
+infeasible. Until then its opinion is feasible. It declares feasible after a quiet time without a new name,
+as in `quiet_census`; the fewer names a message holds, the longer it is.
 
-``names`` = 0: the alarm only; each robot counts what it sees by itself, and declares feasible when each robot
-has seen each place often enough. ``names`` = -1: all names, up to n + 1. ``quiet`` sets the time in steps; 0:
-computed. With ``tolerates`` = f, a name or an alarm counts once f + 1 different neighbours have told it, and
-robots broadcast accepted names only.
+``names`` = 0: only the alarm is sent, and each robot counts what it sees by itself. It declares feasible
+when some robot would have seen n + 1 tasks. ``names`` = -1: all names are sent, n + 1 at most. ``quiet``
+sets the time, in steps; 0: computed. With ``tolerates`` = f, a name or alarm of others counts once f + 1
+different neighbours have told it. Robots broadcast only what counts.
 
-A Byzantine robot raises the alarm and invents names, one more than robots, or denies the alarm. Colluding ones
-invent n + 1 - m names, or send neither alarm nor names.
+A Byzantine robot raises the alarm and invents n + 1 names, or denies the alarm. A colluding one invents the
+n + 1 - m names that the lie needs; to speak for feasible it sends neither alarm nor names.
 
-Message: the id, 1 bit for the alarm, and each name in ``name_bits`` bits, 0 in empty places. All names are sent
-as their number, of as many bits as n + 1 has, and the gaps between them in Rice's code. Memory: the names, the
-step of the latest one, and for each name or alarm not yet accepted the neighbours that told it, at most f.
+Message: the id, 1 bit for the alarm, and each name in ``name_bits`` bits, 0 where there is none. All names
+are sent as their number, in as many bits as n + 1 has, and the gaps between them in Rice's code. Memory: the
+names, the end of the quiet time, and for each name or alarm that does not count yet the neighbours that told
+it, at most f.
 
 References
 ----------
-Our own. Rice's code: Rice and Plaunt, "Adaptive variable-length coding for efficient compression of spacecraft
-television data", 1971. f + 1 neighbours: see `certified`.
+Our own. The gaps: Rice and Plaunt, "Adaptive variable-length coding for efficient compression of spacecraft
+television data", 1971. Names by f + 1 neighbours: see `quiet_census`.
 """
 
 import math
 
-from feasibee.strategies import census, quiet_census
-from feasibee.strategies.certified import sightings, told_enough, tolerated
+from feasibee.strategies import census
+from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
 from feasibee.strategies.quiet_census import patience
 
 BY_NAME = True
@@ -37,9 +38,9 @@ ONE_CLASS = True
 PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0}
 NAMES, NAME_BITS, QUIET, TOLERATES = 0, 1, 2, 3
 HASH_BITS = 32
-ALARM, KNOWN, NEWS, LAST, PENDING, TOLD = 0, 1, 2, 3, 4, 5
-"""Words of what is known: alarm, number of names, step of the latest, name sent last, number of names that
-wait to be accepted, and who told the alarm. The sorted names follow, and then each waiting name and who told it."""
+ALARM, KNOWN, UNTIL, LAST, PENDING, TOLD = 0, 1, 2, 3, 4, 5
+"""Words of what is known: alarm, number of names, until when to wait for another, the name sent last, the
+number of names that wait to count, who told the alarm; then the sorted names, then those that wait."""
 
 quality = census.quality
 dissemination = census.dissemination
@@ -74,6 +75,11 @@ def words(setting):
     return TOLD + tolerates + setting.robots + 1 + waiting
 
 
+def start(known, me):
+    """Begin the quiet time."""
+    known[UNTIL] = quiet_steps(me.setting)
+
+
 def place_of(row, first, last, name):
     """Return the place of the first name that is not below this one, among sorted names."""
     while first < last:
@@ -101,7 +107,8 @@ def accept(known, name, me):
         return
     insert(known, place, last, name)
     known[KNOWN] += 1
-    known[NEWS] = me.step
+    if places(me.setting) > 0:
+        known[UNTIL] = me.step + quiet_steps(me.setting)
     if known[KNOWN] > me.setting.robots:
         known[ALARM] = 1
 
@@ -176,9 +183,9 @@ def consider(known, name, sender, me):
 
 def merge(known, message, sender, me):
     """Take in the alarm and the names."""
-    if message[0] == 1 and known[ALARM] == 0:
-        if told_enough(known, TOLD, tolerated(me.setting, TOLERATES), sender):
-            known[ALARM] = 1
+    alarmed = message[0] == 1 and known[ALARM] == 0
+    if alarmed and told_enough(known, TOLD, tolerated(me.setting, TOLERATES), sender):
+        known[ALARM] = 1
     for k in range(1, len(message)):
         if message[k] != 0:
             consider(known, message[k], sender, me)
@@ -211,14 +218,42 @@ def rice_bits(message, length):
     return total
 
 
+def patience_in_turn(setting):
+    """Return how often the swarm would find a task in the quiet time: the longer, the fewer names are sent.
+
+    Fitted as `quiet_census.patience` is, for 20 and 50 robots and messages of 1 name to all.
+    """
+    tolerates = tolerated(setting, TOLERATES)
+    rounds = 0.0 if sends_all(setting) else (1 + tolerates) * setting.robots / places(setting)
+    return patience(setting.robots, tolerates) * (1.0 + rounds / 50.0)
+
+
+def patience_alone(setting):
+    """Return how often a robot must find a task by itself until f + 1 robots have seen all of n + 1.
+
+    Of n - f honest robots in f + 1 groups, one in each must have, in all but 1 run of 1,000: a robot has with
+    probability ``each``. Then the alarm must reach all robots.
+    """
+    robots, tolerates = setting.robots, tolerated(setting, TOLERATES)
+    flooding = patience(robots, tolerates) / robots
+    if flooding == math.inf:
+        return flooding
+    groups = tolerates + 1.0
+    each = 1.0 - (0.001 / groups) ** (groups / (robots - tolerates))
+    return flooding - math.log(1.0 - each ** (1.0 / (robots + 1)))
+
+
+def quiet_steps(setting):
+    """Return the quiet time, in steps; the time from the start if no names are sent."""
+    if setting.parameters[QUIET] > 0:
+        return steps_given(setting.parameters[QUIET])
+    if places(setting) == 0:
+        return steps_for(patience_alone(setting), 1, setting)
+    return steps_for(patience_in_turn(setting), setting.robots, setting)
+
+
 def declare(known, me):
     """Return infeasible after an alarm, feasible after the quiet time."""
-    setting = me.setting
     if known[ALARM] == 1:
         return 0
-    steps = me.step if places(setting) == 0 else me.step - known[NEWS]
-    if setting.parameters[QUIET] > 0:
-        return 1 if steps >= setting.parameters[QUIET] else -1
-    if places(setting) == 0:
-        return 1 if sightings(steps, 1, setting) >= 3.5 else -1
-    return 1 if sightings(steps, setting.robots, setting) >= patience(setting.robots, 0) else -1
+    return 1 if me.step >= known[UNTIL] else -1
