@@ -89,7 +89,7 @@ def test_robots_in_sight_are_no_news_to_a_robot_that_knows_n():
 
 
 def test_the_quiet_time_is_c_over_the_rate_of_finding_a_task():
-    """20 robots sweep strips 4 units wide, 1 unit per step, half of the time: 40 of 400 square units a step."""
+    """20 robots sweep strips 4 units wide, 1 unit a step, half of the time: 40 of 400 square units."""
     setting = robot_of().me.setting
     assert steps_for(10.0, 20, setting) == 100
     assert steps_for(10.0, 10, setting) == 200
@@ -139,7 +139,7 @@ def test_a_name_in_sight_counts_at_once_and_is_passed_on():
 def test_each_name_has_its_own_list_of_tellers():
     own = robot_of(tolerates=1.0)
     own.merge(message_of(0, 30, like=own), 5)
-    own.merge(message_of(31, 40, like=own), 6)
+    own.merge(message_of(1, 31, 40, like=own), 6)
     assert own.counted() == ([20], [0])
     own.merge(message_of(0, 31, like=own), 7)
     assert own.message() == message_of(0, 31, like=own)

@@ -38,9 +38,9 @@ ONE_CLASS = True
 PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0}
 NAMES, NAME_BITS, QUIET, TOLERATES = 0, 1, 2, 3
 HASH_BITS = 32
-ALARM, KNOWN, UNTIL, LAST, PENDING, TOLD = 0, 1, 2, 3, 4, 5
-"""Words of what is known: alarm, number of names, until when to wait for another, the name sent last, the
-number of names that wait to count, who told the alarm; then the sorted names, then those that wait."""
+ALARM, KNOWN, UNTIL, TURN, PENDING, TOLD = 0, 1, 2, 3, 4, 5
+"""Words of what is known: alarm, number of names, until when to wait for another, which is next to be
+sent, number of names that wait to count, who told the alarm; then the sorted names, then those that wait."""
 
 quality = census.quality
 dissemination = census.dissemination
@@ -82,12 +82,11 @@ def start(known, me):
 
 def place_of(row, first, last, name):
     """Return the place of the first name that is not below this one, among sorted names."""
-    while first < last:
-        middle = (first + last) // 2
-        if row[middle] < name:
-            first = middle + 1
-        else:
-            last = middle
+    number = last - first
+    while number > 0:
+        half = (number + 1) // 2
+        first += half if row[first + half - 1] < name else 0
+        number -= half
     return first
 
 
@@ -107,6 +106,8 @@ def accept(known, name, me):
         return
     insert(known, place, last, name)
     known[KNOWN] += 1
+    if place - first < known[TURN]:
+        known[TURN] += 1
     if places(me.setting) > 0:
         known[UNTIL] = me.step + quiet_steps(me.setting)
     if known[KNOWN] > me.setting.robots:
@@ -122,16 +123,15 @@ def observe(known, thing, me):
 def encode(message, known, me):
     """Write the alarm, and the names whose turn it is."""
     message[0] = known[ALARM]
-    first = TOLD + tolerated(me.setting, TOLERATES)
-    last = first + known[KNOWN]
-    place = first if sends_all(me.setting) else place_of(known, first, last, known[LAST] + 1)
+    first, number = TOLD + tolerated(me.setting, TOLERATES), known[KNOWN]
+    turn = 0 if sends_all(me.setting) else known[TURN]
     for k in range(1, len(message)):
         message[k] = 0
-        if k <= known[KNOWN]:
-            place = first if place == last else place
-            message[k] = known[place]
-            known[LAST] = message[k]
-            place += 1
+        if k <= number:
+            turn = turn if turn < number else 0
+            message[k] = known[first + turn]
+            turn += 1
+    known[TURN] = turn
 
 
 def invented(k, setting):
