@@ -83,24 +83,26 @@ def test_a_robots_mind_needs_neither_numpy_nor_numba():
     assert not {"numpy", "numba", "pydantic"} & loaded_by(code)
 
 
+def modules_imported(node):
+    """Return the modules that a statement imports, or names from."""
+    if isinstance(node, ast.Import):
+        return [alias.name for alias in node.names]
+    if isinstance(node, ast.ImportFrom) and node.module == "feasibee.strategies":
+        return [f"{node.module}.{alias.name}" for alias in node.names]
+    return [node.module] if isinstance(node, ast.ImportFrom) else []
+
+
 def test_strategies_import_nothing_but_math():
-    """Or another strategy, that it builds on."""
+    """Or another strategy that they build on, or what several share."""
     files = {path.stem: path for path in (PACKAGE / "strategies").glob("*.py")}
     own = {name.replace("-", "_") for name in strategies.STRATEGIES}
-    assert set(files) == own | {"__init__", "contract"}
-    for name, strategy in strategies.STRATEGIES.items():
-        tree = ast.parse(files[name.replace("-", "_")].read_text())
-        imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
-        names = {alias.name for node in imports for alias in node.names}
-        siblings = {
-            alias.name
-            for node in imports
-            if isinstance(node, ast.ImportFrom) and node.module == "feasibee.strategies"
-            for alias in node.names
-        }
-        assert siblings <= own, name
-        assert names - siblings <= {"math"}, name
-        assert strategy.name == name
+    shared = {"certified"}
+    assert set(files) == own | shared | {"__init__", "contract"}
+    for stem in own | shared:
+        tree = ast.parse(files[stem].read_text())
+        imported = {name for node in ast.walk(tree) for name in modules_imported(node)}
+        assert imported <= {"math", *(f"feasibee.strategies.{each}" for each in own | shared)}, stem
+    assert all(strategy.name == name for name, strategy in strategies.STRATEGIES.items())
 
 
 def uses_of_a_strategys_name(path):

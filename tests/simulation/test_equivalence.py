@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from feasibee import Scenario, Swarm, reference
+from feasibee import Scenario, ScenarioError, Swarm, reference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
@@ -28,6 +29,10 @@ PARAMETERS = {
     "k": st.one_of(st.integers(-1, 6).map(float), st.floats(0, 8)),
     "credence": st.one_of(st.floats(0, 1), st.sampled_from([0.5, 0.9, 0.95, 1.0])),
     "positive_feedback": st.sampled_from([0.0, 1.0]),
+    "quiet": st.one_of(st.just(0.0), st.floats(0, 30)),
+    "tolerates": st.sampled_from([0.0, 1.0, 2.0, 1e300]),
+    "names": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 6.0]),
+    "name_bits": st.sampled_from([0.0, 4.0, 20.0, 31.0, 99.0]),
 }
 COMMIT = st.builds(
     dict,
@@ -58,10 +63,15 @@ def deciding(draw, longest_exploration, longest_gain):
     }
     if draw(st.booleans()):
         decision["listen"] = draw(st.one_of(st.just("always"), st.builds(dict, last=st.integers(1, 8))))
-        decision["commit"] = draw(st.one_of(st.none(), COMMIT))
+        decision["commit"] = None if strategy.declares else draw(st.one_of(st.none(), COMMIT))
         if inbox == "latest-per-robot":
             decision["inbox_size"] = draw(st.one_of(st.none(), st.integers(1, 6)))
     return decision
+
+
+def knows_count(decision):
+    """Draw whether robots know how many they are; some strategies need it."""
+    return st.just(True) if STRATEGIES[decision["strategy"]].needs_count else st.booleans()
 
 
 def ids():
@@ -77,7 +87,11 @@ def scenarios(draw):
     decision = draw(deciding(15, 30))
     return Scenario(
         arena={"side": side},
-        robots={"count": robots, "speed": draw(st.floats(0, 0.5)) * side},
+        robots={
+            "count": robots,
+            "speed": draw(st.floats(0, 0.5)) * side,
+            "know_count": draw(knows_count(decision)),
+        },
         tasks={"count": draw(st.one_of(st.integers(0, 70), st.just(200)))},
         walk={"mean_run": draw(st.floats(0.1, 30))},
         sensing={"range": draw(reach), "count_self": draw(st.booleans())},
@@ -159,8 +173,10 @@ def beyond(draw):
     spots = [
         (float(x), float(y)) for x, y in np.random.default_rng(seeds).uniform(0, (width, height), (tasks, 2))
     ]
-    who = {"classes": draw(robot_classes(robots))} if draw(st.booleans()) else {"count": robots}
-    what = {"classes": draw(task_classes(tasks))} if draw(st.booleans()) else {"count": tasks}
+    decision = draw(deciding(8, 15))
+    split = not STRATEGIES[decision["strategy"]].one_class
+    who = {"classes": draw(robot_classes(robots))} if split and draw(st.booleans()) else {"count": robots}
+    what = {"classes": draw(task_classes(tasks))} if split and draw(st.booleans()) else {"count": tasks}
     reach = st.floats(0.01, 1.6 if walls else 0.5).map(lambda share: share * shorter)
     shares = draw(st.one_of(st.just((0, 0, 0)), st.tuples(*3 * [st.floats(0, 1 / 3)]), st.sampled_from(
         [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0), (0.2, 0.3, 0.5)])))  # fmt: skip
@@ -169,7 +185,6 @@ def beyond(draw):
     chance = st.one_of(st.just(0.0), st.floats(0, 1), st.sampled_from([0.1, 1.0]))
     false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
     steps = draw(st.integers(1, 40))
-    decision = draw(deciding(8, 15))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
     return Scenario(
         arena={
@@ -181,6 +196,7 @@ def beyond(draw):
             "speed": speed,
             "diameter": diameter,
             "avoid_collisions": avoid,
+            "know_count": draw(knows_count(decision)),
         },
         tasks=draw(placing((width, height), what, spots)),
         walk={"mean_run": draw(st.floats(0.1, 15))},
@@ -202,7 +218,7 @@ def beyond(draw):
         faults={
             **dict(zip(("stopped", "byzantine", "stubborn"), map(float, shares), strict=True)),
             "stop_step": draw(st.integers(0, 12)),
-            "byzantine_says": draw(st.sampled_from(["opposite", "feasible", "infeasible", "random"])),
+            "byzantine_says": draw(st.sampled_from(LIES)),
         },
         run={
             "steps": min(steps, max(4, 15_000 // (robots * (robots + tasks)))),
@@ -211,6 +227,7 @@ def beyond(draw):
     )
 
 
+LIES = ["opposite", "feasible", "infeasible", "random", "colluding"]
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
 
 
@@ -361,17 +378,48 @@ WORLDS = {
 }
 
 
+def quick(name, changes):
+    """Return a small scenario of a strategy with some changes; None if the strategy doesn't support them."""
+    known = {"robots.know_count": True} if STRATEGIES[name].needs_count else {}
+    with suppress(ScenarioError):
+        return Scenario().replace({**QUICK, "decision.strategy": name, **known, **changes})
+
+
 @pytest.mark.parametrize("world", WORLDS)
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_every_strategy_is_equal_in_every_world(name, world):
-    scenario = Scenario().replace({**QUICK, "decision.strategy": name, **WORLDS[world]})
-    assert_equal(scenario, seed=7)
+    scenario = quick(name, WORLDS[world])
+    if scenario:
+        assert_equal(scenario, seed=7)
+    else:
+        assert STRATEGIES[name].one_class or STRATEGIES[name].declares
+
+
+DECLARING = [name for name, each in STRATEGIES.items() if each.declares]
+COLLUDING = {"faults.byzantine": 0.15, "faults.byzantine_says": "colluding", "run.steps": 60}
+
+
+@pytest.mark.parametrize("tasks", [15, 25])
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("name", DECLARING)
+def test_declarations_among_colluding_robots_are_equal(name, known, tasks):
+    believed = {"tolerates": 3.0} if "tolerates" in STRATEGIES[name].parameters else {}
+    for parameters in ({}, believed):
+        changes = {"tasks.count": tasks, "robots.know_count": known, "decision.parameters": parameters}
+        if known or not STRATEGIES[name].needs_count:
+            assert_equal(quick(name, {**COLLUDING, **changes}), seed=9)
+
+
+@pytest.mark.parametrize("parameters", [{"names": 0.0}, {"names": 3.0, "tolerates": 1.0}, {"names": -1.0}])
+def test_messages_of_turns_are_equal(parameters):
+    for world in ({}, {**COLLUDING, "tasks.count": 17}, {**COLLUDING, "tasks.count": 24}):
+        assert_equal(quick("turns", {**world, "decision.parameters": parameters}), seed=10)
 
 
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_a_swarm_of_every_strategy_step_by_step_is_the_references_swarm(name):
-    changes = {**QUICK, "decision.strategy": name, **COMMITTING, "faults.byzantine": 0.1}
-    assert_same_swarms(Scenario().replace(changes), seed=8, run=1, steps=50)
+    changes = {**({} if name in DECLARING else COMMITTING), "faults.byzantine": 0.1}
+    assert_same_swarms(quick(name, changes), seed=8, run=1, steps=50)
 
 
 def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
@@ -381,7 +429,11 @@ def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
         record = simulate_record(scenario, Runs(1, 7), curves=True)
         assert (record.feasible_count + record.infeasible_count < 20).any()
     for name in STRATEGIES:
-        scenario = Scenario().replace({**QUICK, "decision.strategy": name, **COMMITTING})
+        if name in DECLARING:
+            record = simulate_record(quick(name, {}), Runs(20, 7))
+            assert record.declared_feasible.any() or record.declared_infeasible.any(), name
+            continue
+        scenario = quick(name, COMMITTING)
         record = simulate_record(scenario, Runs(20, 7))
         assert record.committed_feasible.any() or record.committed_infeasible.any(), name
         assert (record.bits_sent > 0).all()
