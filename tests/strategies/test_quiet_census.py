@@ -95,6 +95,7 @@ def test_the_quiet_time_is_c_over_the_rate_of_finding_a_task():
     assert steps_for(10.0, 10, setting) == 200
     assert steps_for(10.0, 20, setting._replace(exploration=10.0, dissemination=30.0)) == 200
     assert steps_for(10.0, 20, setting._replace(width=80.0)) == 400
+    assert steps_for(10.0, 20, setting._replace(walled=True)) == 200
     assert steps_for(10.0, 20, setting._replace(sight=1.0, speed=0.5)) == 400
     assert steps_for(10.0, 20, setting._replace(speed=0.0)) == steps_for(math.inf, 20, setting) == NEVER
 

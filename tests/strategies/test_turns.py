@@ -275,6 +275,7 @@ def test_the_fewer_names_a_message_holds_the_longer_is_the_quiet_time():
     assert times == sorted(times)
     assert times[0] == patience(20, 0)
     assert times[-1] == pytest.approx(1.4 * patience(20, 0))
+    assert patience_in_turn(robot_of(tolerates=1.0).me.setting) == pytest.approx(1.8 * patience(20, 1))
     assert patience_in_turn(robot_of(tolerates=10.0).me.setting) == math.inf
 
 

@@ -38,11 +38,12 @@ def told_enough(known, first, tolerates, sender):
 def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 
-    A robot sweeps a strip of twice its range of sight in the share of its time that it explores.
+    A robot sweeps a strip of twice its range of sight in the share of its time that it explores. Places near
+    walls are seen more rarely: within walls, robots wait twice as long.
     """
     share = setting.exploration / (setting.exploration + setting.dissemination)
     swept = 2.0 * setting.sight * setting.speed * share * robots
-    area = setting.width * setting.height
+    area = setting.width * setting.height * (2.0 if setting.walled else 1.0)
     if swept * NEVER <= sightings * area:
         return NEVER
     return math.ceil(sightings * area / swept)
