@@ -903,7 +903,7 @@ REFUSED = [
             f"decision.quality_floor = 1: {name} rates what the swarm knows, not the counts of one "
             "exploration; leave it out",
         )
-        for name in ("tally", "estimate", "census", "sketch")
+        for name in ("tally", "estimate", "census", "sketch", "quiet-census")
     ),
     *(
         (
@@ -911,8 +911,13 @@ REFUSED = [
             f"sensing.false_{kind} = 0.5: {name} counts things by name, and what isn't there has none; "
             "leave it out, or choose tally",
         )
-        for name in ("census", "sketch")
+        for name in ("census", "sketch", "quiet-census")
         for kind in ("robots", "tasks")
+    ),
+    (
+        {"decision": {"strategy": "turns"}},
+        "robots.know_count = False: turns needs the number of robots; set it to true, or choose a strategy "
+        "without n",
     ),
     (
         {"decision": {"strategy": "census"}, "robots": {"count": 1_000_000}},
