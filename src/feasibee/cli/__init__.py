@@ -17,7 +17,7 @@ from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
-from feasibee.cli.limits import limits
+from feasibee.cli.limits import frontier, limits
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
@@ -114,6 +114,7 @@ for command in (
     assess,
     compare,
     limits,
+    frontier,
     sweep,
     status,
     plot,

@@ -1,4 +1,4 @@
-"""feasibee limits: how soon any strategy could be sure."""
+"""feasibee limits, feasibee frontier: how soon any strategy could be sure, and how soon strategies are."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from feasibee.cli.completion import complete_strategy
+from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
     check_figure,
     console,
     file_type,
     json_option,
     keep_matplotlib_in_cache,
+    listed,
+    numbered,
     progress,
     read_scenario,
     scenario_options,
@@ -22,6 +26,7 @@ from feasibee.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from feasibee.studies.frontier import Spoken
     from feasibee.studies.limits import Limits
 
 NOTE = (
@@ -103,3 +108,95 @@ def _named(limit: str) -> str:
 
 def _shown(step: int | None) -> str:
     return "never" if step is None else str(step)
+
+
+@click.command()
+@scenario_options
+@click.option(
+    "--strategies",
+    callback=listed,
+    metavar="A,B,...",
+    shell_complete=complete_strategy,
+    help="Strategies to compare; by default those whose robots declare, tally and census.",
+)
+@click.option(
+    "--tasks",
+    callback=numbered,
+    metavar="M,N,...",
+    help="Numbers of tasks; by default from one less than robots to two more.",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(1),
+    default=1000,
+    show_default=True,
+    help="Number of runs of each contender at each number of tasks.",
+)
+@seed_option
+@workforce_options
+@folder_option("frontier", "the figure and its data")
+def frontier(
+    file: Path | None,
+    changes: tuple[str, ...],
+    strategies: tuple[str, ...],
+    tasks: tuple[int, ...],
+    runs: int,
+    seed: int,
+    workforce: Workforce,
+    out: Path,
+) -> None:
+    """Compare what robots say by their own word with the physical limits: accuracy, time, bits.
+
+    FILE is a scenario in TOML; without one, the paper's defaults. Robots of strategies that don't declare
+    commit to an opinion. A strategy may be the path of a .py file.
+
+    \b
+    Examples:
+      feasibee frontier
+      feasibee frontier --strategies quiet-census,map,mine.py --tasks 20,21 --runs 200
+    """
+    keep_matplotlib_in_cache()
+    from feasibee.files import make_folder
+    from feasibee.scenario.runs import Runs
+    from feasibee.studies.frontier import (
+        contenders_named,
+        designs_of,
+        limits_near,
+        tasks_near,
+        write_frontier,
+    )
+    from feasibee.studies.frontier import frontier as simulate_all
+
+    scenario, contenders = read_scenario(file, changes), contenders_named(strategies)
+    numbers = tasks_near(scenario, tasks)
+    Runs.of_point(len(numbers) - 1, runs, seed)
+    designs_of(scenario, contenders, numbers, runs, seed)  # raises before the folder is made
+    folder = make_folder(out)
+    with executing("Comparing", folder, workforce) as execution:
+        found = simulate_all(scenario, contenders, numbers, runs, seed, execution)
+    with progress("Computing the limits") as advance:
+        bounds = limits_near(scenario, numbers, runs, seed, advance)
+    write_frontier(folder, found, bounds)
+    _print_frontier(found)
+    click.echo(f"The figure (PNG, PDF) and its data, frontier.csv and limits.csv, are in {folder}/")
+
+
+def _print_frontier(found: list[Spoken]) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    title = f"Right by their own word (%), of {found[0].runs} swarms; steps of half and 95 %"
+    table = Table("", title=title, box=SIMPLE_HEAD, pad_edge=False)
+    groups: dict[str, list[Spoken]] = {}
+    for each in found:
+        groups.setdefault(each.contender, []).append(each)
+    for each in next(iter(groups.values())):
+        table.add_column(f"m = {each.tasks}", justify="right")
+    table.add_column("bits", justify="right")
+    for name, group in groups.items():
+        cells = [
+            f"{100 * each.ok.estimate:.1f}\n{_shown(each.times.median)}/{_shown(each.times.p95)}"
+            for each in group
+        ]
+        table.add_row(name, *cells, f"{sum(each.bits for each in group) / len(group):.3g}")
+    console().print(table)
