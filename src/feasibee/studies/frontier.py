@@ -20,7 +20,6 @@ from feasibee.model.record import Record
 from feasibee.results.declarations import DeclareTimes, declare_times, declared_right, declared_wrong
 from feasibee.results.statistics import Interval, wilson
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.plugins import manifest_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import CONTENDER
@@ -57,18 +56,14 @@ class Contender:
 
     def scenario(self, base: Scenario) -> Scenario:
         """Return a scenario with this contender; robots that don't declare commit."""
-        manifest = manifest_of(self.strategy)
+        own = {"decision.strategy": self.strategy, "decision.parameters": self.parameters}
+        apt = {**own, "decision.commit": None, "robots.know_count": True, "run.stop_at_decision": False}
+        manifest = base.replace(apt).manifest
         knows = self.knows_count
         if knows is None:
             knows = manifest.needs_count or base.robots.know_count
         return base.replace(
-            {
-                "decision.strategy": self.strategy,
-                "decision.parameters": self.parameters,
-                "decision.commit": None if manifest.declares else RULE,
-                "robots.know_count": knows,
-                "run.stop_at_decision": False,
-            }
+            {**apt, "decision.commit": None if manifest.declares else RULE, "robots.know_count": knows}
         )
 
 
