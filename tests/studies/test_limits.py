@@ -162,6 +162,16 @@ def test_losses_and_missed_sightings_take_time():
     np.testing.assert_array_equal(missed["area"], usual["area"])
 
 
+def test_smaller_cells_are_seen_sooner():
+    coarse, fine = (limits(Scenario(), runs=20, seed=5, cells_per_range=cells) for cells in (4, 8))
+    assert fine.cell == (0.25, 0.25)
+    assert (fine.steps["area"] <= coarse.steps["area"]).all()
+    assert fine.steps["complete_map"].mean() < coarse.steps["complete_map"].mean()
+    np.testing.assert_array_equal(fine.steps["flooding"], coarse.steps["flooding"])
+    with pytest.raises(FeasibeeError, match="cells_per_range = 0: must be a whole number from 1 to 64"):
+        limits(cells_per_range=0)
+
+
 def test_progress_is_told_up_to_the_end():
     told = []
     limits(Scenario(), runs=4, seed=1, progress=told.append)
@@ -170,7 +180,7 @@ def test_progress_is_told_up_to_the_end():
 
 def test_a_run_that_never_gets_there_counts_as_infinite():
     steps = np.array([5, -1, 7, 6] * 5)
-    found = Limits(Scenario(), 0, dict.fromkeys(LIMITS, steps))
+    found = Limits(Scenario(), 0, dict.fromkeys(LIMITS, steps), (0.5, 0.5))
     assert (found.times["area"].median, found.times["area"].p95) == (6, None)
     assert found.to_dict()["area"]["p95"] is None
 
@@ -178,7 +188,10 @@ def test_a_run_that_never_gets_there_counts_as_infinite():
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"robots.count": 2000, "arena.side": 200.0}, "sensing.range = 2.0: 2000 robots with 160000 cells"),
+        (
+            {"robots.count": 2000, "arena.side": 200.0},
+            "sensing.range = 2.0: 2000 robots with 160000 cells take",
+        ),
         ({"sensing.range": 0.05, "radio.range": 2.0}, "use fewer robots, a smaller arena, or a range of"),
         ({"tasks.classes": [{"name": "a", "count": 3, "needs": {"x": 1}}]}, "tasks.classes"),
         ({"robots.classes": [{"name": "a", "count": 3, "skills": ["x"]}]}, "use robots.count instead"),

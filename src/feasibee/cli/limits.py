@@ -40,6 +40,13 @@ NOTE = (
 @click.option("--runs", type=click.IntRange(1), default=1000, show_default=True, help="Number of runs.")
 @seed_option
 @threads_option
+@click.option(
+    "--cells",
+    type=click.IntRange(1, 64),
+    default=4,
+    show_default=True,
+    help="Number of cells per range of sight; with more, the area is seen sooner.",
+)
 @click.option("--plot", type=file_type, metavar="FILE.png", help="Plot the share of runs at each step.")
 @json_option
 def limits(
@@ -48,13 +55,14 @@ def limits(
     runs: int,
     seed: int,
     threads: int | None,
+    cells: int,
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    """Compute how soon any strategy could be sure: when enough was seen, and told to enough robots.
+    """Compute how soon any strategy could be sure: when robots have seen enough, and can know enough.
 
     FILE is a scenario in TOML; without one, the paper's defaults. Its strategy doesn't matter. Robots look
-    only while exploring, and tell all they know while disseminating, for the scenario's gain on average.
+    only while exploring. They broadcast all that they know while disseminating, for the gain on average.
 
     \b
     Examples:
@@ -67,7 +75,7 @@ def limits(
     check_figure("--plot", plot)
     scenario = read_scenario(file, changes)
     with progress("Simulating") as advance:
-        found = compute(scenario, runs, seed, threads=threads, progress=advance)
+        found = compute(scenario, runs, seed, cells_per_range=cells, threads=threads, progress=advance)
     if plot is not None:
         keep_matplotlib_in_cache()
         from feasibee.figures.limits import draw_limits

@@ -1,6 +1,6 @@
-"""Physical limits of a swarm: when enough was seen, and enough told, for any strategy to be sure.
+"""Physical limits of a swarm: how soon robots have seen, and can know, enough to be sure.
 
-In each run an oracle's robots pass on all that they saw (`feasibee.studies.oracle`), on the trajectories
+In each run an oracle's robots broadcast all that they saw (`feasibee.studies.oracle`), on the trajectories
 that the scenario's swarm has with that seed. No strategy with the same phases can know more.
 """
 
@@ -54,11 +54,14 @@ class Limits:
         Seed of the runs.
     steps : mapping of str to int64 array, shape (runs,)
         First step of each of `LIMITS`; -1 if never within the steps of a run.
+    cell : tuple of float
+        Width and height in units of a cell of the area, which is seen when all of it is in range.
     """
 
     scenario: Scenario
     seed: int
     steps: Mapping[str, NDArray[np.int64]]
+    cell: tuple[float, float]
 
     @property
     def runs(self) -> int:
@@ -69,12 +72,6 @@ class Limits:
     def times(self) -> dict[str, DeclareTimes]:
         """Median and 95 % quantile of the step of each limit, with 95 % intervals; None is never."""
         return {name: declare_times(steps) for name, steps in self.steps.items()}
-
-    @property
-    def cell(self) -> tuple[float, float]:
-        """Width and height in units of a cell, which is seen when all of it is in range."""
-        setting = self.scenario.setting
-        return setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the limits as plain tables, for programs."""
@@ -91,13 +88,14 @@ def limits(
     runs: int = 1000,
     seed: int = 0,
     *,
+    cells_per_range: int = 4,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Limits:
     """Compute the physical limits of a scenario, whatever its strategy.
 
-    Robots look only while exploring, tell only while disseminating, which lasts g steps on average, and hear
-    as the scenario says, by default always.
+    Robots look only while exploring. They broadcast only while disseminating, which lasts g steps on average.
+    They hear as the scenario says, by default always.
 
     Parameters
     ----------
@@ -105,6 +103,8 @@ def limits(
         The swarm and its world; by default the paper's swarm with 20 tasks.
     runs, seed : int
         Number of runs, and their seed; the trajectories are those of `feasibee.simulate`.
+    cells_per_range : int
+        How finely the area is divided, from 1 to 64: with smaller cells, it is seen sooner.
     threads : int, optional
         Number of threads, by default one per processor. It changes no result.
     progress : callable, optional
@@ -124,7 +124,7 @@ def limits(
     scenario, which = check_scenario(scenario), Runs(runs, seed)
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     check_progress(progress)
-    world = oracle_world(scenario)
+    world = oracle_world(scenario, check_integer("cells_per_range", cells_per_range, 1, 64))
     load_engine(world)
     steps = np.empty((which.count, len(LIMITS)), np.int64)
     with ThreadPoolExecutor(threads) as pool:
@@ -133,10 +133,12 @@ def limits(
             steps[run] = each
             if progress is not None:
                 progress((run + 1) / which.count)
-    return Limits(scenario, which.seed, dict(zip(LIMITS, steps.T, strict=True)))
+    setting = world.setting
+    cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
+    return Limits(scenario, which.seed, dict(zip(LIMITS, steps.T, strict=True)), cell)
 
 
-def oracle_world(scenario: Scenario) -> Scenario:
+def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
     """Return the scenario with the oracle in place of its strategy.
 
     Raises
@@ -150,24 +152,25 @@ def oracle_world(scenario: Scenario) -> Scenario:
             rule = "limits are those of robots that can all do all tasks"
             names = [each.name for each in classes]
             raise ScenarioError([Problem(path, names, rule, f"use {path.split('.')[0]}.count instead")])
-    setting = scenario.setting
-    needed = 8 * setting.robots * oracle.words(setting)
-    if needed > ROOM:
-        count = f"{oracle.cells(setting)} cells of a quarter of the range"
-        rule = f"{setting.robots} robots with {count} take {needed / 2**20:.0f} MiB, above {ROOM // 2**20}"
-        fitting = setting.sight * math.sqrt(needed / ROOM) * 1.01
-        remedy = f"use fewer robots, a smaller arena, or a range of {fitting:.3g}"
-        raise ScenarioError([Problem("sensing.range", setting.sight, rule, remedy)])
-    return scenario.replace(
+    world = scenario.replace(
         {
             "decision.strategy": str(Path(oracle.__file__)),
-            "decision.parameters": {},
+            "decision.parameters": {"cells_per_range": float(cells_per_range)},
             "decision.commit": None,
             "decision.quality_floor": 0,
             "sensing.false_robots": 0.0,
             "sensing.false_tasks": 0.0,
         }
     )
+    setting = world.setting
+    needed = 8 * setting.robots * oracle.words(setting)
+    if needed > ROOM:
+        size = f"{setting.robots} robots with {oracle.cells(setting)} cells take {needed / 2**20:.0f} MiB"
+        fitting = setting.sight * math.sqrt(needed / ROOM) * 1.01
+        remedy = f"use fewer robots, a smaller arena, or a range of {fitting:.3g}"
+        problem = Problem("sensing.range", setting.sight, f"{size}, above {ROOM // 2**20}", remedy)
+        raise ScenarioError([problem])
+    return world
 
 
 def limits_of_run(world: Scenario, seed: int, run: int) -> list[int]:

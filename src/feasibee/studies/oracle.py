@@ -1,9 +1,10 @@
-"""Oracle: robots that pass on all that they saw, and write down when; `feasibee.studies.limits` reads it.
+"""Oracle: robots that broadcast all that they saw, and record when, for `feasibee.studies.limits`.
 
 Each robot keeps the names of the tasks and the set of the parts of the area, the cells, that it knows. It
-broadcasts both for g steps on average, whatever it knows. A cell is seen when all of it is within range of an
-exploring robot. What a robot knows so is the most that any strategy can know with these phases, however many
-bits its messages have. The oracle never decides anything.
+broadcasts both for g steps on average, whatever it knows. A cell is at most as wide and high as the range of
+sight divided by ``cells_per_range``. It is seen when all of it is within range of an exploring robot. What a
+robot knows so is the most that any strategy can know with these phases, however many bits its messages have.
+The oracle never decides anything.
 
 A Byzantine robot's messages are empty, since nobody can rely on them.
 
@@ -15,10 +16,9 @@ never.
 import math
 
 BY_NAME = True
+PARAMETERS = {"cells_per_range": 4.0}
 MEMBERS = 31
 """Number of a set's members in a word."""
-CELLS_PER_RANGE = 4
-"""A cell is at most this part of the range of sight wide and high."""
 NAMES_STEP = 0
 MAP_STEP = 1
 FIRST_STEPS = 2
@@ -42,12 +42,12 @@ def decide(mind, inbox):
 
 def columns(setting):
     """Return the number of cells side by side."""
-    return math.ceil(setting.width * CELLS_PER_RANGE / setting.sight)
+    return math.ceil(setting.width * setting.parameters[0] / setting.sight)
 
 
 def rows(setting):
     """Return the number of cells one above the other."""
-    return math.ceil(setting.height * CELLS_PER_RANGE / setting.sight)
+    return math.ceil(setting.height * setting.parameters[0] / setting.sight)
 
 
 def cells(setting):
@@ -76,7 +76,7 @@ def words(setting):
 
 
 def observe(known, thing, me):
-    """Note the name of a task in sight, and when it was first seen."""
+    """Record the name of a task in sight, and when it was first seen."""
     if not thing.is_robot:
         known[names_start(me.setting) + thing.id // MEMBERS] |= 1 << (thing.id % MEMBERS)
         if known[FIRST_STEPS + thing.id] == 0:
@@ -113,7 +113,7 @@ def bits(message, me):
 
 
 def declare(known, me):
-    """Look around; note when the robot knows enough tasks, and all cells; declare when it knows both."""
+    """Record the cells in sight, and when the robot knows enough tasks and all cells; then declare."""
     setting = me.setting
     if me.explores:
         look(known, me)
@@ -135,7 +135,7 @@ def members(known, start, stop):
 
 
 def look(known, me):
-    """Note the cells that are wholly in sight, and when they first were."""
+    """Record the cells that are wholly in sight, and when they first were."""
     setting = me.setting
     wide, high = columns(setting), rows(setting)
     width, height = setting.width / wide, setting.height / high
@@ -150,11 +150,11 @@ def look(known, me):
             for column in range(first_column, last_column + 1):
                 far_x = abs((column + 0.5) * width - me.x) + 0.5 * width
                 if far_x * far_x <= left and (not setting.walled or 0 <= column < wide):
-                    note_cell(known, (row % high) * wide + column % wide, me)
+                    record_cell(known, (row % high) * wide + column % wide, me)
 
 
-def note_cell(known, cell, me):
-    """Note a cell in sight, and when it first was."""
+def record_cell(known, cell, me):
+    """Record a cell in sight, and when it first was."""
     first = FIRST_STEPS + me.setting.tasks + cell
     if known[first] == 0:
         known[first] = me.step + 1
