@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,9 @@ from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.figures.limits import LOOKS, draw_limits
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies import census
 from feasibee.studies.limits import LIMITS, Limits, limits
 
 WALLED = {"arena.boundary": "walls", "arena.side": [12.0, 9.0], "robots.avoid_collisions": True}
@@ -26,6 +30,16 @@ WORLDS = [
     {"decision.listen": "dissemination", "decision.gain": 25.0, "decision.exploration": 4.0},
     {"decision.dissemination_floor": 3, "robots.speed": 0.5, "arena.side": 10.0},
 ]
+
+SOUND = '''
+
+def declare(known, me):
+    """Declare infeasible by more names of tasks than robots."""
+    tasks = 0
+    for k in range((me.setting.robot_ids + MEMBERS - 1) // MEMBERS, len(known)):
+        tasks += known[k].bit_count()
+    return 0 if tasks > me.setting.robots else -1
+'''
 
 
 class Oracle:
@@ -162,6 +176,15 @@ def test_losses_and_missed_sightings_take_time():
     np.testing.assert_array_equal(missed["area"], usual["area"])
 
 
+@pytest.mark.parametrize("tasks", [21, 40])
+def test_a_census_that_declares_reaches_flooding_in_each_run(tasks, tmp_path):
+    path = tmp_path / "sound.py"
+    path.write_text(Path(census.__file__).read_text(encoding="utf-8") + SOUND, encoding="utf-8")
+    scenario = Scenario(tasks={"count": tasks}, decision={"strategy": str(path)})
+    record = simulate_record(scenario, Runs(30, 9))
+    np.testing.assert_array_equal(record.declare_step, limits(scenario, runs=30, seed=9).steps["flooding"])
+
+
 def test_smaller_cells_are_seen_sooner():
     coarse, fine = (limits(Scenario(), runs=20, seed=5, cells_per_range=cells) for cells in (4, 8))
     assert fine.cell == (0.25, 0.25)
@@ -220,7 +243,9 @@ def test_the_command_prints_a_table_json_and_a_figure(tmp_path):
     done = invoke(*arguments, "--json", "--plot", tmp_path / "limits.png")
     found = json.loads(done.stdout)
     assert found == limits(Scenario(run={"steps": 80}), runs=10, seed=1).to_dict()
-    assert list(found) == [*LIMITS, "bounds", "cell"]
+    assert list(found)[:6] == [*LIMITS, "bounds", "cell"]
+    assert (found["runs"], found["seed"]) == (10, 1)
+    assert found["scenario_hash"] == Scenario(run={"steps": 80}).hash
     assert set(found["flooding"]) == {"median", "p95", "median_interval", "p95_interval"}
     assert found["bounds"] == {"infeasible": "flooding", "proved_feasible": "complete_map"}
     assert found["cell"] == [0.5, 0.5]

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
-from feasibee.model.codes import exact
+from feasibee.model.codes import MODEL_VERSION, exact
 from feasibee.results.declarations import DeclareTimes, declare_times
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -80,7 +81,17 @@ class Limits:
             name: {key: list(value) if isinstance(value, tuple) else value for key, value in table.items()}
             for name, table in tables.items()
         }
-        return {**plain, "bounds": dict(BOUNDS), "cell": list(self.cell)}
+        return {
+            **plain,
+            "bounds": dict(BOUNDS),
+            "cell": list(self.cell),
+            "runs": self.runs,
+            "seed": self.seed,
+            "scenario": self.scenario.to_dict(),
+            "scenario_hash": self.scenario.hash,
+            "version": version("feasibee"),
+            "model_version": MODEL_VERSION,
+        }
 
 
 def limits(
