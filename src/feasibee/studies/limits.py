@@ -136,17 +136,25 @@ def limits(
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     check_progress(progress)
     world = oracle_world(scenario, check_integer("cells_per_range", cells_per_range, 1, 64))
-    load_engine(world)
-    steps = np.empty((which.count, len(LIMITS)), np.int64)
-    with ThreadPoolExecutor(threads) as pool:
-        found = pool.map(lambda run: limits_of_run(world, which.seed, run), range(which.count))
-        for run, each in enumerate(found):  # an exception here cancels the runs that are left
-            steps[run] = each
-            if progress is not None:
-                progress((run + 1) / which.count)
+    steps = _steps_of(world, which, threads, progress)
     setting = world.setting
     cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
     return Limits(scenario, which.seed, dict(zip(LIMITS, steps.T, strict=True)), cell)
+
+
+def _steps_of(
+    world: Scenario, runs: Runs, threads: int, progress: Callable[[float], None] | None
+) -> NDArray[np.int64]:
+    """Return the first step of each limit in each run: shape (runs, limits); -1 if never."""
+    load_engine(world)
+    steps = np.empty((runs.count, len(LIMITS)), np.int64)
+    with ThreadPoolExecutor(threads) as pool:
+        found = pool.map(lambda run: limits_of_run(world, runs.seed, run), range(runs.count))
+        for run, each in enumerate(found):  # an exception here cancels the runs that are left
+            steps[run] = each
+            if progress is not None:
+                progress((run + 1) / runs.count)
+    return steps
 
 
 def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
