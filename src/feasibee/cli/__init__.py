@@ -17,6 +17,7 @@ from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
+from feasibee.cli.limits import frontier, limits
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
@@ -112,6 +113,8 @@ for command in (
     animate,
     assess,
     compare,
+    limits,
+    frontier,
     sweep,
     status,
     plot,

@@ -87,6 +87,14 @@ def listed(context: click.Context, parameter: click.Parameter, text: str | None)
     return parts
 
 
+def numbered(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, ...]:
+    """Split M,N,... at the commas into whole numbers."""
+    try:
+        return tuple(int(part) for part in listed(context, parameter, text))
+    except ValueError:
+        raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
+
+
 def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
     """Return the scenario of a file, or the default one, with changes."""
     from feasibee.scenario.scenario import Scenario

@@ -16,6 +16,7 @@ from feasibee.cli.options import (
     json_option,
     keep_matplotlib_in_cache,
     listed,
+    numbered,
     read_scenario,
     scenario_options,
     seed_option,
@@ -40,13 +41,6 @@ DECLARED_CAPTION = (
 )
 
 
-def _numbers(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, ...]:
-    try:
-        return tuple(int(part) for part in listed(context, parameter, text))
-    except ValueError:
-        raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
-
-
 @click.command()
 @scenario_options
 @click.option(
@@ -64,7 +58,7 @@ def _numbers(context: click.Context, parameter: click.Parameter, text: str | Non
 )
 @click.option(
     "--tasks",
-    callback=_numbers,
+    callback=numbered,
     metavar="M,N,...",
     help="Numbers of tasks; by default nine, most of them near ratio 1.",
 )

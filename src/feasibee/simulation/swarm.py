@@ -200,6 +200,12 @@ class Swarm:
         return int(clock[layout.Clock.DECLARED_FEASIBLE]), int(clock[layout.Clock.DECLARED_INFEASIBLE])
 
     @property
+    def knowledge(self) -> NDArray[np.int32]:
+        """Words that each robot knows: int32, shape (robots, words); no words if the strategy has none."""
+        known = self._state.knowledge[self._layout.Copy.KNOWN]
+        return known[: self.scenario.robots.count, : self._params.strategy.knowledge.words]
+
+    @property
     def bits_sent(self) -> int:
         """Total length in bits of all messages sent so far."""
         return int(self._state.clock[self._layout.Clock.BITS])

@@ -1,0 +1,86 @@
+"""Figure of the physical limits of a swarm: the share of runs that have reached each limit, by step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from feasibee.figures.style import figure
+
+
+class Look(NamedTuple):
+    """How a limit is drawn, here and behind strategies."""
+
+    label: str
+    colour: str
+    dashes: Any
+    height: float
+    """Where its curve is labelled, as a share of the runs."""
+    side: str = "left"
+    """Which end of the label is at the curve."""
+
+
+LOOKS: Final[Mapping[str, Look]] = {
+    "pooled": Look("pooled sightings", "#0072B2", "-", 0.62),
+    "area": Look("area seen", "#00796B", (0, (1, 1.2)), 0.4, "right"),
+    "flooding": Look("names flooded", "#D55E00", "-", 0.20),
+    "complete_map": Look("complete maps", "#7A3E9D", "--", 0.62),
+}
+"""The limits, in the order in which they are drawn."""
+SHOWN: Final = 0.995
+"""Share of the runs of each limit that the time axis shows."""
+
+
+def draw_limits(steps: Mapping[str, NDArray[np.int64]], most: int) -> Figure:
+    """Draw the share of runs that have reached each limit by each step.
+
+    Parameters
+    ----------
+    steps : mapping of str to int64 array, shape (runs,)
+        First step of each limit; -1 for a run that never reached it.
+    most : int
+        Number of steps of a run.
+    """
+    with figure(5.6, 3.0) as (drawn, ax):
+        end = max(_end(steps[name], most) for name in LOOKS)
+        for name, look in LOOKS.items():
+            reached = np.sort(steps[name][steps[name] >= 0])
+            share = np.arange(reached.size + 1) / max(1, steps[name].size)
+            ax.step(
+                np.r_[0, reached, most],
+                100 * np.r_[share, share[-1]],
+                where="post",
+                color=look.colour,
+                linestyle=look.dashes,
+                linewidth=1.6,
+            )
+            ax.annotate(
+                look.label,
+                _place(reached, steps[name].size, look.height, end),
+                (5, -3) if look.side == "left" else (-5, 3),
+                textcoords="offset points",
+                color=look.colour,
+                ha=look.side,
+                va="top" if look.side == "left" else "bottom",
+                fontsize=8,
+            )
+        ax.set(xlabel="time (steps)", ylabel="runs that got there (%)", xlim=(0, end), ylim=(-2, 102))
+    return drawn
+
+
+def _end(steps: NDArray[np.int64], most: int) -> float:
+    """Return the last step to show: nearly all runs have reached the limit, if they ever do."""
+    ordered = np.sort(np.where(steps < 0, most, steps))
+    return float(min(most, 1.08 * ordered[int(SHOWN * (ordered.size - 1))] + 1))
+
+
+def _place(reached: NDArray[np.int64], runs: int, height: float, end: float) -> tuple[float, float]:
+    """Return the point of a curve nearest to a height, in steps and percent, where its label stands."""
+    rank = min(round(height * runs), reached.size)
+    if rank == 0:
+        return 0.6 * end, 8.0
+    return float(reached[rank - 1]), 100 * rank / runs

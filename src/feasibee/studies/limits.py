@@ -1,0 +1,244 @@
+"""Physical limits of a swarm: how soon robots have seen, and can know, enough to be sure.
+
+In each run an oracle's robots broadcast all that they saw (`feasibee.studies.oracle`), on the trajectories
+that the scenario's swarm has with that seed. No strategy with the same phases can know more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.errors import Problem, ScenarioError
+from feasibee.model.codes import MODEL_VERSION, exact
+from feasibee.results.declarations import DeclareTimes, declare_times
+from feasibee.scenario.runs import Runs, check_integer
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_scenario, processors
+from feasibee.simulation.loading import load_engine
+from feasibee.simulation.swarm import Swarm
+from feasibee.studies import oracle
+
+LIMITS: Final[Mapping[str, str]] = {
+    "pooled": "all sightings together name all tasks, or one more than there are robots",
+    "flooding": "enough robots to decide can know those names",
+    "area": "all robots together have seen the whole area",
+    "complete_map": "enough robots to decide can have a complete map",
+}
+"""What has happened by the step of each limit."""
+BOUNDS: Final[Mapping[str, str]] = {"infeasible": "flooding", "proved_feasible": "complete_map"}
+"""Which limit bounds the step by which a swarm declares: infeasible soundly, or feasible with a proof."""
+ROOM: Final = 2**28
+"""Largest memory in bytes of what an oracle's robots know."""
+STRIDE: Final = 40
+"""Number of steps between two looks at what robots know; runs of the paper's world take about 120."""
+NEVER: Final = -1
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Physical limits of a scenario: the first step by which each was reached, per run.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The swarm and its world.
+    seed : int
+        Seed of the runs.
+    steps : mapping of str to int64 array, shape (runs,)
+        First step of each of `LIMITS`; -1 if never within the steps of a run.
+    cell : tuple of float
+        Width and height in units of a cell of the area, which is seen when all of it is in range.
+    """
+
+    scenario: Scenario
+    seed: int
+    steps: Mapping[str, NDArray[np.int64]]
+    cell: tuple[float, float]
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return next(iter(self.steps.values())).size
+
+    @property
+    def times(self) -> dict[str, DeclareTimes]:
+        """Median and 95 % quantile of the step of each limit, with 95 % intervals; None is never."""
+        return {name: declare_times(steps) for name, steps in self.steps.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the limits as plain tables, for programs."""
+        tables = {name: times._asdict() for name, times in self.times.items()}
+        plain = {
+            name: {key: list(value) if isinstance(value, tuple) else value for key, value in table.items()}
+            for name, table in tables.items()
+        }
+        return {
+            **plain,
+            "bounds": dict(BOUNDS),
+            "cell": list(self.cell),
+            "runs": self.runs,
+            "seed": self.seed,
+            "scenario": self.scenario.to_dict(),
+            "scenario_hash": self.scenario.hash,
+            "version": version("feasibee"),
+            "model_version": MODEL_VERSION,
+        }
+
+
+def limits(
+    scenario: Scenario | None = None,
+    runs: int = 1000,
+    seed: int = 0,
+    *,
+    cells_per_range: int = 4,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Limits:
+    """Compute the physical limits of a scenario, whatever its strategy.
+
+    Robots look only while exploring. They broadcast only while disseminating, which lasts g steps on average.
+    They hear as the scenario says, by default always.
+
+    Parameters
+    ----------
+    scenario : Scenario, optional
+        The swarm and its world; by default the paper's swarm with 20 tasks.
+    runs, seed : int
+        Number of runs, and their seed; the trajectories are those of `feasibee.simulate`.
+    cells_per_range : int
+        How finely the area is divided, from 1 to 64: with smaller cells, it is seen sooner.
+    threads : int, optional
+        Number of threads, by default one per processor. It changes no result.
+    progress : callable, optional
+        Called with the share of the runs that are done, from 0 to 1.
+
+    Raises
+    ------
+    FeasibeeError
+        If an argument is invalid, if robots or tasks have classes, or if the world is too large.
+
+    Examples
+    --------
+    >>> from feasibee.studies.limits import limits
+    >>> limits(runs=100, seed=1).times["flooding"].median
+    69
+    """
+    scenario, which = check_scenario(scenario), Runs(runs, seed)
+    threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
+    check_progress(progress)
+    world = oracle_world(scenario, check_integer("cells_per_range", cells_per_range, 1, 64))
+    steps = _steps_of(world, which, threads, progress)
+    setting = world.setting
+    cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
+    return Limits(scenario, which.seed, dict(zip(LIMITS, steps.T, strict=True)), cell)
+
+
+def _steps_of(
+    world: Scenario, runs: Runs, threads: int, progress: Callable[[float], None] | None
+) -> NDArray[np.int64]:
+    """Return the first step of each limit in each run: shape (runs, limits); -1 if never."""
+    load_engine(world)
+    steps = np.empty((runs.count, len(LIMITS)), np.int64)
+    with ThreadPoolExecutor(threads) as pool:
+        found = pool.map(lambda run: limits_of_run(world, runs.seed, run), range(runs.count))
+        for run, each in enumerate(found):  # an exception here cancels the runs that are left
+            steps[run] = each
+            if progress is not None:
+                progress((run + 1) / runs.count)
+    return steps
+
+
+def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
+    """Return the scenario with the oracle in place of its strategy.
+
+    Raises
+    ------
+    ScenarioError
+        If robots or tasks have classes, or the oracle's robots would know too much.
+    """
+    for path in ("robots.classes", "tasks.classes"):
+        classes = scenario.get(path)
+        if classes:
+            rule = "limits are those of robots that can all do all tasks"
+            names = [each.name for each in classes]
+            raise ScenarioError([Problem(path, names, rule, f"use {path.split('.')[0]}.count instead")])
+    world = scenario.replace(
+        {
+            "decision.strategy": str(Path(oracle.__file__)),
+            "decision.parameters": {"cells_per_range": float(cells_per_range)},
+            "decision.commit": None,
+            "decision.quality_floor": 0,
+            "sensing.false_robots": 0.0,
+            "sensing.false_tasks": 0.0,
+        }
+    )
+    setting = world.setting
+    needed = 8 * setting.robots * oracle.words(setting)
+    if needed > ROOM:
+        size = f"{setting.robots} robots with {oracle.cells(setting)} cells take {needed / 2**20:.0f} MiB"
+        fitting = setting.sight * math.sqrt(needed / ROOM) * 1.01
+        remedy = f"use fewer robots, a smaller arena, or a range of {fitting:.3g}"
+        problem = Problem("sensing.range", setting.sight, f"{size}, above {ROOM // 2**20}", remedy)
+        raise ScenarioError([problem])
+    return world
+
+
+def limits_of_run(world: Scenario, seed: int, run: int) -> list[int]:
+    """Return the first step of each limit in one run of an oracle's world; -1 if never."""
+    swarm = Swarm(world, seed, run)
+    honest, setting = swarm.counted, world.setting
+    enough = min(setting.tasks, setting.robots + 1)
+    flooding = complete_map = NEVER
+    while NEVER in (flooding, complete_map) and swarm.step < world.run.steps:
+        swarm.advance(min(STRIDE, world.run.steps - swarm.step))
+        flooding, complete_map = (
+            _quorum_step(swarm, honest, swarm.knowledge[:, word])
+            for word in (oracle.NAMES_STEP, oracle.MAP_STEP)
+        )
+    cells, end = oracle.FIRST_STEPS + setting.tasks, oracle.names_start(setting)
+    pooled = _pooled(swarm.knowledge[honest, oracle.FIRST_STEPS : cells], enough)
+    area = _pooled(swarm.knowledge[honest, cells:end], oracle.cells(setting))
+    return [pooled, flooding if enough else 0, area, complete_map]
+
+
+def _pooled(steps: NDArray[np.int32], needed: int) -> int:
+    """Return the first step by which the robots together had seen a number of things; -1 if never.
+
+    ``steps`` has the step at which each robot first saw each thing; 0 if never.
+    """
+    if needed == 0:
+        return 0
+    seen = (steps > 0).any(axis=0)
+    if seen.sum() < needed:
+        return NEVER
+    first = np.where(steps > 0, steps, np.iinfo(np.int32).max).min(axis=0)
+    return int(np.partition(first, needed - 1)[needed - 1])
+
+
+def _quorum_step(swarm: Swarm, honest: NDArray[np.bool_], steps: NDArray[np.int32]) -> int:
+    """Return the first step by which more than the threshold's share of the counted robots knew; -1 if never.
+
+    Robots may stop, and then count no longer (model.md 6.6). ``steps`` is 0 for a robot that doesn't know.
+    """
+    stop = swarm.scenario.faults.stop_step
+    before = _nth(steps[honest], swarm.scenario)
+    if 0 < before < stop or swarm.step < stop:
+        return before
+    after = _nth(steps[swarm.counted], swarm.scenario)
+    return max(after, stop) if after > 0 else NEVER
+
+
+def _nth(steps: NDArray[np.int32], scenario: Scenario) -> int:
+    """Return the step by which more than the threshold's share of some robots knew; -1 if never."""
+    needed = math.floor(exact(scenario.decision.threshold) * steps.size) + 1
+    known = np.sort(steps[steps > 0])
+    return int(known[needed - 1]) if known.size >= needed else NEVER

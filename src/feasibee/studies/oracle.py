@@ -1,0 +1,162 @@
+"""Oracle: robots that broadcast all that they saw, and record when, for `feasibee.studies.limits`.
+
+Each robot keeps the names of the tasks and the set of the parts of the area, the cells, that it knows. It
+broadcasts both for g steps on average, whatever it knows. A cell is at most as wide and high as the range of
+sight divided by ``cells_per_range``. It is seen when all of it is within range of an exploring robot. What a
+robot knows so is the most that any strategy can know with these phases, however many bits its messages have.
+The oracle never decides anything.
+
+A Byzantine robot's messages are empty, since nobody can rely on them.
+
+Message: a bit for each task and each cell. Memory: the same, with the step at which the robot knew enough
+tasks, that at which it knew all cells, and that at which it first saw each task and each cell. Step 0 means
+never.
+"""
+
+import math
+
+BY_NAME = True
+PARAMETERS = {"cells_per_range": 4.0}
+MEMBERS = 31
+"""Number of a set's members in a word."""
+NAMES_STEP = 0
+MAP_STEP = 1
+FIRST_STEPS = 2
+"""Word of the step at which the first task was first seen; the other tasks and the cells follow."""
+
+
+def quality(robots_known, tasks_known):
+    """Return no preference."""
+    return 0.5
+
+
+def dissemination(quality, gain):
+    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
+    return gain
+
+
+def decide(mind, inbox):
+    """Return any opinion: nobody reads it."""
+    return 1
+
+
+def columns(setting):
+    """Return the number of cells side by side."""
+    return math.ceil(setting.width * setting.parameters[0] / setting.sight)
+
+
+def rows(setting):
+    """Return the number of cells one above the other."""
+    return math.ceil(setting.height * setting.parameters[0] / setting.sight)
+
+
+def cells(setting):
+    """Return the number of cells."""
+    return columns(setting) * rows(setting)
+
+
+def names_start(setting):
+    """Return the first word of the set of tasks."""
+    return FIRST_STEPS + setting.tasks + cells(setting)
+
+
+def name_words(setting):
+    """Return the number of words of the set of tasks."""
+    return (setting.tasks + MEMBERS - 1) // MEMBERS
+
+
+def message_words(setting):
+    """Return the number of words of both sets."""
+    return name_words(setting) + (cells(setting) + MEMBERS - 1) // MEMBERS
+
+
+def words(setting):
+    """Return the number of words of the steps and of both sets."""
+    return names_start(setting) + message_words(setting)
+
+
+def observe(known, thing, me):
+    """Record the name of a task in sight, and when it was first seen."""
+    if not thing.is_robot:
+        known[names_start(me.setting) + thing.id // MEMBERS] |= 1 << (thing.id % MEMBERS)
+        if known[FIRST_STEPS + thing.id] == 0:
+            known[FIRST_STEPS + thing.id] = me.step + 1
+
+
+def encode(message, known, me):
+    """Write both sets."""
+    start = names_start(me.setting)
+    for k in range(len(message)):
+        message[k] = known[start + k]
+
+
+def lie(message, feasible, me):
+    """Empty a Byzantine robot's message."""
+    for k in range(len(message)):
+        message[k] = 0
+
+
+def merge(known, message, sender, me):
+    """Unite the sets."""
+    start = names_start(me.setting)
+    for k in range(len(message)):
+        known[start + k] |= message[k]
+
+
+def count(known, counts, me):
+    """Count nothing: the oracle doesn't decide."""
+
+
+def bits(message, me):
+    """Return a bit for each task and each cell."""
+    return me.setting.tasks + cells(me.setting)
+
+
+def declare(known, me):
+    """Record the cells in sight, and when the robot knows enough tasks and all cells; then declare."""
+    setting = me.setting
+    if me.explores:
+        look(known, me)
+    start, names = names_start(setting), name_words(setting)
+    enough = min(setting.tasks, setting.robots + 1)
+    if known[NAMES_STEP] == 0 and members(known, start, start + names) >= enough:
+        known[NAMES_STEP] = me.step + 1
+    if known[MAP_STEP] == 0 and members(known, start + names, len(known)) == cells(setting):
+        known[MAP_STEP] = me.step + 1
+    return 1 if known[NAMES_STEP] != 0 and known[MAP_STEP] != 0 else -1
+
+
+def members(known, start, stop):
+    """Return the number of members of the set in some words."""
+    found = 0
+    for k in range(start, stop):
+        found += known[k].bit_count()
+    return found
+
+
+def look(known, me):
+    """Record the cells that are wholly in sight, and when they first were."""
+    setting = me.setting
+    wide, high = columns(setting), rows(setting)
+    width, height = setting.width / wide, setting.height / high
+    first_row = math.floor((me.y - setting.sight) / height)
+    last_row = math.floor((me.y + setting.sight) / height)
+    first_column = math.floor((me.x - setting.sight) / width)
+    last_column = math.floor((me.x + setting.sight) / width)
+    for row in range(first_row, last_row + 1):
+        far_y = abs((row + 0.5) * height - me.y) + 0.5 * height
+        left = setting.sight * setting.sight - far_y * far_y
+        if left >= 0.0 and (not setting.walled or 0 <= row < high):
+            for column in range(first_column, last_column + 1):
+                far_x = abs((column + 0.5) * width - me.x) + 0.5 * width
+                if far_x * far_x <= left and (not setting.walled or 0 <= column < wide):
+                    record_cell(known, (row % high) * wide + column % wide, me)
+
+
+def record_cell(known, cell, me):
+    """Record a cell in sight, and when it first was."""
+    first = FIRST_STEPS + me.setting.tasks + cell
+    if known[first] == 0:
+        known[first] = me.step + 1
+        start = names_start(me.setting) + name_words(me.setting)
+        known[start + cell // MEMBERS] |= 1 << (cell % MEMBERS)

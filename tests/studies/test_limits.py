@@ -1,0 +1,273 @@
+"""Limits: equal to what numpy computes from a swarm's positions, and to worlds done by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commands import invoke, refused_in_a_line
+
+from feasibee import FeasibeeError, Scenario, Swarm
+from feasibee.figures.limits import LOOKS, draw_limits
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies import census
+from feasibee.studies.limits import LIMITS, Limits, limits
+
+WALLED = {"arena.boundary": "walls", "arena.side": [12.0, 9.0], "robots.avoid_collisions": True}
+WORLDS = [
+    {},
+    {"tasks.count": 5, "arena.side": 12.0},
+    {"tasks.count": 40},
+    {"arena.side": [26.0, 11.0], "radio.range": 3.5, "sensing.range": 1.7},
+    WALLED,
+    {"robots.count": 40, "arena.side": 24.0, "tasks.count": 41, "decision.threshold": 0.55},
+    {"faults.stopped": 0.4, "faults.stop_step": 25, "arena.side": 13.0, "tasks.count": 6},
+    {"faults.byzantine": 0.2, "faults.byzantine_says": "colluding", "arena.side": 14.0},
+    {"decision.listen": "dissemination", "decision.gain": 25.0, "decision.exploration": 4.0},
+    {"decision.dissemination_floor": 3, "robots.speed": 0.5, "arena.side": 10.0},
+]
+
+SOUND = '''
+
+def declare(known, me):
+    """Declare infeasible by more names of tasks than robots."""
+    tasks = 0
+    for k in range((me.setting.robot_ids + MEMBERS - 1) // MEMBERS, len(known)):
+        tasks += known[k].bit_count()
+    return 0 if tasks > me.setting.robots else -1
+'''
+
+
+class Oracle:
+    """What robots can know, by numpy alone, with all pairs and all cells at each step.
+
+    The swarm is one with a census, whose dissemination lasts as long.
+    """
+
+    def __init__(self, scenario, seed, run):
+        self.scenario = scenario.replace({"decision.strategy": "census"})
+        self.swarm = Swarm(self.scenario, seed, run)
+        self.size = np.array(scenario.arena.size)
+        self.torus = scenario.arena.boundary == "torus"
+        self.honest = self.swarm.counted
+        sight = scenario.sensing.range
+        across, down = (math.ceil(4 * side / sight) for side in scenario.arena.size)
+        x, y = np.linspace(0, self.size[0], across + 1), np.linspace(0, self.size[1], down + 1)
+        corners = np.stack([np.stack([a, b], -1) for a, b in self._sides(x, y)])
+        self.corners = corners  # (4, cells, 2)
+        robots = scenario.robots.count
+        self.names = np.zeros((robots, scenario.tasks.count), bool)
+        self.cells = np.zeros((robots, across * down), bool)
+        self.own_names, self.own_cells = self.names.copy(), self.cells.copy()
+
+    @staticmethod
+    def _sides(x, y):
+        for columns in (x[:-1], x[1:]):
+            for rows in (y[:-1], y[1:]):
+                yield tuple(each.ravel() for each in np.meshgrid(columns, rows))
+
+    def distance(self, one, other):
+        apart = np.abs(one[:, None] - other[None])
+        if self.torus:
+            apart = np.minimum(apart, self.size - apart)
+        return np.hypot(apart[..., 0], apart[..., 1])
+
+    def step(self):
+        swarm, scenario = self.swarm, self.scenario
+        telling = swarm.disseminating
+        swarm.advance()
+        working = np.ones(len(self.honest), bool)
+        if scenario.faults.stopped and swarm.step >= scenario.faults.stop_step:
+            working = swarm.counted | ~self.honest
+        looking, telling, at = ~telling & working, telling & working, swarm.positions
+        told = (self.names.copy(), self.cells.copy())
+        seen = (self.distance(at, swarm.tasks) <= scenario.sensing.range) & looking[:, None]
+        near = [self.distance(at, each) <= scenario.sensing.range for each in self.corners]
+        looked = np.logical_and.reduce(near) & looking[:, None]
+        self.own_names |= seen
+        self.own_cells |= looked
+        hears = (self.distance(at, at) <= scenario.radio.range) & (telling & self.honest)[None, :]
+        hears &= working[:, None]
+        if scenario.decision.listen == "dissemination":
+            hears &= telling[:, None]
+        for known, fresh, message in zip((self.names, self.cells), (seen, looked), told, strict=True):
+            np.logical_or(known, fresh | (hears[:, :, None] & message[None]).any(axis=1), out=known)
+
+    def limits(self):
+        scenario = self.scenario
+        enough = min(scenario.tasks.count, scenario.robots.count + 1)
+        found = dict.fromkeys(LIMITS, -1)
+        while -1 in found.values() and self.swarm.step < scenario.run.steps:
+            self.step()
+            counted = self.swarm.counted
+            share = scenario.decision.threshold * counted.sum()
+            reached = {
+                "pooled": self.own_names[self.honest].any(axis=0).sum() >= enough,
+                "flooding": (self.names.sum(axis=1) >= enough)[counted].sum() > share + 1e-9,
+                "area": self.own_cells[self.honest].any(axis=0).all(),
+                "complete_map": self.cells.all(axis=1)[counted].sum() > share + 1e-9,
+            }
+            for name, now in reached.items():
+                if now and found[name] < 0:
+                    found[name] = self.swarm.step
+        return found
+
+
+@pytest.mark.parametrize("changes", WORLDS, ids=str)
+def test_limits_are_those_of_the_positions_step_by_step(changes):
+    scenario = Scenario().replace({"run.steps": 400, **changes})
+    found = limits(scenario, runs=2, seed=7)
+    for run in range(2):
+        assert {name: int(steps[run]) for name, steps in found.steps.items()} == Oracle(
+            scenario, 7, run
+        ).limits()
+
+
+def test_robots_that_see_everything_know_it_at_the_first_step():
+    """All robots explore in step 1; within walls, the range covers the arena."""
+    scenario = Scenario(arena={"boundary": "walls"}, sensing={"range": 29.0}, tasks={"count": 30})
+    found = limits(scenario, runs=5, seed=1)
+    assert all(steps.tolist() == [1] * 5 for steps in found.steps.values())
+
+
+def test_robots_that_never_tell_know_only_what_they_saw():
+    """With a radio that reaches nobody, the robots together know all tasks, and few of them do."""
+    scenario = Scenario(radio={"range": 0.001}, run={"steps": 150})
+    found = limits(scenario, runs=10, seed=1)
+    assert (found.steps["pooled"] > 0).all()
+    assert (found.steps["flooding"] == -1).all()
+    assert found.times["flooding"] == (None, None, (None, None), (None, None))
+
+
+def test_without_tasks_all_names_are_known_at_the_start():
+    found = limits(Scenario(tasks={"count": 0}), runs=3, seed=1)
+    assert found.steps["pooled"].tolist() == found.steps["flooding"].tolist() == [0, 0, 0]
+    assert (found.steps["area"] > 0).all()
+
+
+@pytest.mark.parametrize("tasks", [5, 20, 21, 60])
+def test_limits_are_in_order_in_each_run(tasks):
+    found = limits(Scenario(tasks={"count": tasks}), runs=60, seed=2)
+    assert (found.steps["pooled"] <= found.steps["flooding"]).all()
+    assert (found.steps["area"] <= found.steps["complete_map"]).all()
+    assert (found.steps["flooding"] <= found.steps["complete_map"]).all()
+
+
+def test_threads_and_strategy_change_nothing():
+    one = limits(Scenario(), runs=6, seed=3, threads=1)
+    rule = {"quorum": 0.9, "rounds": 3, "heard": 3}
+    other = Scenario(decision={"strategy": "tally", "commit": rule}, sensing={"false_tasks": 0.1})
+    two = limits(other, runs=6, seed=3, threads=2)
+    for name, steps in one.steps.items():
+        np.testing.assert_array_equal(steps, two.steps[name])
+
+
+def test_losses_and_missed_sightings_take_time():
+    usual = limits(Scenario(), runs=40, seed=4).steps
+    lost = limits(Scenario(radio={"loss": 0.6}), runs=40, seed=4).steps
+    assert lost["flooding"].mean() > usual["flooding"].mean() + 5
+    np.testing.assert_array_equal(lost["pooled"], usual["pooled"])
+    missed = limits(Scenario(sensing={"miss": 0.6}), runs=40, seed=4).steps
+    assert missed["pooled"].mean() > usual["pooled"].mean() + 5
+    np.testing.assert_array_equal(missed["area"], usual["area"])
+
+
+@pytest.mark.parametrize("tasks", [21, 40])
+def test_a_census_that_declares_reaches_flooding_in_each_run(tasks, tmp_path):
+    path = tmp_path / "sound.py"
+    path.write_text(Path(census.__file__).read_text(encoding="utf-8") + SOUND, encoding="utf-8")
+    scenario = Scenario(tasks={"count": tasks}, decision={"strategy": str(path)})
+    record = simulate_record(scenario, Runs(30, 9))
+    np.testing.assert_array_equal(record.declare_step, limits(scenario, runs=30, seed=9).steps["flooding"])
+
+
+def test_smaller_cells_are_seen_sooner():
+    coarse, fine = (limits(Scenario(), runs=20, seed=5, cells_per_range=cells) for cells in (4, 8))
+    assert fine.cell == (0.25, 0.25)
+    assert (fine.steps["area"] <= coarse.steps["area"]).all()
+    assert fine.steps["complete_map"].mean() < coarse.steps["complete_map"].mean()
+    np.testing.assert_array_equal(fine.steps["flooding"], coarse.steps["flooding"])
+    with pytest.raises(FeasibeeError, match="cells_per_range = 0: must be a whole number from 1 to 64"):
+        limits(cells_per_range=0)
+
+
+def test_progress_is_told_up_to_the_end():
+    told = []
+    limits(Scenario(), runs=4, seed=1, progress=told.append)
+    assert told == [0.25, 0.5, 0.75, 1.0]
+
+
+def test_a_run_that_never_gets_there_counts_as_infinite():
+    steps = np.array([5, -1, 7, 6] * 5)
+    found = Limits(Scenario(), 0, dict.fromkeys(LIMITS, steps), (0.5, 0.5))
+    assert (found.times["area"].median, found.times["area"].p95) == (6, None)
+    assert found.to_dict()["area"]["p95"] is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        (
+            {"robots.count": 2000, "arena.side": 200.0},
+            "sensing.range = 2.0: 2000 robots with 160000 cells take",
+        ),
+        ({"sensing.range": 0.05, "radio.range": 2.0}, "use fewer robots, a smaller arena, or a range of"),
+        ({"tasks.classes": [{"name": "a", "count": 3, "needs": {"x": 1}}]}, "tasks.classes"),
+        ({"robots.classes": [{"name": "a", "count": 3, "skills": ["x"]}]}, "use robots.count instead"),
+    ],
+)
+def test_worlds_without_limits_are_refused(changes, told):
+    with pytest.raises(FeasibeeError, match=told):
+        limits(Scenario().replace(changes), runs=1)
+
+
+def test_the_remedy_for_a_large_world_is_enough():
+    wide = Scenario().replace({"sensing.range": 0.05, "radio.range": 2.0, "run.steps": 1})
+    with pytest.raises(FeasibeeError) as error:
+        limits(wide, runs=1)
+    fitting = float(str(error.value).rsplit(" ", 1)[1])
+    assert limits(wide.replace({"sensing.range": fitting}), runs=1).runs == 1
+
+
+def test_the_command_prints_a_table_json_and_a_figure(tmp_path):
+    arguments = ("limits", "--runs", 10, "--seed", 1, "--set", "run.steps=80")
+    done = invoke(*arguments)
+    assert done.exit_code == 0, done.output
+    assert "complete map" in done.stdout
+    assert "never" in done.stdout
+    assert "flooding" in done.stdout
+    done = invoke(*arguments, "--json", "--plot", tmp_path / "limits.png")
+    found = json.loads(done.stdout)
+    assert found == limits(Scenario(run={"steps": 80}), runs=10, seed=1).to_dict()
+    assert list(found)[:6] == [*LIMITS, "bounds", "cell"]
+    assert (found["runs"], found["seed"]) == (10, 1)
+    assert found["scenario_hash"] == Scenario(run={"steps": 80}).hash
+    assert set(found["flooding"]) == {"median", "p95", "median_interval", "p95_interval"}
+    assert found["bounds"] == {"infeasible": "flooding", "proved_feasible": "complete_map"}
+    assert found["cell"] == [0.5, 0.5]
+    assert (tmp_path / "limits.png").stat().st_size > 10_000
+
+
+def test_the_command_refuses_before_it_computes(tmp_path):
+    assert "robots.classes" in refused_in_a_line(
+        "limits", "--set", 'robots.classes=[{name="a", count=3, skills=["x"]}]'
+    )
+    assert "--plot" in refused_in_a_line("limits", "--plot", tmp_path / "limits.txt")
+
+
+def test_a_curve_rises_at_the_steps_of_the_runs():
+    steps = {name: np.array([10, 20, 30, -1]) + 10 * k for k, name in enumerate(LIMITS)}
+    steps = {name: np.where(each < 10, -1, each) for name, each in steps.items()}
+    drawn = draw_limits(steps, 100)
+    (ax,) = drawn.axes
+    curves = dict(zip(LOOKS, ax.get_lines(), strict=True))
+    for name, line in curves.items():
+        reached = np.sort(steps[name][steps[name] >= 0])
+        x, y = line.get_data()
+        np.testing.assert_array_equal(x, [0, *reached, 100])
+        np.testing.assert_allclose(y, 100 * np.array([*range(reached.size + 1), reached.size]) / 4)
+    assert {text.get_text() for text in ax.texts} == {look.label for look in LOOKS.values()}
