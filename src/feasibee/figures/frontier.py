@@ -22,9 +22,8 @@ BANDS: Final = ("pooled", "flooding", "complete_map")
 STRIP: Final = 2.4
 """Height of the strip above the rows, where the bands are named, in rows."""
 CAPTION: Final = (
-    "ok: share of swarms that are right by their own word within {most:,} steps; "
-    "filled: at least {reliable:g}; "
-    "dot and line: half to 95 % of the swarms; bands: limits, likewise"
+    "bits: mean over {most:,} steps; ok: share of swarms that are right by their own word by then; "
+    "filled: at least {reliable:g}; dot and line: half to 95 % of the swarms; bands: limits, likewise"
 )
 
 

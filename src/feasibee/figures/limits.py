@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from feasibee.figures.decisions import draw_share_by_step
 from feasibee.figures.style import figure
 
 
@@ -47,27 +49,17 @@ def draw_limits(steps: Mapping[str, NDArray[np.int64]], most: int) -> Figure:
     """
     with figure(5.6, 3.0) as (drawn, ax):
         end = max(_end(steps[name], most) for name in LOOKS)
+        never = 0
         for name, look in LOOKS.items():
-            reached = np.sort(steps[name][steps[name] >= 0])
-            share = np.arange(reached.size + 1) / max(1, steps[name].size)
-            ax.step(
-                np.r_[0, reached, most],
-                100 * np.r_[share, share[-1]],
-                where="post",
-                color=look.colour,
-                linestyle=look.dashes,
-                linewidth=1.6,
-            )
-            ax.annotate(
-                look.label,
-                _place(reached, steps[name].size, look.height, end),
-                (5, -3) if look.side == "left" else (-5, 3),
-                textcoords="offset points",
-                color=look.colour,
-                ha=look.side,
-                va="top" if look.side == "left" else "bottom",
-                fontsize=8,
-            )
+            reached, runs = np.sort(steps[name][steps[name] >= 0]), steps[name].size
+            curve = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.6}
+            draw_share_by_step(ax, reached, runs, most, **curve)
+            if reached.size:
+                rank = min(max(1, round(look.height * runs)), reached.size)
+                _write(ax, look.label, (reached[rank - 1], 100 * rank / runs), look)
+            else:
+                never += 1
+                _write(ax, f"{look.label}: never", (end, 7.0 * never - 4), look._replace(side="right"))
         ax.set(xlabel="time (steps)", ylabel="runs that got there (%)", xlim=(0, end), ylim=(-2, 102))
     return drawn
 
@@ -78,9 +70,9 @@ def _end(steps: NDArray[np.int64], most: int) -> float:
     return float(min(most, 1.08 * ordered[int(SHOWN * (ordered.size - 1))] + 1))
 
 
-def _place(reached: NDArray[np.int64], runs: int, height: float, end: float) -> tuple[float, float]:
-    """Return the point of a curve nearest to a height, in steps and percent, where its label stands."""
-    rank = min(round(height * runs), reached.size)
-    if rank == 0:
-        return 0.6 * end, 8.0
-    return float(reached[rank - 1]), 100 * rank / runs
+def _write(ax: Axes, text: str, place: tuple[float, float], look: Look) -> None:
+    """Write a label below a point of a curve to its right, or above it to its left."""
+    left = look.side == "left"
+    ends: dict[str, Any] = {"ha": look.side, "va": "top" if left else "bottom"}
+    offset = (5, -3) if left else (-5, 3)
+    ax.annotate(text, place, offset, textcoords="offset points", color=look.colour, fontsize=8, **ends)
