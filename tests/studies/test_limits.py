@@ -185,6 +185,15 @@ def test_a_census_that_declares_reaches_flooding_in_each_run(tasks, tmp_path):
     np.testing.assert_array_equal(record.declare_step, limits(scenario, runs=30, seed=9).steps["flooding"])
 
 
+def test_a_map_proves_feasible_no_sooner_than_its_limit():
+    """The map has the same cells, and waits until a whole one of its own is seen by one robot."""
+    scenario = Scenario(robots={"know_count": True}, decision={"strategy": "map"})
+    record = simulate_record(scenario, Runs(30, 9))
+    late = record.declare_step - limits(scenario, runs=30, seed=9).steps["complete_map"]
+    assert late.min() >= 0
+    assert late.mean() < 20
+
+
 def test_smaller_cells_are_seen_sooner():
     coarse, fine = (limits(Scenario(), runs=20, seed=5, cells_per_range=cells) for cells in (4, 8))
     assert fine.cell == (0.25, 0.25)
