@@ -1,7 +1,7 @@
 """What strategies share whose robots declare by names: whom to believe, and how long to wait.
 
 Certified propagation: a robot accepts a statement that it did not see for itself once f + 1 different direct
-neighbours have told it as accepted. Of f liars and one more neighbour, one is honest. So the first honest
+neighbours have sent it as accepted. Of f liars and one more neighbour, one is honest. So the first honest
 robot to accept a name saw it, and no invented name is ever accepted while there are f liars or fewer.
 
 References
@@ -17,12 +17,12 @@ NEVER = 2**30
 
 
 def tolerated(setting, place):
-    """Return f, the number of liars that a parameter tolerates, at most the number of robots."""
+    """Return f, the number of Byzantine robots that a parameter tolerates, at most the number of robots."""
     return int(min(max(setting.parameters[place], 0.0), float(setting.robots)))
 
 
 def told_enough(known, first, tolerates, sender):
-    """Return whether more than ``tolerates`` neighbours have told a statement: this one and those listed.
+    """Return whether more than ``tolerates`` neighbours have sent a statement: this one and those listed.
 
     The words from ``first`` on list them, one more than their ids.
     """
