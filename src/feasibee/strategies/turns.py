@@ -39,7 +39,7 @@ PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0}
 NAMES, NAME_BITS, QUIET, TOLERATES = 0, 1, 2, 3
 HASH_BITS = 32
 ALARM, KNOWN, UNTIL, TURN, PENDING, TOLD = 0, 1, 2, 3, 4, 5
-"""Words of what is known: alarm, number of names, end of the quiet time, the next name's turn, names that wait.
+"""Words of what is known: alarm, number of names, end of the quiet time, the next name's turn, waiting names.
 
 Then come the senders of the alarm, at most f; the sorted names; and each name that waits, with its senders.
 """
