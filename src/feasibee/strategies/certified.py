@@ -38,11 +38,13 @@ def told_enough(known, first, tolerates, sender):
 def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 
-    A robot sweeps a strip of twice its range of sight in the share of its time that it explores. Places near
-    walls are seen more rarely: within walls, robots wait twice as long.
+    A robot sweeps a strip of twice its range of sight while it explores, and one of twice its range of radio
+    while it disseminates; the rarer counts. Places near walls are seen more rarely: within walls, robots wait
+    twice as long.
     """
-    share = setting.exploration / (setting.exploration + setting.dissemination)
-    swept = 2.0 * setting.sight * setting.speed * share * robots
+    exploring = setting.exploration / (setting.exploration + setting.dissemination)
+    reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
+    swept = 2.0 * reach * setting.speed * robots
     area = setting.width * setting.height * (2.0 if setting.walled else 1.0)
     if swept * NEVER <= sightings * area:
         return NEVER

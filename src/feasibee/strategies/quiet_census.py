@@ -4,9 +4,9 @@ Each robot keeps the set of the tasks that it knows. It adds what it sees when i
 set for g steps on average, and takes in every set that it hears. A robot that knows n, the number of robots,
 declares infeasible as soon as it knows more than n tasks. It declares feasible after a quiet time without a
 new name, q = c / lambda steps. lambda = n 2 r v share / area is how often the swarm finds a given task,
-where share is the part of its time that a robot explores; c grows with n. Within walls q is twice as long. A
-robot that does not know n counts the robots by name, too, and declares after the quiet time, whatever the
-answer. Until then it has no opinion.
+where share is the part of its time that a robot explores. If robots meet more rarely by radio, that rate is
+taken. c grows with n; within walls q is twice as long. A robot that does not know n counts the robots by
+name, too, and declares after the quiet time, whatever the answer. Until then it has no opinion.
 
 ``quiet`` sets q, in steps; 0: computed. With ``tolerates`` = f, the name of a robot or task that the robot
 did not see counts once f + 1 different neighbours have sent it. Robots broadcast only names that count.
