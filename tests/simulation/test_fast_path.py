@@ -131,7 +131,7 @@ def general_record(scenario, runs, seed):
     ("path", "value"), [(path, each) for path in GENERAL_ONLY for each in GENERAL_ONLY[path]]
 )
 def test_some_values_of_fields_on_the_list_need_the_general_engine(path, value):
-    assert not takes_fast_path(Scenario().replace({path: value}))
+    assert not takes_fast_path(Scenario().replace({path: value, "robots.know_count": True}))
 
 
 def test_every_condition_is_tested():

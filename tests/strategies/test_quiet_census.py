@@ -97,6 +97,8 @@ def test_the_quiet_time_is_c_over_the_rate_of_finding_a_task():
     assert steps_for(10.0, 20, setting._replace(width=80.0)) == 400
     assert steps_for(10.0, 20, setting._replace(walled=True)) == 200
     assert steps_for(10.0, 20, setting._replace(sight=1.0, speed=0.5)) == 400
+    assert steps_for(10.0, 20, setting._replace(exploration=30.0, dissemination=10.0)) == 200
+    assert steps_for(10.0, 20, setting._replace(radio=1.0)) == 200
     assert steps_for(10.0, 20, setting._replace(speed=0.0)) == steps_for(math.inf, 20, setting) == NEVER
 
 

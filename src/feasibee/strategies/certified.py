@@ -1,7 +1,7 @@
 """What strategies share whose robots declare by names: whom to believe, and how long to wait.
 
 Certified propagation: a robot accepts a statement that it did not see for itself once f + 1 different direct
-neighbours have told it as accepted. Of f liars and one more neighbour, one is honest. So the first honest
+neighbours have sent it as accepted. Of f liars and one more neighbour, one is honest. So the first honest
 robot to accept a name saw it, and no invented name is ever accepted while there are f liars or fewer.
 
 References
@@ -17,12 +17,12 @@ NEVER = 2**30
 
 
 def tolerated(setting, place):
-    """Return f, the number of liars that a parameter tolerates, at most the number of robots."""
+    """Return f, the number of Byzantine robots that a parameter tolerates, at most the number of robots."""
     return int(min(max(setting.parameters[place], 0.0), float(setting.robots)))
 
 
 def told_enough(known, first, tolerates, sender):
-    """Return whether more than ``tolerates`` neighbours have told a statement: this one and those listed.
+    """Return whether more than ``tolerates`` neighbours have sent a statement: this one and those listed.
 
     The words from ``first`` on list them, one more than their ids.
     """
@@ -38,11 +38,13 @@ def told_enough(known, first, tolerates, sender):
 def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 
-    A robot sweeps a strip of twice its range of sight in the share of its time that it explores. Places near
-    walls are seen more rarely: within walls, robots wait twice as long.
+    A robot sweeps a strip of twice its range of sight while it explores, and one of twice its range of radio
+    while it disseminates; the rarer counts. Places near walls are seen more rarely: within walls, robots wait
+    twice as long.
     """
-    share = setting.exploration / (setting.exploration + setting.dissemination)
-    swept = 2.0 * setting.sight * setting.speed * share * robots
+    exploring = setting.exploration / (setting.exploration + setting.dissemination)
+    reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
+    swept = 2.0 * reach * setting.speed * robots
     area = setting.width * setting.height * (2.0 if setting.walled else 1.0)
     if swept * NEVER <= sightings * area:
         return NEVER

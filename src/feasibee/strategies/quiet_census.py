@@ -4,12 +4,12 @@ Each robot keeps the set of the tasks that it knows. It adds what it sees when i
 set for g steps on average, and takes in every set that it hears. A robot that knows n, the number of robots,
 declares infeasible as soon as it knows more than n tasks. It declares feasible after a quiet time without a
 new name, q = c / lambda steps. lambda = n 2 r v share / area is how often the swarm finds a given task,
-where share is the part of its time that a robot explores; c grows with n. Within walls q is twice as long. A
-robot that does not know n counts the robots by name, too, and declares after the quiet time, whatever the
-answer. Until then it has no opinion.
+where share is the part of its time that a robot explores. If robots meet more rarely by radio, that rate is
+taken. c grows with n; within walls q is twice as long. A robot that does not know n counts the robots by
+name, too, and declares after the quiet time, whatever the answer. Until then it has no opinion.
 
 ``quiet`` sets q, in steps; 0: computed. With ``tolerates`` = f, the name of a robot or task that the robot
-did not see counts once f + 1 different neighbours have told it. Robots broadcast only names that count.
+did not see counts once f + 1 different neighbours have sent it. Robots broadcast only names that count.
 
 A Byzantine robot adds one task more than there are robots, or as many robots as there are tasks. A colluding
 one adds the n + 1 - m tasks that the lie needs; to speak for feasible it sends m - n robots and nothing
@@ -17,7 +17,7 @@ else.
 
 Message: for each task 1 bit and its position in 32 bits, and 1 bit at the end; without n, for each robot 1
 bit and its id, and 1 bit at the end; with f > 0, the sender's id. Memory: the same, the end of the quiet
-time, and for each name that does not count yet the neighbours that told it, at most f.
+time, and for each name that does not count yet the neighbours that sent it, at most f.
 
 References
 ----------
@@ -66,7 +66,7 @@ def message_words(setting):
 
 
 def words(setting):
-    """Return the size of the sets, and of the list of who told each name."""
+    """Return the size of the sets, and of the list of who sent each name."""
     sets = message_words(setting)
     return SETS + sets + sets * MEMBERS * tolerated(setting, TOLERATES)
 
@@ -107,7 +107,7 @@ def lie(message, feasible, me):
 
 
 def merge(known, message, sender, me):
-    """Add the names that enough neighbours have told."""
+    """Add the names that enough neighbours have sent."""
     tolerates = tolerated(me.setting, TOLERATES)
     told = SETS + len(message)
     for k in range(len(message)):
@@ -157,8 +157,8 @@ def bits(message, me):
 def patience(robots, tolerates):
     """Return c, the number of times that the swarm would find a task in the quiet time.
 
-    Fitted to n robots and n + 1 tasks, for n from 5 to 200: at most 1 wrong run in 1,000 without liars, and 5
-    with 1 to 6 liars among 20 or 50. Among 2 f robots or fewer, f liars can't be told from the others.
+    Fitted to n robots and n + 1 tasks, for n from 5 to 200: at most 2 wrong runs in 1,000 without Byzantine
+    robots, 4 with 1 to 6 among 20 or 50, 14 with 1 among 5. With f of 2 f robots, no robot is ever sure.
     """
     flooding = 5.2 + 1.6 * math.log(max(robots, 1))
     if tolerates == 0:

@@ -10,14 +10,14 @@ as in `quiet_census`; the fewer names a message holds, the longer it is.
 ``names`` = 0: only the alarm is sent, and each robot counts what it sees by itself. It declares feasible
 when some robot would have seen n + 1 tasks. ``names`` = -1: all names are sent, n + 1 at most. ``quiet``
 sets the time, in steps; 0: computed. With ``tolerates`` = f, a name or alarm of others counts once f + 1
-different neighbours have told it. Robots broadcast only what counts.
+different neighbours have sent it. Robots broadcast only what counts.
 
 A Byzantine robot raises the alarm and invents n + 1 names, or denies the alarm. A colluding one invents the
 n + 1 - m names that the lie needs; to speak for feasible it sends neither alarm nor names.
 
 Message: the id, 1 bit for the alarm, and each name in ``name_bits`` bits, 0 where there is none. All names
 are sent as their number, in as many bits as n + 1 has, and the gaps between them in Rice's code. Memory: the
-names, the end of the quiet time, and for each name or alarm that does not count yet the neighbours that told
+names, the end of the quiet time, and for each name or alarm that does not count yet the neighbours that sent
 it, at most f.
 
 References
@@ -39,8 +39,10 @@ PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0}
 NAMES, NAME_BITS, QUIET, TOLERATES = 0, 1, 2, 3
 HASH_BITS = 32
 ALARM, KNOWN, UNTIL, TURN, PENDING, TOLD = 0, 1, 2, 3, 4, 5
-"""Words of what is known: alarm, number of names, until when to wait for another, which is next to be
-sent, number of names that wait to count, who told the alarm; then the sorted names, then those that wait."""
+"""Words of what is known: alarm, number of names, end of the quiet time, the next name's turn, waiting names.
+
+Then come the senders of the alarm, at most f; the sorted names; and each name that waits, with its senders.
+"""
 
 quality = census.quality
 dissemination = census.dissemination
@@ -160,7 +162,7 @@ def lie(message, feasible, me):
 
 
 def consider(known, name, sender, me):
-    """Accept a name once enough neighbours have told it; until then it waits."""
+    """Accept a name once enough neighbours have sent it; until then it waits."""
     setting = me.setting
     tolerates = tolerated(setting, TOLERATES)
     if tolerates == 0:
