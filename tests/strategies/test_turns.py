@@ -21,9 +21,10 @@ from feasibee.strategies.turns import patience_alone, patience_in_turn
 GENERATOR_SEED = 6
 
 
-def robot_of(counts=(20, 20), *, names=1.0, name_bits=20.0, quiet=0.0, tolerates=0.0, **setting):
+def robot_of(counts=(20, 20), *, names=1.0, name_bits=20.0, quiet=0.0, tolerates=0.0, looks=1.0, **setting):
     """Return the knowledge of a robot of so many robots and tasks."""
-    setting = setting_from(counts, (1, 1), True, None, (names, name_bits, quiet, tolerates), **setting)
+    parameters = (names, name_bits, quiet, tolerates, looks)
+    setting = setting_from(counts, (1, 1), True, None, parameters, **setting)
     return Knowledge(STRATEGIES["turns"], Me(0, 0, 0, 0, [], setting))
 
 
@@ -294,3 +295,61 @@ def test_a_robot_that_can_not_be_sure_waits_for_ever():
         own = robot_of((4, 4), tolerates=2.0, names=names)
         assert own.words[2] == NEVER
         assert declared(own, 50) == -1
+
+
+# --- Second looks ---
+
+
+@pytest.mark.parametrize("tolerates", [0.0, 1.0])
+def test_a_name_counts_at_the_second_look(tolerates):
+    own = robot_of(names=-1.0, looks=2.0, tolerates=tolerates)
+    own.observe(tasks(7, 9))
+    assert own.counted()[1] == [0]
+    own.observe(tasks(9))
+    assert own.counted()[1] == [1]
+    own.observe(tasks(9, 7))
+    assert own.counted()[1] == [2]
+
+
+def test_sixteen_names_wait_for_a_second_look():
+    own = robot_of(looks=2.0)
+    own.observe(tasks(*range(1, 18)))
+    own.observe(tasks(1))  # the seventeenth has taken its place, and now it takes that of 2
+    assert own.counted()[1] == [0]
+    own.observe(tasks(17, 3, 1, 2))
+    assert own.counted()[1] == [3]
+
+
+def test_names_that_count_take_no_place():
+    own = robot_of(looks=2.0)
+    for name in range(1, 18):
+        own.merge((0, name), 3)
+    own.observe(tasks(100, *range(1, 18), 100))
+    assert own.counted()[1] == [18]
+
+
+def test_waiting_names_do_not_reach_the_names_seen_once():
+    own = robot_of((2, 2), looks=2.0, tolerates=1.0)  # five ids, so five names can wait
+    own.observe(tasks(100))
+    for name in range(1, 12):
+        own.merge((0, name), 3)
+    own.observe(tasks(100))
+    assert own.counted()[1] == [1]
+
+
+def test_names_heard_need_no_second_look():
+    own = robot_of(looks=2.0)
+    own.merge((0, 7), 3)
+    assert own.counted()[1] == [1]
+
+
+@pytest.mark.parametrize(("looks", "right"), [(1.0, 0), (2.0, 50)])
+def test_false_sightings_have_no_second_look(looks, right):
+    """With a false sighting in twenty steps all swarms see too many tasks; with second looks none does."""
+    scenario = Scenario(
+        robots={"know_count": True},
+        sensing={"false_tasks": 0.05},
+        decision={"strategy": "turns", "parameters": {"looks": looks}},
+    )
+    record = simulate_record(scenario, Runs(50, 1))
+    assert ((record.declared_feasible == 20) & (record.declared_infeasible == 0)).sum() == right

@@ -10,7 +10,8 @@ as in `quiet_census`; the fewer names a message holds, the longer it is.
 ``names`` = 0: only the alarm is sent, and each robot counts what it sees by itself. It declares feasible
 when some robot would have seen n + 1 tasks. ``names`` = -1: all names are sent, n + 1 at most. ``quiet``
 sets the time, in steps; 0: computed. With ``tolerates`` = f, a name or alarm of others counts once f + 1
-different neighbours have sent it. Robots broadcast only what counts.
+different neighbours have sent it. Robots broadcast only what counts. With ``looks`` = 2, a name that a robot
+sees counts at the second look, if the first was among its last 16 new names. A false sighting has no second.
 
 A Byzantine robot raises the alarm and invents n + 1 names, or denies the alarm. A colluding one invents the
 n + 1 - m names that the lie needs; to speak for feasible it sends neither alarm nor names.
@@ -32,16 +33,18 @@ from feasibee.strategies import census
 from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
 from feasibee.strategies.quiet_census import patience
 
-BY_NAME = True
 NEEDS_COUNT = True
 ONE_CLASS = True
-PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0}
-NAMES, NAME_BITS, QUIET, TOLERATES = 0, 1, 2, 3
+PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0, "looks": 1.0}
+NAMES, NAME_BITS, QUIET, TOLERATES, LOOKS = 0, 1, 2, 3, 4
+GLIMPSES = 16
+"""Number of names seen once that a robot keeps for a second look."""
 HASH_BITS = 32
 ALARM, KNOWN, UNTIL, TURN, PENDING, TOLD = 0, 1, 2, 3, 4, 5
 """Words of what is known: alarm, number of names, end of the quiet time, the next name's turn, waiting names.
 
-Then come the senders of the alarm, at most f; the sorted names; and each name that waits, with its senders.
+Then come the senders of the alarm, at most f; the sorted names; each name that waits, with its senders; and
+the names seen once, after their number.
 """
 
 quality = census.quality
@@ -52,6 +55,11 @@ decide = census.decide
 def name_bits(setting):
     """Return the length of a name, in bits."""
     return int(min(max(setting.parameters[NAME_BITS], 1.0), 31.0))
+
+
+def looks_twice(setting):
+    """Return whether a name that a robot sees counts at the second look only."""
+    return setting.parameters[LOOKS] >= 2
 
 
 def sends_all(setting):
@@ -74,7 +82,8 @@ def words(setting):
     """Return the size of what is known: at most n + 1 names count, and each other waits with its tellers."""
     tolerates = tolerated(setting, TOLERATES)
     waiting = setting.task_ids * (1 + tolerates) if tolerates > 0 else 0
-    return TOLD + tolerates + setting.robots + 1 + waiting
+    glimpses = 1 + GLIMPSES if looks_twice(setting) else 0
+    return TOLD + tolerates + setting.robots + 1 + waiting + glimpses
 
 
 def start(known, me):
@@ -116,10 +125,32 @@ def accept(known, name, me):
         known[ALARM] = 1
 
 
+def counts_already(known, name, me):
+    """Return whether a name is among those that count."""
+    first = TOLD + tolerated(me.setting, TOLERATES)
+    place = place_of(known, first, first + known[KNOWN], name)
+    return place < first + known[KNOWN] and known[place] == name
+
+
+def was_glimpsed(known, name):
+    """Return whether a name is among the last ones that were seen once; if not, keep it there."""
+    number = len(known) - 1 - GLIMPSES
+    for k in range(number + 1, len(known)):
+        if known[k] == name:
+            return True
+    known[number + 1 + known[number] % GLIMPSES] = name
+    known[number] += 1
+    return False
+
+
 def observe(known, thing, me):
-    """Add the name of a task in sight."""
-    if not thing.is_robot:
-        accept(known, max(thing.hash >> (HASH_BITS - name_bits(me.setting)), 1), me)
+    """Add the name of a task in sight, at the second look if there must be one."""
+    if thing.is_robot:
+        return
+    name = max(thing.hash >> (HASH_BITS - name_bits(me.setting)), 1)
+    if looks_twice(me.setting) and not (counts_already(known, name, me) or was_glimpsed(known, name)):
+        return
+    accept(known, name, me)
 
 
 def encode(message, known, me):
@@ -168,18 +199,17 @@ def consider(known, name, sender, me):
     if tolerates == 0:
         accept(known, name, me)
         return
-    first = TOLD + tolerates
-    place = place_of(known, first, first + known[KNOWN], name)
-    if place < first + known[KNOWN] and known[place] == name:
+    if counts_already(known, name, me):
         return
-    entry = first + setting.robots + 1
+    entry = TOLD + tolerates + setting.robots + 1
+    room = entry + setting.task_ids * (1 + tolerates)
     end = entry + known[PENDING] * (1 + tolerates)
     while entry < end and known[entry] != name:
         entry += 1 + tolerates
-    if entry == end and entry < len(known):
+    if entry == end and entry < room:
         known[entry] = name
         known[PENDING] += 1
-    if entry < len(known) and told_enough(known, entry + 1, tolerates, sender):
+    if entry < room and told_enough(known, entry + 1, tolerates, sender):
         accept(known, name, me)
 
 
