@@ -1,0 +1,282 @@
+"""Map: robots that share a frame map the tasks cell by cell, and declare what the map proves.
+
+The arena is divided evenly into cells of at most ``cell`` units a side, and each cell into sub-cells of at
+most a quarter of the range of sight. A robot has searched a sub-cell once it explored in a step in which all
+of the sub-cell was within range. It knows a cell once it has searched all sub-cells; the cell's value is the
+number of tasks that it saw there. Robots broadcast the cells that they know for g steps on average, and
+adopt the values of cells that they don't know. At least as many tasks exist as the values of all known
+cells and the tasks seen in other cells together. Robots know n. A robot declares infeasible once these are
+more than n, and feasible once it knows all cells and their values are at most n. Both are proved: without
+missed sightings and without Byzantine robots no robot is wrong.
+
+With ``tolerates`` = f a robot adopts a value only when f + 1 neighbours have sent the same one. At least
+one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. It keeps the latest value
+of each cell from each neighbour.
+
+A Byzantine robot sends n + 1 tasks in the first cell, or all cells without a task.
+
+With ``rows`` = k a message has k consecutive rows of cells, taken in turn; by default all.
+
+Message: the id; with ``rows``, the number of the first row; 1 bit whether all cells of the message are
+known, and if not, 1 bit per cell; for each known cell its value in unary, which is as many bits and 1.
+Memory: the values, the tasks seen in each cell, the sub-cells searched, and the names of the tasks seen.
+
+References
+----------
+Our own; f + 1 neighbours are the rule of certified propagation (Koo, "Broadcast in radio networks tolerating
+Byzantine adversarial behavior", 2004).
+"""
+
+import math
+
+BY_NAME = True
+STARTS_NEUTRAL = True
+NEEDS_COUNT = True
+PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
+MEMBERS = 31
+"""Number of a set's members in a word; also most sub-cells of a cell per axis."""
+MOST_CELLS = 1000
+"""Most cells of the arena per axis."""
+MARGIN = 1e-8
+"""Of the arena's size, taken off the range of sight: over 7 times the error of positions and distances."""
+TURN, CELLS_KNOWN, SUM, LEAST, COLUMNS, ROWS, ACROSS, DOWN, VALUES = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""First words of what a robot knows.
+
+The row to send next, the number of known cells, the sum of their values, the least number of tasks, the
+numbers of cells per axis, and of sub-cells per axis of a cell. Then, for each cell, its value + 1, or 0 if it
+isn't known; for each cell the tasks seen there; for each row of sub-cells of each cell the set of those
+searched; the set of tasks seen; and for each robot the latest value + 1 that it sent of each cell.
+"""
+FIRST_ROW, CELLS = 0, 3
+"""First words of a message: the first row, then as in what a robot knows; after them the cells."""
+
+
+def quality(robots_known, tasks_known):
+    """Return the share of robots among robots and tasks, 1/2 without any."""
+    if robots_known + tasks_known == 0:
+        return 0.5
+    return robots_known / (robots_known + tasks_known)
+
+
+def dissemination(quality, gain):
+    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
+    return gain
+
+
+def say(mind):
+    """Return an opinion, so that a robot without one broadcasts, too; its message doesn't hold it."""
+    return 1 if mind.opinion == 1 else 0
+
+
+def decide(mind, inbox):
+    """Return the opinion that the robot has: it adopts one when it declares."""
+    return mind.opinion
+
+
+def divided(side, longest, most):
+    """Return into how many equal parts of at most some length to divide a side: 1 to ``most``."""
+    if longest * most < side:
+        return most
+    return max(1, math.ceil(side / longest))
+
+
+def columns_of(setting):
+    """Return the number of columns of cells."""
+    return divided(setting.width, setting.parameters[0], MOST_CELLS)
+
+
+def rows_of(setting):
+    """Return the number of rows of cells."""
+    return divided(setting.height, setting.parameters[0], MOST_CELLS)
+
+
+def rows_sent(setting):
+    """Return the number of rows in a message."""
+    rows = rows_of(setting)
+    return int(setting.parameters[1]) if 1.0 <= setting.parameters[1] < rows else rows
+
+
+def across_of(setting):
+    """Return the number of sub-cells of a cell along the x-axis."""
+    return divided(setting.width / columns_of(setting), setting.sight / 4.0, MEMBERS)
+
+
+def down_of(setting):
+    """Return the number of sub-cells of a cell along the y-axis."""
+    return divided(setting.height / rows_of(setting), setting.sight / 4.0, MEMBERS)
+
+
+def words(setting):
+    """Return the size of the map and of all that is kept for it; see `VALUES`."""
+    cells = columns_of(setting) * rows_of(setting)
+    told = setting.robots * cells if setting.parameters[2] >= 1.0 else 0
+    return VALUES + cells * (2 + down_of(setting)) + (setting.task_ids + MEMBERS - 1) // MEMBERS + told
+
+
+def message_words(setting):
+    """Return the size of a message: some or all rows of the map."""
+    return CELLS + rows_sent(setting) * columns_of(setting)
+
+
+def start(known, me):
+    """Store how the arena is divided."""
+    known[COLUMNS], known[ROWS] = columns_of(me.setting), rows_of(me.setting)
+    known[ACROSS], known[DOWN] = across_of(me.setting), down_of(me.setting)
+
+
+def observe(known, thing, me):
+    """Add a task in sight to those seen in its cell."""
+    cells = known[COLUMNS] * known[ROWS]
+    if thing.is_robot or known[CELLS_KNOWN] == cells:
+        return
+    word = VALUES + cells * (2 + known[DOWN]) + thing.id // MEMBERS
+    bit = 1 << (thing.id % MEMBERS)
+    if known[word] & bit == 0:
+        known[word] |= bit
+        column = min(int(thing.x / me.setting.width * known[COLUMNS]), known[COLUMNS] - 1)
+        row = min(int(thing.y / me.setting.height * known[ROWS]), known[ROWS] - 1)
+        cell = row * known[COLUMNS] + column
+        known[VALUES + cells + cell] += 1
+        if known[VALUES + cell] == 0:
+            known[LEAST] += 1
+
+
+def encode(message, known, me):
+    """Write the rows whose turn it is."""
+    sent = len(message) - CELLS
+    first = VALUES + known[TURN] * known[COLUMNS]
+    number, total = 0, 0
+    for k in range(sent):
+        word = known[first + k]
+        message[CELLS + k] = word
+        number += word != 0
+        total += word
+    message[FIRST_ROW], message[CELLS_KNOWN], message[SUM] = known[TURN], number, total - number
+    last = known[ROWS] - sent // known[COLUMNS]
+    known[TURN] = 0 if known[TURN] == last else min(known[TURN] + sent // known[COLUMNS], last)
+
+
+def lie(message, feasible, me):
+    """Write that no cell has a task, or that the first has n + 1: all liars send the same."""
+    if feasible == 1 or message[FIRST_ROW] != 0:
+        for k in range(CELLS, len(message)):
+            message[k] = feasible
+    if feasible == 0:
+        message[FIRST_ROW] = 0
+        message[CELLS] = me.setting.robots + 2
+    number, total = 0, 0
+    for k in range(CELLS, len(message)):
+        number += message[k] != 0
+        total += message[k]
+    message[CELLS_KNOWN], message[SUM] = number, total - number
+
+
+def merge(known, message, sender, me):
+    """Adopt the values of cells that aren't known."""
+    cells = known[COLUMNS] * known[ROWS]
+    if known[CELLS_KNOWN] == cells:
+        return
+    if me.setting.parameters[2] >= 1.0:
+        certify(known, message, sender, me)
+        return
+    first = VALUES + message[FIRST_ROW] * known[COLUMNS]
+    number, total, seen = 0, 0, 0
+    for k in range(len(message) - CELLS):
+        news = message[CELLS + k] if known[first + k] == 0 else 0
+        known[first + k] += news
+        number += news != 0
+        total += news
+        seen += known[first + cells + k] if news != 0 else 0
+    known[CELLS_KNOWN] += number
+    known[SUM] += total - number
+    known[LEAST] += total - number - seen
+
+
+def certify(known, message, sender, me):
+    """Keep the values that a neighbour sends; adopt those that enough neighbours have sent."""
+    cells = known[COLUMNS] * known[ROWS]
+    heard = len(known) - me.setting.robots * cells
+    first = message[FIRST_ROW] * known[COLUMNS]
+    for k in range(len(message) - CELLS):
+        cell, told = first + k, message[CELLS + k]
+        if told == 0 or known[VALUES + cell] != 0 or known[heard + sender * cells + cell] == told:
+            continue
+        known[heard + sender * cells + cell] = told
+        same = 0
+        for other in range(me.setting.robots):
+            same += known[heard + other * cells + cell] == told
+        if same > int(me.setting.parameters[2]):
+            learn(known, cell, told - 1)
+
+
+def learn(known, cell, value):
+    """Store the value of a cell that wasn't known."""
+    known[VALUES + cell] = value + 1
+    known[CELLS_KNOWN] += 1
+    known[SUM] += value
+    known[LEAST] += value - known[VALUES + known[COLUMNS] * known[ROWS] + cell]
+
+
+def count(known, counts, me):
+    """Count the robots, which are known, and the tasks that exist at least."""
+    counts[0] = me.setting.robots
+    counts[me.setting.robot_classes] = known[LEAST]
+
+
+def bits(message, me):
+    """Return the length of a message."""
+    cells = len(message) - CELLS
+    rows = rows_of(me.setting)
+    first_row = (rows - 1).bit_length() if cells < rows * columns_of(me.setting) else 0
+    known_cells = 1 if message[CELLS_KNOWN] == cells else 1 + cells
+    return me.setting.id_bits + first_row + known_cells + message[CELLS_KNOWN] + message[SUM]
+
+
+def declare(known, me):
+    """Return infeasible once there are too many tasks, and feasible once the map is complete.
+
+    What the robot sees in a step is known before: all tasks in the sub-cells that it searches are counted.
+    """
+    cells = known[COLUMNS] * known[ROWS]
+    if me.explores and known[CELLS_KNOWN] < cells:
+        search(known, me)
+    if known[LEAST] > me.setting.robots:
+        return 0
+    return 1 if known[CELLS_KNOWN] == cells else -1
+
+
+def search(known, me):
+    """Mark the sub-cells that are wholly within range of sight; learn the cells that are complete."""
+    width, height = me.setting.width / known[COLUMNS], me.setting.height / known[ROWS]
+    sight = me.setting.sight - MARGIN * (me.setting.width + me.setting.height)
+    left, right = math.floor((me.x - sight) / width), math.floor((me.x + sight) / width)
+    low, high = math.floor((me.y - sight) / height), math.floor((me.y + sight) / height)
+    if me.setting.walled:
+        left, right = max(left, 0), min(right, known[COLUMNS] - 1)
+        low, high = max(low, 0), min(high, known[ROWS] - 1)
+    for row in range(low, high + 1):
+        for column in range(left, right + 1):
+            cell = row % known[ROWS] * known[COLUMNS] + column % known[COLUMNS]
+            if known[VALUES + cell] == 0:
+                x, y = column * width - me.x, row * height - me.y
+                if is_searched(known, cell, x, y, width / known[ACROSS], height / known[DOWN], sight):
+                    learn(known, cell, known[VALUES + known[COLUMNS] * known[ROWS] + cell])
+
+
+def is_searched(known, cell, left, low, width, height, sight):
+    """Mark the sub-cells of a cell that are within range; return whether all are marked.
+
+    The cell's corner is given from the robot, the sizes are those of a sub-cell.
+    """
+    first = VALUES + 2 * known[COLUMNS] * known[ROWS] + cell * known[DOWN]
+    missing = 0
+    for j in range(known[DOWN]):
+        dy = max(-(low + j * height), low + (j + 1) * height)  # to the farther side
+        within = known[first + j]
+        for i in range(known[ACROSS]):
+            dx = max(-(left + i * width), left + (i + 1) * width)
+            if dx * dx + dy * dy <= sight * sight:
+                within |= 1 << i
+        known[first + j] = within
+        missing |= within ^ ((1 << known[ACROSS]) - 1)
+    return missing == 0
