@@ -5,21 +5,23 @@ most a quarter of the range of sight. A robot has searched a sub-cell once it ex
 of the sub-cell was within range. It knows a cell once it has searched all sub-cells; the cell's value is the
 number of tasks that it saw there. Robots broadcast the cells that they know for g steps on average, and
 adopt the values of cells that they don't know. At least as many tasks exist as the values of all known
-cells and the tasks seen in other cells together. Robots know n. A robot declares infeasible once these are
-more than n, and feasible once it knows all cells and their values are at most n. Both are proved: without
-missed sightings and without Byzantine robots no robot is wrong.
+cells and the tasks seen in other cells together. Robots know n. A robot is sure of infeasible once these are
+more than n, and sure of feasible once it knows all cells and their values are at most n. Then it declares,
+and broadcasts its verdict instead of the map. Other robots adopt a verdict. Without missed sightings and
+without Byzantine robots this is a proof: no robot is wrong.
 
-With ``tolerates`` = f a robot adopts a value only when f + 1 neighbours have sent the same one. At least
-one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. It keeps the latest value
-of each cell from each neighbour.
+With ``tolerates`` = f a robot adopts a value or a verdict only when f + 1 neighbours have sent the same one.
+At least one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. It keeps the
+latest verdict, and the latest value of each cell, from each neighbour.
 
-A Byzantine robot sends n + 1 tasks in the first cell, or all cells without a task.
+A Byzantine robot sends in turn a false verdict and a false map: n + 1 tasks in the first cell, or no tasks.
 
 With ``rows`` = k a message has k consecutive rows of cells, taken in turn; by default all.
 
-Message: the id; with ``rows``, the number of the first row; 1 bit whether all cells of the message are
-known, and if not, 1 bit per cell; for each known cell its value in unary, which is as many bits and 1.
-Memory: the values, the tasks seen in each cell, the sub-cells searched, and the names of the tasks seen.
+Message: the id; 1 bit whether the robot is sure; if so, 1 bit for the verdict; otherwise, with ``rows``, the
+number of the first row; 1 bit whether all cells of the message are known, and if not, 1 bit per cell; for
+each known cell its value in unary, which is as many bits and 1. Memory: the values, the tasks seen in each
+cell, the sub-cells searched, and the names of the tasks seen.
 
 References
 ----------
@@ -39,16 +41,21 @@ MOST_CELLS = 1000
 """Most cells of the arena per axis."""
 MARGIN = 1e-8
 """Of the arena's size, taken off the range of sight: over 7 times the error of positions and distances."""
-TURN, CELLS_KNOWN, SUM, LEAST, COLUMNS, ROWS, ACROSS, DOWN, VALUES = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""First words of what a robot knows.
+VERDICT, CELLS_KNOWN, SUM, ROW, CELLS = 0, 1, 2, 3, 4
+"""First words of a message, and of what a robot knows.
 
-The row to send next, the number of known cells, the sum of their values, the least number of tasks, the
-numbers of cells per axis, and of sub-cells per axis of a cell. Then, for each cell, its value + 1, or 0 if it
-isn't known; for each cell the tasks seen there; for each row of sub-cells of each cell the set of those
-searched; the set of tasks seen; and for each robot the latest value + 1 that it sent of each cell.
+The verdict, 1 infeasible, 2 feasible, or 0 if it isn't sure; the number of known cells; the sum of their
+values; the first row of the message, or of the next one. In a message the cells follow, each with its
+value + 1, or 0 if it isn't known. A message with a verdict has no other words.
 """
-FIRST_ROW, CELLS = 0, 3
-"""First words of a message: the first row, then as in what a robot knows; after them the cells."""
+LEAST, COLUMNS, ROWS, ACROSS, DOWN, VALUES = 4, 5, 6, 7, 8, 9
+"""Further words of what a robot knows.
+
+The least number of tasks, the numbers of cells per axis, and of sub-cells per axis of a cell. Then, for each
+cell, its value + 1, or 0 if it isn't known; for each cell the tasks seen there; for each row of sub-cells of
+each cell the set of those searched; the set of tasks seen; and for each robot the latest value + 1 that it
+sent of each cell, and its latest verdict.
+"""
 
 
 def quality(robots_known, tasks_known):
@@ -109,7 +116,7 @@ def down_of(setting):
 def words(setting):
     """Return the size of the map and of all that is kept for it; see `VALUES`."""
     cells = columns_of(setting) * rows_of(setting)
-    told = setting.robots * cells if setting.parameters[2] >= 1.0 else 0
+    told = setting.robots * (cells + 1) if setting.parameters[2] >= 1.0 else 0
     return VALUES + cells * (2 + down_of(setting)) + (setting.task_ids + MEMBERS - 1) // MEMBERS + told
 
 
@@ -126,9 +133,9 @@ def start(known, me):
 
 def observe(known, thing, me):
     """Add a task in sight to those seen in its cell."""
-    cells = known[COLUMNS] * known[ROWS]
-    if thing.is_robot or known[CELLS_KNOWN] == cells:
+    if thing.is_robot or known[VERDICT] != 0:
         return
+    cells = known[COLUMNS] * known[ROWS]
     word = VALUES + cells * (2 + known[DOWN]) + thing.id // MEMBERS
     bit = 1 << (thing.id % MEMBERS)
     if known[word] & bit == 0:
@@ -142,28 +149,22 @@ def observe(known, thing, me):
 
 
 def encode(message, known, me):
-    """Write the rows whose turn it is."""
+    """Write the verdict, or the rows whose turn it is."""
+    message[VERDICT] = known[VERDICT]
+    if known[VERDICT] != 0:
+        return
     sent = len(message) - CELLS
-    first = VALUES + known[TURN] * known[COLUMNS]
-    number, total = 0, 0
+    first = VALUES + known[ROW] * known[COLUMNS]
     for k in range(sent):
-        word = known[first + k]
-        message[CELLS + k] = word
-        number += word != 0
-        total += word
-    message[FIRST_ROW], message[CELLS_KNOWN], message[SUM] = known[TURN], number, total - number
+        message[CELLS + k] = known[first + k]
+    message[ROW] = known[ROW]
+    summarize(message)
     last = known[ROWS] - sent // known[COLUMNS]
-    known[TURN] = 0 if known[TURN] == last else min(known[TURN] + sent // known[COLUMNS], last)
+    known[ROW] = 0 if known[ROW] == last else min(known[ROW] + sent // known[COLUMNS], last)
 
 
-def lie(message, feasible, me):
-    """Write that no cell has a task, or that the first has n + 1: all liars send the same."""
-    if feasible == 1 or message[FIRST_ROW] != 0:
-        for k in range(CELLS, len(message)):
-            message[k] = feasible
-    if feasible == 0:
-        message[FIRST_ROW] = 0
-        message[CELLS] = me.setting.robots + 2
+def summarize(message):
+    """Write the number of cells of a message that are known, and the sum of their values."""
     number, total = 0, 0
     for k in range(CELLS, len(message)):
         number += message[k] != 0
@@ -171,15 +172,37 @@ def lie(message, feasible, me):
     message[CELLS_KNOWN], message[SUM] = number, total - number
 
 
+def lie(message, feasible, me):
+    """Write a false verdict or, in every second step, a false map: the same in the messages of all liars."""
+    if me.step % 2 == 0:
+        message[VERDICT] = 1 + feasible
+        return
+    if feasible == 1 or message[VERDICT] != 0 or message[ROW] != 0:
+        for k in range(CELLS, len(message)):
+            message[k] = feasible  # no task in any cell, or no cell known
+    if feasible == 0:
+        message[ROW] = 0
+        message[CELLS] = me.setting.robots + 2
+    message[VERDICT] = 0
+    summarize(message)
+
+
 def merge(known, message, sender, me):
-    """Adopt the values of cells that aren't known."""
-    cells = known[COLUMNS] * known[ROWS]
-    if known[CELLS_KNOWN] == cells:
+    """Adopt a verdict, or the values of cells that aren't known."""
+    if known[VERDICT] != 0:
         return
     if me.setting.parameters[2] >= 1.0:
         certify(known, message, sender, me)
-        return
-    first = VALUES + message[FIRST_ROW] * known[COLUMNS]
+    elif message[VERDICT] != 0:
+        known[VERDICT] = message[VERDICT]
+    else:
+        adopt(known, message)
+
+
+def adopt(known, message):
+    """Adopt the values of cells that aren't known."""
+    cells = known[COLUMNS] * known[ROWS]
+    first = VALUES + message[ROW] * known[COLUMNS]
     number, total, seen = 0, 0, 0
     for k in range(len(message) - CELLS):
         news = message[CELLS + k] if known[first + k] == 0 else 0
@@ -193,20 +216,33 @@ def merge(known, message, sender, me):
 
 
 def certify(known, message, sender, me):
-    """Keep the values that a neighbour sends; adopt those that enough neighbours have sent."""
+    """Keep what a neighbour sends; adopt what enough neighbours have sent."""
     cells = known[COLUMNS] * known[ROWS]
-    heard = len(known) - me.setting.robots * cells
-    first = message[FIRST_ROW] * known[COLUMNS]
+    if message[VERDICT] != 0:
+        if enough(known, cells, message[VERDICT], sender, me):
+            known[VERDICT] = message[VERDICT]
+        return
+    first = message[ROW] * known[COLUMNS]
     for k in range(len(message) - CELLS):
-        cell, told = first + k, message[CELLS + k]
-        if told == 0 or known[VALUES + cell] != 0 or known[heard + sender * cells + cell] == told:
-            continue
-        known[heard + sender * cells + cell] = told
-        same = 0
-        for other in range(me.setting.robots):
-            same += known[heard + other * cells + cell] == told
-        if same > int(me.setting.parameters[2]):
-            learn(known, cell, told - 1)
+        told = message[CELLS + k]
+        if told != 0 and known[VALUES + first + k] == 0 and enough(known, first + k, told, sender, me):
+            learn(known, first + k, told - 1)
+
+
+def enough(known, cell, told, sender, me):
+    """Keep a value or verdict of a neighbour; return whether more than f sent the same.
+
+    Verdicts are kept as those of a further cell.
+    """
+    kept = known[COLUMNS] * known[ROWS] + 1
+    first = len(known) - me.setting.robots * kept + cell
+    if known[first + sender * kept] == told:
+        return False
+    known[first + sender * kept] = told
+    same = 0
+    for other in range(me.setting.robots):
+        same += known[first + other * kept] == told
+    return same > int(me.setting.parameters[2])
 
 
 def learn(known, cell, value):
@@ -225,24 +261,28 @@ def count(known, counts, me):
 
 def bits(message, me):
     """Return the length of a message."""
+    if message[VERDICT] != 0:
+        return me.setting.id_bits + 2
     cells = len(message) - CELLS
     rows = rows_of(me.setting)
     first_row = (rows - 1).bit_length() if cells < rows * columns_of(me.setting) else 0
-    known_cells = 1 if message[CELLS_KNOWN] == cells else 1 + cells
-    return me.setting.id_bits + first_row + known_cells + message[CELLS_KNOWN] + message[SUM]
+    unknown = 0 if message[CELLS_KNOWN] == cells else cells
+    return me.setting.id_bits + 1 + first_row + 1 + unknown + message[CELLS_KNOWN] + message[SUM]
 
 
 def declare(known, me):
-    """Return infeasible once there are too many tasks, and feasible once the map is complete.
+    """Return the verdict, if any, or what the map proves.
 
-    What the robot sees in a step is known before: all tasks in the sub-cells that it searches are counted.
+    What a robot sees in a step it has observed before: it knows all tasks in the sub-cells that it searches.
     """
-    cells = known[COLUMNS] * known[ROWS]
-    if me.explores and known[CELLS_KNOWN] < cells:
-        search(known, me)
-    if known[LEAST] > me.setting.robots:
-        return 0
-    return 1 if known[CELLS_KNOWN] == cells else -1
+    if known[VERDICT] == 0:
+        if me.explores:
+            search(known, me)
+        if known[LEAST] > me.setting.robots:
+            known[VERDICT] = 1
+        elif known[CELLS_KNOWN] == known[COLUMNS] * known[ROWS]:
+            known[VERDICT] = 2
+    return known[VERDICT] - 1
 
 
 def search(known, me):
