@@ -7,21 +7,22 @@ number of tasks that it saw there. Robots broadcast the cells that they know for
 adopt the values of cells that they don't know. At least as many tasks exist as the values of all known
 cells and the tasks seen in other cells together. Robots know n. A robot is sure of infeasible once these are
 more than n, and sure of feasible once it knows all cells and their values are at most n. Then it declares,
-and broadcasts its verdict instead of the map. Other robots adopt a verdict. Without missed sightings and
-without Byzantine robots this is a proof: no robot is wrong.
+and broadcasts its verdict, which other robots adopt, instead of the map. Without missed sightings and without
+Byzantine robots this is a proof: no robot is wrong.
 
 With ``tolerates`` = f a robot adopts a value or a verdict only when f + 1 neighbours have sent the same one.
-At least one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. It keeps the
-latest verdict, and the latest value of each cell, from each neighbour.
+At least one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. Robots keep the
+latest verdict, and the latest value of each cell, of each neighbour. They broadcast verdict and map.
 
-A Byzantine robot sends in turn a false verdict and a false map: n + 1 tasks in the first cell, or no tasks.
+A Byzantine robot sends a false verdict and a false map: n + 1 tasks in the first cell and nothing else, or
+all cells without tasks.
 
 With ``rows`` = k a message has k consecutive rows of cells, taken in turn; by default all.
 
-Message: the id; 1 bit whether the robot is sure; if so, 1 bit for the verdict; otherwise, with ``rows``, the
-number of the first row; 1 bit whether all cells of the message are known, and if not, 1 bit per cell; for
-each known cell its value in unary, which is as many bits and 1. Memory: the values, the tasks seen in each
-cell, the sub-cells searched, and the names of the tasks seen.
+Message: the id; 1 bit whether the robot is sure, and if so, 1 bit for the verdict. Then the map: with
+``rows``, the number of the first row; 1 bit whether all cells of the message are known, and if not, 1 bit per
+cell; for each known cell its value in unary, which is as many bits and 1. Memory: the values, the tasks seen
+in each cell, the sub-cells searched, and the names of the tasks seen.
 
 References
 ----------
@@ -46,7 +47,7 @@ VERDICT, CELLS_KNOWN, SUM, ROW, CELLS = 0, 1, 2, 3, 4
 
 The verdict, 1 infeasible, 2 feasible, or 0 if it isn't sure; the number of known cells; the sum of their
 values; the first row of the message, or of the next one. In a message the cells follow, each with its
-value + 1, or 0 if it isn't known. A message with a verdict has no other words.
+value + 1, or 0 if it isn't known. In a message without a map only the verdict means anything.
 """
 LEAST, COLUMNS, ROWS, ACROSS, DOWN, VALUES = 4, 5, 6, 7, 8, 9
 """Further words of what a robot knows.
@@ -151,7 +152,7 @@ def observe(known, thing, me):
 def encode(message, known, me):
     """Write the verdict, or the rows whose turn it is."""
     message[VERDICT] = known[VERDICT]
-    if known[VERDICT] != 0:
+    if not has_map(known[VERDICT], me):
         return
     sent = len(message) - CELLS
     first = VALUES + known[ROW] * known[COLUMNS]
@@ -161,6 +162,11 @@ def encode(message, known, me):
     summarize(message)
     last = known[ROWS] - sent // known[COLUMNS]
     known[ROW] = 0 if known[ROW] == last else min(known[ROW] + sent // known[COLUMNS], last)
+
+
+def has_map(verdict, me):
+    """Whether a message has cells: not if a verdict is adopted from one neighbour."""
+    return verdict == 0 or me.setting.parameters[2] >= 1.0
 
 
 def summarize(message):
@@ -173,18 +179,15 @@ def summarize(message):
 
 
 def lie(message, feasible, me):
-    """Write a false verdict or, in every second step, a false map: the same in the messages of all liars."""
-    if me.step % 2 == 0:
-        message[VERDICT] = 1 + feasible
-        return
-    if feasible == 1 or message[VERDICT] != 0 or message[ROW] != 0:
+    """Write a false verdict and a false map: no task in any cell, or n + 1 in the first; know no others."""
+    message[VERDICT] = 1 + feasible
+    if has_map(message[VERDICT], me):
         for k in range(CELLS, len(message)):
-            message[k] = feasible  # no task in any cell, or no cell known
-    if feasible == 0:
-        message[ROW] = 0
-        message[CELLS] = me.setting.robots + 2
-    message[VERDICT] = 0
-    summarize(message)
+            message[k] = feasible
+        if feasible == 0:
+            message[ROW] = 0
+            message[CELLS] = me.setting.robots + 2
+        summarize(message)
 
 
 def merge(known, message, sender, me):
@@ -221,7 +224,7 @@ def certify(known, message, sender, me):
     if message[VERDICT] != 0:
         if enough(known, cells, message[VERDICT], sender, me):
             known[VERDICT] = message[VERDICT]
-        return
+            return
     first = message[ROW] * known[COLUMNS]
     for k in range(len(message) - CELLS):
         told = message[CELLS + k]
@@ -261,13 +264,14 @@ def count(known, counts, me):
 
 def bits(message, me):
     """Return the length of a message."""
-    if message[VERDICT] != 0:
-        return me.setting.id_bits + 2
-    cells = len(message) - CELLS
-    rows = rows_of(me.setting)
-    first_row = (rows - 1).bit_length() if cells < rows * columns_of(me.setting) else 0
-    unknown = 0 if message[CELLS_KNOWN] == cells else cells
-    return me.setting.id_bits + 1 + first_row + 1 + unknown + message[CELLS_KNOWN] + message[SUM]
+    length = me.setting.id_bits + (1 if message[VERDICT] == 0 else 2)
+    if has_map(message[VERDICT], me):
+        cells, rows = len(message) - CELLS, rows_of(me.setting)
+        if cells < rows * columns_of(me.setting):
+            length += (rows - 1).bit_length()
+        length += 1 if message[CELLS_KNOWN] == cells else 1 + cells
+        length += message[CELLS_KNOWN] + message[SUM]
+    return length
 
 
 def declare(known, me):
