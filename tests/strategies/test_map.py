@@ -311,6 +311,11 @@ def test_bits_are_those_of_a_code_that_can_be_read(rows, tolerates, share):
             assert read(text, own) == message
 
 
+def test_sixteen_rows_are_told_apart_by_four_bits():
+    own = robot_of(cell=1.25, rows=1.0)
+    assert own.bits(message_of({}, own)) == 5 + 1 + 4 + 1 + 16
+
+
 def test_bits_of_a_sure_robot_and_most_bits_of_rows():
     """One row of cells of 2 takes at most 34 bits with 5 tasks in it, four rows at most 110 with 20."""
     own = robot_of(cell=2.0)
@@ -333,12 +338,15 @@ def test_bits_of_a_sure_robot_and_most_bits_of_rows():
 @pytest.mark.parametrize("feasible", [0, 1])
 @pytest.mark.parametrize("tolerates", [0.0, 1.0])
 def test_all_liars_send_the_same_whatever_they_know(feasible, tolerates):
-    ignorant, own = robot_of(cell=2.0, tolerates=tolerates), robot_of(1, cell=2.0, tolerates=tolerates)
+    ignorant, own = (robot_of(k, tolerates=tolerates) for k in range(2))
     look(own, 3.0, 3.0, task(1, 3.0, 3.1))
+    assert values(own)
     lies = [each.lie(each.message(), feasible, ()) for each in (ignorant, own)]
     assert [each[VERDICT] for each in lies] == [1 + feasible] * 2
     if tolerates:
         assert lies[0] == lies[1]
+        empty = everywhere(own) if feasible else {(0, 0): 21}
+        assert lies[0] == message_of(empty, own, 1 + feasible)
 
 
 def test_one_liar_makes_a_robot_wrong_that_tolerates_none():
@@ -360,6 +368,13 @@ def test_a_value_is_adopted_from_more_than_f_different_neighbours(f):
     own.merge(message_of(cell, own), 9)
     assert values(own) == {(1, 0): 2}
     assert own.counted() == ([20], [2])
+
+
+def test_values_of_rows_are_those_of_their_cells():
+    own = robot_of(cell=2.0, rows=3.0, tolerates=1.0)
+    for sender in (4, 5):
+        own.merge(message_of({(2, 1): 1}, own, row=5), sender)
+    assert values(own) == {(2, 6): 1}
 
 
 def test_only_the_latest_value_of_a_neighbour_counts():
