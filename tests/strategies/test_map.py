@@ -335,18 +335,27 @@ def test_bits_of_a_sure_robot_and_most_bits_of_rows():
 # --- Byzantine robots ---
 
 
-@pytest.mark.parametrize("feasible", [0, 1])
 @pytest.mark.parametrize("tolerates", [0.0, 1.0])
-def test_all_liars_send_the_same_whatever_they_know(feasible, tolerates):
-    ignorant, own = (robot_of(k, tolerates=tolerates) for k in range(2))
+def test_a_liar_for_feasible_sends_a_map_without_tasks(tolerates):
+    own = robot_of(tolerates=tolerates)
     look(own, 3.0, 3.0, task(1, 3.0, 3.1))
-    assert values(own)
-    lies = [each.lie(each.message(), feasible, ()) for each in (ignorant, own)]
-    assert [each[VERDICT] for each in lies] == [1 + feasible] * 2
+    lie = own.lie(own.message(), 1, ())
+    assert lie[VERDICT] == FEASIBLE
     if tolerates:
-        assert lies[0] == lies[1]
-        empty = everywhere(own) if feasible else {(0, 0): 21}
-        assert lies[0] == message_of(empty, own, 1 + feasible)
+        assert lie == message_of(everywhere(own), own, FEASIBLE)
+
+
+@pytest.mark.parametrize("rows", [0.0, 1.0])
+def test_a_liar_for_infeasible_sends_n_plus_one_tasks_in_the_first_cell(rows):
+    """In each message, in addition to what it knows of the first rows."""
+    own = robot_of(tolerates=1.0, rows=rows)
+    look(own, 3.0, 1.0, task(1, 3.0, 1.1))
+    known = {cell: value for cell, value in values(own).items() if not rows or cell[1] == 0}
+    assert (0, 0) not in known
+    assert known
+    assert own.lie(own.message(), 0, ()) == message_of({(0, 0): 21} | known, own, INFEASIBLE)
+    if rows:
+        assert own.lie(own.message(), 0, ()) == message_of({(0, 0): 21}, own, INFEASIBLE)
 
 
 def test_one_liar_makes_a_robot_wrong_that_tolerates_none():

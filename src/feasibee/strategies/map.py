@@ -14,8 +14,8 @@ With ``tolerates`` = f a robot adopts a value or a verdict only when f + 1 neigh
 At least one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. Robots keep the
 latest verdict, and the latest value of each cell, of each neighbour. They broadcast verdict and map.
 
-A Byzantine robot sends a false verdict and a false map: n + 1 tasks in the first cell and nothing else, or
-all cells without tasks.
+A Byzantine robot sends a false verdict and a false map: n + 1 tasks in the first cell in addition to what it
+knows, or all cells without tasks.
 
 With ``rows`` = k a message has k consecutive rows of cells, taken in turn; by default all.
 
@@ -184,13 +184,14 @@ def summarize(message):
 
 
 def lie(message, feasible, me):
-    """Write a false verdict and a false map: no task in any cell, or n + 1 in the first; know no others."""
+    """Write a false verdict, and a false map: n + 1 tasks in the first cell, or no task in any."""
     message[VERDICT] = 1 + feasible
     if has_map(message[VERDICT], me):
-        for k in range(CELLS, len(message)):
-            message[k] = feasible
+        if feasible == 1 or message[ROW] != 0:
+            for k in range(CELLS, len(message)):
+                message[k] = feasible
         if feasible == 0:
-            message[ROW] = 0
+            message[ROW] = 0  # so that each message has the first cell
             message[CELLS] = me.setting.robots + 2
         summarize(message)
 
