@@ -386,6 +386,16 @@ def test_values_of_rows_are_those_of_their_cells():
     assert values(own) == {(2, 6): 1}
 
 
+@pytest.mark.parametrize(("tolerates", "needed"), [(-3.0, 1), (0.9, 1), (1.5, 2), (7.0, 8), (1e300, 99)])
+def test_a_number_of_tolerated_robots_that_is_not_whole_or_not_possible(tolerates, needed):
+    own = robot_of(cell=10.0, tolerates=tolerates)
+    adopted = []
+    for sender in range(1, 20):
+        own.merge(message_of({(0, 1): 1}, own), sender)
+        adopted.append(bool(values(own)))
+    assert adopted == [sender >= needed for sender in range(1, 20)]
+
+
 def test_only_the_latest_value_of_a_neighbour_counts():
     own = robot_of(cell=10.0, tolerates=2.0)
     for value in (1, 2, 3):

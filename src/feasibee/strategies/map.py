@@ -35,6 +35,7 @@ import math
 BY_NAME = True
 STARTS_NEUTRAL = True
 NEEDS_COUNT = True
+ONE_CLASS = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
 MEMBERS = 31
 """Number of a set's members in a word; also most sub-cells of a cell per axis."""
@@ -249,7 +250,7 @@ def enough(known, cell, told, sender, me):
     same = 0
     for other in range(me.setting.robots):
         same += known[first + other * kept] == told
-    return same > int(me.setting.parameters[2])
+    return same > me.setting.parameters[2]
 
 
 def learn(known, cell, word):
@@ -262,8 +263,7 @@ def learn(known, cell, word):
 
 def count(known, counts, me):
     """Count the robots, which are known, and the tasks that exist at least."""
-    counts[0] = me.setting.robots
-    counts[me.setting.robot_classes] = known[LEAST]
+    counts[0], counts[1] = me.setting.robots, known[LEAST]
 
 
 def bits(message, me):
