@@ -465,7 +465,7 @@ def worlds(draw):
             "observation": draw(st.sampled_from(["repeated", "unique"])),
             "memory": draw(st.sampled_from(["exploration", "life"])),
         },
-        radio={"range": draw(st.floats(0.5, 2.5)), "loss": draw(st.sampled_from([0.0, 0.5]))},
+        radio={"range": draw(st.floats(0.5, 2.0)), "loss": draw(st.sampled_from([0.0, 0.5]))},
         decision={
             "strategy": "map",
             "exploration": draw(st.floats(1, 10)),
