@@ -378,7 +378,7 @@ def test_a_package_registers_strategies_by_name(package, write):
 
 def test_the_registered_names_are_told_with_the_others(package):
     package(["fable = fable_one"], fable_one=MINE)
-    with pytest.raises(ScenarioError, match=r"or one of dmmd, .*, sketch, fable"):
+    with pytest.raises(ScenarioError, match=r"or one of dmmd, .*, sketch, .*, fable"):
         Scenario(decision={"strategy": "fables"})
 
 

@@ -914,10 +914,21 @@ REFUSED = [
         for name in ("census", "sketch", "quiet-census")
         for kind in ("robots", "tasks")
     ),
+    *(
+        (
+            {"decision": {"strategy": name}},
+            f"robots.know_count = False: {name} needs the number of robots; set it to true, or choose a "
+            "strategy without n",
+        )
+        for name in ("map", "turns")
+    ),
     (
-        {"decision": {"strategy": "turns"}},
-        "robots.know_count = False: turns needs the number of robots; set it to true, or choose a strategy "
-        "without n",
+        {
+            "decision": {"strategy": "map", "parameters": {"cell": 1e-9}},
+            "robots": {"count": 2000, "know_count": True},
+        },
+        "decision.strategy = 'map': what 2000 robots know would take 30 GiB, over 4; "
+        "choose sketch or average, or fewer robots",
     ),
     (
         {"decision": {"strategy": "census"}, "robots": {"count": 1_000_000}},

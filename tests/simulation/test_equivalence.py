@@ -32,6 +32,8 @@ PARAMETERS = {
     "quiet": st.one_of(st.just(0.0), st.floats(0, 30)),
     "tolerates": st.sampled_from([0.0, 1.0, 2.0, 1e300]),
     "names": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 6.0]),
+    "cell": st.floats(0.9, 9),
+    "rows": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 1e300]),
     "name_bits": st.sampled_from([0.0, 4.0, 20.0, 31.0, 99.0]),
 }
 COMMIT = st.builds(

@@ -22,6 +22,7 @@ from feasibee.strategies import (
     turns,
     voter,
 )
+from feasibee.strategies import map as map_
 from feasibee.strategies.contract import Strategy, strategy_of_module
 
 STRATEGIES: Final[dict[str, Strategy]] = {
@@ -42,6 +43,7 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "census": census,
         "sketch": sketch,
         "quiet-census": quiet_census,
+        "map": map_,
         "turns": turns,
     }.items()
 }
