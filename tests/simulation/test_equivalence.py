@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee.scenario.fields import Faults
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
@@ -108,6 +109,7 @@ def test_engine_equals_reference_over_generated_scenarios(scenario, seed, first_
 
 
 SKILLS = ("lift", "scan", "push")
+LIES = Faults.model_fields["byzantine_says"].annotation.__args__
 
 
 @st.composite
@@ -375,6 +377,21 @@ WORLDS = {
         "faults.byzantine": 0.1,
     },
     "commitment": {**COMMITTING, "decision.listen": {"last": 3}, "decision.dissemination_floor": 2},
+    "colluders that invent tasks": {
+        "arena.side": [12.0, 8.0],
+        "robots.count": 33,
+        "tasks.count": 30,
+        "faults.byzantine": 0.1,
+        "faults.byzantine_says": "colluding",
+        "faults.stopped": 0.1,
+        "faults.stop_step": 30,
+    },
+    "colluders that invent robots": {
+        "tasks.count": 23,
+        "faults.byzantine": 0.1,
+        "faults.byzantine_says": "colluding",
+        "radio.id_bits": 4,
+    },
 }
 
 
