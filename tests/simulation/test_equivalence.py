@@ -11,7 +11,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
-from feasibee.scenario.fields import Faults
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
@@ -31,9 +30,11 @@ PARAMETERS = {
     "credence": st.one_of(st.floats(0, 1), st.sampled_from([0.5, 0.9, 0.95, 1.0])),
     "positive_feedback": st.sampled_from([0.0, 1.0]),
     "quiet": st.one_of(st.just(0.0), st.floats(0, 30)),
-    "tolerates": st.sampled_from([0.0, 1.0, 2.0, 1e300]),
+    "tolerates": st.sampled_from([-1.0, 0.0, 1.0, 2.0, 1e300]),
     "names": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 6.0]),
     "name_bits": st.sampled_from([0.0, 4.0, 20.0, 31.0, 99.0]),
+    "arrivals": st.sampled_from([0.0, 1.0]),
+    "kappa": st.floats(-1, 3),
 }
 COMMIT = st.builds(
     dict,
@@ -109,7 +110,6 @@ def test_engine_equals_reference_over_generated_scenarios(scenario, seed, first_
 
 
 SKILLS = ("lift", "scan", "push")
-LIES = Faults.model_fields["byzantine_says"].annotation.__args__
 
 
 @st.composite

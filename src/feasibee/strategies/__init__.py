@@ -19,6 +19,7 @@ from feasibee.strategies import (
     quiet_census,
     sketch,
     tally,
+    totals,
     turns,
     voter,
 )
@@ -43,6 +44,7 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "sketch": sketch,
         "quiet-census": quiet_census,
         "turns": turns,
+        "totals": totals,
     }.items()
 }
 """The built-in strategies, the paper's first."""
