@@ -62,6 +62,10 @@ def test_a_row_is_exact_up_to_63_and_to_one_part_in_64_above():
             assert abs(totals.tasks_of(sent) - tasks) <= larger / 64
 
 
+def test_a_total_that_rounds_up_to_64_units_takes_the_next_unit():
+    assert [totals.robots_of(row(number, 0)[0]) for number in (125, 126, 127, 128)] == [126, 126, 128, 128]
+
+
 def test_totals_above_two_million_are_sent_as_the_largest_row():
     (sent,) = row(2**31 - 1, 5)
     assert sent == 2**16 - 2**6
@@ -117,7 +121,7 @@ def test_a_tie_and_nothing_keep_the_opinion():
 
 def test_the_latest_row_of_each_id_counts_whoever_else_spoke():
     robot = named()
-    robot.merge(row(9, 5), 2)
+    robot.merge(row(30, 9), 2)
     robot.merge(row(3, 1), 4)
     robot.merge(row(20, 6), 2)
     assert robot.counted() == ([21 * 23], [18 * 7])
@@ -205,11 +209,13 @@ def test_the_extreme_rows_of_both_sides_are_left_out():
 
 
 def test_no_row_is_left_out_twice_when_all_are_the_same():
-    for heard in range(2, 10):
-        robot = named(tolerates=1.0)
-        for sender in range(1, heard + 1):
-            robot.merge(row(7, 6), sender)
-        assert robot.counted() == ([21 * 7 * (heard - 2)], [18 * 6 * (heard - 2)])
+    for tolerated in (1, 2, 3):
+        for heard in range(2 * tolerated, 10):
+            robot = named(tolerates=float(tolerated))
+            for sender in range(1, heard + 1):
+                robot.merge(row(7, 6), sender)
+            left = heard - 2 * tolerated
+            assert robot.counted() == ([21 * 7 * left], [18 * 6 * left])
 
 
 @pytest.mark.parametrize("parameter", [-2.0, 0.9])
