@@ -30,7 +30,7 @@ def test_the_controller_on_the_page_does_what_the_page_says(page, tmp_path):
     assert (done.stderr, done.stdout.strip()) == ("", said.partition(":")[0])
 
 
-@pytest.mark.parametrize("name", ["witness", "roll_call"])
+@pytest.mark.parametrize("name", ["witness", "roll_call", "quiet_census"])
 def test_the_strategy_on_the_page_is_the_example(name):
     text = (ROOT / "docs" / "add-a-strategy.md").read_text(encoding="utf-8")
     blocks = re.findall(r"   ```python\n(.*?)   ```", text, re.DOTALL)
@@ -51,6 +51,18 @@ def test_the_roll_call_on_the_page_is_the_census():
         for backend in ("reference", "engine")
     )
     assert plain.equals(compiled)
+
+
+def test_the_robots_on_the_page_declare_rightly_in_both_implementations():
+    path = str(ROOT / "examples" / "quiet_census.py")
+    short = {"arena.side": 8.0, "run.steps": 160, "robots.know_count": True, "decision.strategy": path}
+    for tasks, count in ((20, "declared_feasible"), (21, "declared_infeasible")):
+        scenario = Scenario().replace({**short, "tasks.count": tasks})
+        engine, plain = (
+            simulate(scenario, runs=1, seed=1, curves=True, backend=each) for each in ("engine", "reference")
+        )
+        assert plain.equals(engine)
+        assert engine[count].item() == 20
 
 
 def test_a_phase_may_have_mean_zero_on_the_pages():

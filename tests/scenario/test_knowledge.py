@@ -11,6 +11,7 @@ import pytest
 from own_files import assert_same, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.engine.runner import strategy_functions
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
@@ -521,3 +522,13 @@ def test_a_false_sighting_has_a_hash_of_its_own(write, changes):
     ).replace(changes)
     record = assert_same(scenario, scenario)
     assert (record.bits_sent > 1000 * scenario.robots.count).all()
+
+
+def test_the_compiled_code_of_each_strategy_has_a_name_of_its_own():
+    """The linker finds code by name: one strategy ran another's, when other processes had compiled both."""
+    names = [
+        overload.fndesc.qualname
+        for name in ("tally", "estimate", "census", "sketch")
+        for overload in strategy_functions(STRATEGIES[name]).update.overloads.values()
+    ]
+    assert len(set(names)) == 4, names

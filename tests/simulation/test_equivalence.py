@@ -30,11 +30,13 @@ PARAMETERS = {
     "credence": st.one_of(st.floats(0, 1), st.sampled_from([0.5, 0.9, 0.95, 1.0])),
     "positive_feedback": st.sampled_from([0.0, 1.0]),
     "quiet": st.one_of(st.just(0.0), st.floats(0, 30)),
-    "tolerates": st.sampled_from([0.0, 1.0, 2.0, 1e300]),
+    "tolerates": st.sampled_from([-1.0, 0.0, 1.0, 2.0, 1e300]),
     "names": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 6.0]),
     "cell": st.floats(0.9, 9),
     "rows": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 1e300]),
     "name_bits": st.sampled_from([0.0, 4.0, 20.0, 31.0, 99.0]),
+    "arrivals": st.sampled_from([0.0, 1.0]),
+    "kappa": st.floats(-1, 3),
 }
 COMMIT = st.builds(
     dict,
@@ -377,6 +379,21 @@ WORLDS = {
         "faults.byzantine": 0.1,
     },
     "commitment": {**COMMITTING, "decision.listen": {"last": 3}, "decision.dissemination_floor": 2},
+    "colluders that invent tasks": {
+        "arena.side": [12.0, 8.0],
+        "robots.count": 33,
+        "tasks.count": 30,
+        "faults.byzantine": 0.1,
+        "faults.byzantine_says": "colluding",
+        "faults.stopped": 0.1,
+        "faults.stop_step": 30,
+    },
+    "colluders that invent robots": {
+        "tasks.count": 23,
+        "faults.byzantine": 0.1,
+        "faults.byzantine_says": "colluding",
+        "radio.id_bits": 4,
+    },
 }
 
 

@@ -79,7 +79,14 @@ WORLDS = {
     "team": TEAM,
     "preset": {"preset": "subcdm-2025", "run.steps": 60},
     "stops": {"run.stop_at_decision": True, "run.steps": 300, "tasks.count": 100},
+    "colluders that invent tasks": {"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"},
+    "colluders that invent robots": {
+        "faults.byzantine": 0.1,
+        "faults.byzantine_says": "colluding",
+        "tasks.count": 23,
+    },
 }
+"""Append only: the seeds of the first corpus count on."""
 
 
 def scenarios() -> Iterator[tuple[str, int, Scenario]]:

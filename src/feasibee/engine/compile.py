@@ -123,8 +123,9 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
     options = CAREFUL if text else OPTIONS
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        compiled: Any = numba.njit(**options)(function)
-        compiled._cache = Kept(function, text)
+        kept = Kept(function, text)
+        compiled: Any = numba.njit(**options)(_named(function, kept.digest))
+        compiled._cache = kept
         with register_dispatcher(compiled):  # as numba does: the function may call itself
             compiled.compile(signature)
         compiled.disable_compile()
@@ -133,6 +134,18 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
         return dispatcher
 
     return decorate
+
+
+def _named(function: Any, digest: str) -> Callable[..., Any]:
+    """Return a copy of a function whose compiled code has a name of its own.
+
+    The linker finds code by name, and numba numbers names within a process only. Code of two strategies that
+    two processes had compiled could have one name, so that one strategy ran the code of the other.
+    """
+    parts = (function.__code__, function.__globals__, function.__name__)
+    copy = FunctionType(*parts, function.__defaults__, function.__closure__)
+    copy.__qualname__ = f"{function.__qualname__}_{digest}"
+    return copy
 
 
 class Entry(CPUDispatcher):
@@ -171,6 +184,11 @@ class Kept:
         self._made_from = (source, bool(text), *place, code.co_code, dumps(enclosed))
 
     @property
+    def digest(self) -> str:
+        """Hash of what the code is made from, the same in every process."""
+        return self._digest_of()
+
+    @property
     def cache_path(self) -> str:
         """Folder of the files."""
         return str(cache_folder())
@@ -191,10 +209,13 @@ class Kept:
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         """Return the file for a signature and this processor."""
+        return cache_folder() / f"{self._name}-{self._digest_of(str(signature), codegen.magic_tuple())}.nbc"
+
+    def _digest_of(self, *others: Any) -> str:
         digest = hashlib.sha256()
-        for each in (str(signature), codegen.magic_tuple(), *self._made_from):
+        for each in (*others, *self._made_from):
             digest.update(repr(each).encode())
-        return cache_folder() / f"{self._name}-{digest.hexdigest()[:16]}.nbc"
+        return digest.hexdigest()[:16]
 
 
 IMPORTS: Final = re.compile(r"^from (feasibee(?:\.\w+)*) import (\([^)]*\)|.*)$", re.MULTILINE)

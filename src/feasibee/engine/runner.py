@@ -94,14 +94,17 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
 
 
 def _text_of(strategy: Strategy) -> str:
-    """Return the text of the files that a strategy's functions come from."""
+    """Return the text of the files that a strategy's functions come from.
+
+    A built-in strategy's begins with its name: a user's copy of the file has compiled code of its own.
+    """
     if strategy.source:
         return strategy.source
     functions = [getattr(strategy, name) for name in sorted(strategy.functions)]
     for each in functions:  # helpers join the list, and their own helpers after them
         functions += [helper for helper in helpers_of(each).values() if helper not in functions]
     files = dict.fromkeys(each.__code__.co_filename for each in functions)
-    return "".join(Path(file).read_text(encoding="utf-8") for file in files)
+    return f"{strategy.name}\n" + "".join(Path(file).read_text(encoding="utf-8") for file in files)
 
 
 def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:

@@ -179,6 +179,8 @@ def _said_by(strategy: Strategy, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
     known = Words([0] * words)
     if functions.start is not None:
         functions.start(known, me)
+    if functions.declare is not None:
+        functions.declare(Words(known), me._replace(step=1000))
     for thing in _things(setting, false=not functions.by_name):
         functions.observe(known, thing, me)
     message = Words(known)

@@ -202,7 +202,7 @@ class Swarm:
     @property
     def knowledge(self) -> NDArray[np.int32]:
         """Words that each robot knows: int32, shape (robots, words); no words if the strategy has none."""
-        known = self._state.knowledge[self._layout.Copy.KNOWN]
+        known: NDArray[np.int32] = self._state.knowledge[self._layout.Copy.KNOWN]
         return known[: self.scenario.robots.count, : self._params.strategy.knowledge.words]
 
     @property

@@ -19,6 +19,7 @@ from feasibee.strategies import (
     quiet_census,
     sketch,
     tally,
+    totals,
     turns,
     voter,
 )
@@ -45,6 +46,7 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "quiet-census": quiet_census,
         "map": map_,
         "turns": turns,
+        "totals": totals,
     }.items()
 }
 """The built-in strategies, the paper's first."""

@@ -7,7 +7,8 @@ by register. At the end of each dissemination the robot decides on the estimated
 >= tasks, for every set of skills. The error is about 1.04 / sqrt(128) = 9 % of a large set, less of one
 smaller than 128.
 
-A Byzantine robot notes as many invented robots as there are tasks, or invented tasks, one more than robots.
+A Byzantine robot notes as many invented robots as there are tasks, or invented tasks, one more than robots. A
+colluding one fills all registers of robots, or of tasks.
 
 Message: 512 bits a class of robots or tasks, so 1,024 in all without classes. Memory: the same.
 
@@ -48,12 +49,17 @@ def start(known, me):
 
 def observe(known, thing, me):
     """Add a robot or task in sight to what the robot knows."""
+    column = thing.kind if thing.is_robot else me.setting.robot_classes + thing.kind
+    if me.setting.colluding and thing.id >= (me.setting.robots if thing.is_robot else me.setting.tasks):
+        # Invented: exactly as many as the lie needs would hide in the error of the estimate.
+        for register in range(column * REGISTERS, (column + 1) * REGISTERS):
+            known[register] = TOP
+        return
     rest = thing.hash // REGISTERS
     rank = 1
     while rank < TOP and rest % 2 == 0:
         rest //= 2
         rank += 1
-    column = thing.kind if thing.is_robot else me.setting.robot_classes + thing.kind
     register = column * REGISTERS + thing.hash % REGISTERS
     known[register] = max(known[register], rank)
 

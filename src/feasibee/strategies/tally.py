@@ -6,7 +6,8 @@ that it hears: as totals only grow, that is the larger. At the end of each disse
 sums: feasible if sum n_j > sum m_j, infeasible if less, for the scarcest set of skills; a tie keeps the
 opinion. No sighting is counted twice. A robot never takes its own row from others.
 
-A Byzantine robot calls all that it saw robots, or tasks.
+A Byzantine robot calls all that it saw robots, or tasks. A colluding one forges the rows of all robots, with
+a million sightings of robots, or of tasks, each: others keep the larger of each total, and pass it on.
 
 Message: for each row that isn't zero 1 bit, the id and the totals at the width of the largest, 5 bits for
 this width and 1 bit at the end. Memory: the same.
@@ -16,6 +17,9 @@ References
 Our own; a table whose rows only grow is the grow-only counter of Shapiro et al., "Conflict-free replicated
 data types", 2011.
 """
+
+FORGED = 2**20 - 1
+"""Total in a forged row; an honest robot with 20 things in sight reaches it after 50,000 steps."""
 
 
 def quality(robots_seen, tasks_seen):
@@ -49,8 +53,13 @@ def observe(known, thing, me):
 
 
 def lie(message, feasible, me):
-    """Call all that was seen robots, or tasks, of the first class."""
+    """Call all that was seen robots, or tasks, of the first class; a colluding robot forges all rows."""
     classes = me.setting.robot_classes + me.setting.task_classes
+    if me.setting.colluding:
+        for k in range(len(message)):
+            is_robots = k % classes < me.setting.robot_classes
+            message[k] = FORGED if is_robots == (feasible == 1) else 0
+        return
     first = me.id * classes
     total = 0
     for k in range(first, first + classes):

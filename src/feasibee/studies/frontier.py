@@ -225,7 +225,7 @@ def limits_near(
     progress: Callable[[float], None] = lambda share: None,
 ) -> dict[int, Limits]:
     """Return the limits of a scenario at each number of tasks."""
-    found = {}
+    found: dict[int, Limits] = {}
     for number in tasks:
         progress(len(found) / len(tasks))
         found[number] = limits(scenario.replace({"tasks.count": number}), runs, seed)

@@ -1,0 +1,595 @@
+"""Robots that declare, know n and their place, and collude: a user's files in both implementations."""
+
+from __future__ import annotations
+
+import pytest
+from own_files import assert_same, why_not
+
+from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, reference
+from feasibee.robot.controller import Controller, Message
+from feasibee.scenario.plugins import load
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_from
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies.contract import Thing
+
+HEAD = '''\
+"""Names of tasks, which robots pass on until they are sure."""
+
+BY_NAME = True
+STARTS_NEUTRAL = True
+NEEDS_COUNT = True
+PARAMETERS = {"quiet": 12.0}
+
+
+def quality(robots_known, tasks_known):
+    return share(robots_known, tasks_known)
+
+
+def share(robots, tasks):
+    return robots / larger(robots + tasks, 1)
+
+
+def larger(first, second):
+    return max(first, second)
+
+
+def dissemination(quality, gain):
+    return gain
+
+
+def say(mind):
+    return larger(mind.opinion, 0)
+
+
+def decide(mind, inbox):
+    return kept(mind.opinion)
+
+
+def kept(opinion):
+    return opinion
+
+
+def words(setting):
+    return 3 + (setting.task_ids + 30) // 31
+
+
+def start(known, me):
+    known[2] = place(me)
+
+
+def place(me):
+    return int(1000 * me.x) * 31 + int(1000 * me.y) * 7 + me.explores
+'''
+QUIET = (
+    HEAD
+    + """
+
+def observe(known, thing, me):
+    if not thing.is_robot:
+        known[3 + thing.id // 31] |= 1 << (thing.id % 31)
+    known[2] = (known[2] + (int(1000 * thing.x) * 5 + int(1000 * thing.y)) % 97 * place(me)) % 99991
+
+
+def merge(known, message, sender, me):
+    for k in range(3, len(known)):
+        known[k] |= message[k]
+    known[2] = (known[2] + (message[2] + sender) % 89 * place(me)) % 99991
+
+
+def count(known, counts, me):
+    counts[0] = me.setting.robots
+    counts[me.setting.robot_classes] = tasks_in(known) + me.explores
+
+
+def tasks_in(known):
+    total = 0
+    for k in range(3, len(known)):
+        total += known[k].bit_count()
+    return total
+
+
+def bits(message, me):
+    return me.setting.id_bits + 33 * tasks_in(message) + message[2] % 1009 + place(me) % 11
+
+
+def declare(known, me):
+    known[2] = (known[2] + place(me)) % 99991
+    tasks = tasks_in(known)
+    if tasks > me.setting.robots:
+        return 0
+    if tasks != known[0]:
+        known[0] = tasks
+        known[1] = me.step
+    return 1 if me.step - known[1] >= me.setting.parameters[0] else -1
+"""
+)
+"""A strategy that uses all that the contract offers to those who declare; its bits depend on all of it."""
+SEEN = "(int(1000 * thing.x) * 5 + int(1000 * thing.y))"
+SMALL = {"arena.side": 10.0, "run.steps": 90, "robots.know_count": True}
+LIARS = {"faults.byzantine": 0.15, "faults.byzantine_says": "colluding"}
+WORLDS = {
+    "paper": {},
+    "infeasible": {"tasks.count": 24},
+    "many, walls and bodies": {
+        "robots.count": 40,
+        "tasks.count": 30,
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "arena.side": 14.0,
+    },
+    "oblong torus": {"arena.side": [14.0, 7.0], "radio.id_bits": 3},
+    "stopped and stubborn": {"faults.stopped": 0.2, "faults.stop_step": 25, "faults.stubborn": 0.2},
+    "colluders invent tasks": LIARS,
+    "colluders invent robots": {**LIARS, "tasks.count": 24, "robots.count": 21},
+}
+COSTLY_WORLDS = [
+    pytest.param(name, marks=[] if name in ("paper", "colluders invent tasks") else [pytest.mark.slow])
+    for name in WORLDS
+]
+"""Each file is compiled for 3 s, so the fast tests have two worlds."""
+
+
+def scenario_of(path, **changes):
+    return Scenario().replace({**SMALL, "decision.strategy": str(path), **changes})
+
+
+def replaced(text, old, new):
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+# --- Declaring ---
+
+
+@pytest.mark.parametrize("world", COSTLY_WORLDS)
+def test_declaring_is_equal_in_engine_and_reference(write, world):
+    record = assert_same(*2 * [scenario_of(write(QUIET), **WORLDS[world])])
+    assert (record.declared_feasible + record.declared_infeasible > 0).any()
+
+
+def played(path, seed=3, **changes):
+    """Yield a swarm of the reference after each step."""
+    swarm = reference.Swarm(scenario_of(path, **changes), seed=seed, run=0)
+    for _ in range(swarm.scenario.run.steps):
+        swarm.step()
+        yield swarm
+
+
+def test_a_robot_declares_once_adopts_what_it_declares_at_once_and_keeps_it(write):
+    """Though the strategy would then decide for the opposite."""
+    text = replaced(QUIET, "    return kept(mind.opinion)", "    return 1 - larger(mind.opinion, 0)")
+    path = write(text)
+    declared = [-1] * 20
+    for swarm in played(path):
+        for number, robot in enumerate(swarm.robots):
+            if declared[number] == -1:
+                declared[number] = robot.mind.declared
+            assert robot.mind.declared == declared[number]
+            if declared[number] != -1:
+                assert robot.mind.opinion == declared[number]
+    assert min(declared) >= 0
+    assert_same(*2 * [scenario_of(path)])
+
+
+@pytest.mark.slow
+def test_a_stubborn_robot_declares_but_keeps_its_opinion(write):
+    path = write(replaced(QUIET, "STARTS_NEUTRAL = True", "STARTS_NEUTRAL = False"))
+    changes = {"faults.stubborn": 1.0}
+    swarms = [(swarm.feasible_count, swarm.declared(1)) for swarm in played(path, **changes)]
+    assert 0 < swarms[0][0] < 20
+    assert {feasible for feasible, _ in swarms} == {swarms[0][0]}
+    last = list(played(path, **changes))[-1]
+    assert all(robot.mind.declared == 1 for robot in last.robots)
+    record = assert_same(*2 * [scenario_of(path, **changes)])
+    assert (record.feasible_at_end < 20).all()
+    assert (record.declare_step > 0).all()
+
+
+@pytest.mark.slow
+def test_byzantine_robots_do_not_count_among_those_that_declared(write):
+    text = replaced(
+        QUIET,
+        "    tasks = tasks_in(known)\n    if",
+        "    tasks = 0\n    if me.step >= 0:\n        return 1\n    if",
+    )
+    record = assert_same(*2 * [scenario_of(write(text), **{"faults.byzantine": 0.25, "run.steps": 4})])
+    assert record.declared_feasible.tolist() == [15] * 3
+    assert record.declare_step.tolist() == [1] * 3
+    assert record.feasible_at_end.tolist() == [15] * 3
+
+
+def test_the_declaration_step_is_the_first_at_which_more_than_the_threshold_have_declared(write):
+    """Robot i declares in step i + 2, feasible and infeasible by turns."""
+    text = replaced(
+        QUIET,
+        "    tasks = tasks_in(known)\n    if",
+        "    tasks = 0\n    if me.step <= 1000:\n"
+        "        return me.id % 2 if me.step == me.id + 1 else -1\n    if",
+    )
+    path = write(text)
+    for threshold, step in ((0.5, 12), (0.9, 20), (0.94, 20), (0.95, 21), (0.99, 21)):
+        changes = {"decision.threshold": threshold}
+        record = assert_same(*2 * [scenario_of(path, **changes)], runs=2)
+        assert record.declare_step.tolist() == [step] * 2
+        assert record.declared_feasible.tolist() == [10] * 2
+        assert record.declared_infeasible.tolist() == [10] * 2
+        short = simulate_record(scenario_of(path, **changes, **{"run.steps": step - 1}), Runs(2, 2))
+        assert short.declare_step.tolist() == [-1] * 2
+
+
+@pytest.mark.slow
+def test_robots_that_stop_are_neither_asked_nor_counted(write):
+    text = replaced(
+        QUIET,
+        "    tasks = tasks_in(known)\n    if",
+        "    return 1 if me.step >= 9 else -1\n    tasks = 0\n    if",
+    )
+    changes = {"faults.stopped": 0.25, "run.steps": 30}
+    for stop, declared in ((5, 15), (10, 15), (20, 15)):
+        record = assert_same(*2 * [scenario_of(write(text), **changes, **{"faults.stop_step": stop})])
+        assert record.declared_feasible.tolist() == [declared] * 3
+        assert record.declare_step.tolist() == [10] * 3
+
+
+# --- What a robot knows of itself ---
+
+
+def test_positions_are_those_of_the_swarm(write):
+    """Words hold the last position and the last thing seen, in thousandths of a unit."""
+    text = replaced(
+        QUIET.replace("3 + (setting", "8 + (setting")
+        .replace("known[3 +", "known[8 +")
+        .replace("(3, len", "(8, len"),
+        f"    known[2] = (known[2] + {SEEN} % 97 * place(me)) % 99991",
+        "    known[6] = int(1000 * thing.x)\n    known[7] = int(1000 * thing.y)\n"
+        "    known[3] = -1 - thing.id if thing.is_robot else thing.id",
+    )
+    text = replaced(
+        text,
+        "    known[2] = (known[2] + place(me)) % 99991\n",
+        "    known[4] = int(1000 * me.x)\n    known[5] = int(1000 * me.y)\n    known[2] = int(me.explores)\n",
+    )
+    path = write(text)
+    changes = {"arena.side": [14.0, 7.0], "run.steps": 25, "decision.parameters": {"quiet": 99.0}}
+    assert_same(*2 * [scenario_of(path, **changes)])
+    plain = reference.Swarm(scenario_of(path, **changes), seed=3, run=0)
+    swarm = Swarm(scenario_of(path, **changes), seed=3, run=0)
+    seen = set()
+    for _ in range(25):
+        explored = [not robot.mind.disseminating for robot in plain.robots]
+        plain.step()
+        swarm.advance()
+        for number, robot in enumerate(plain.robots):
+            x, y = swarm.positions[number]
+            assert robot.mind.knowledge.words[4:6] == [int(1000 * x), int(1000 * y)]
+            assert robot.mind.knowledge.words[2] == explored[number]
+            thing = robot.mind.knowledge.words[3]
+            if explored[number] and any(robot.mind.knowledge.words[6:8]):
+                where = swarm.positions[-1 - thing] if thing < 0 else swarm.tasks[thing]
+                if plain._sees(
+                    robot, plain.robots[-1 - thing].place if thing < 0 else plain.tasks[thing], 0, 0
+                ):
+                    assert robot.mind.knowledge.words[6:8] == [int(1000 * each) for each in where]
+                    seen.add(thing < 0)
+    assert seen == {True, False}
+
+
+@pytest.mark.slow
+def test_what_is_not_there_and_what_is_invented_is_nowhere(write):
+    text = replaced(QUIET, "BY_NAME = True", "BY_NAME = False")
+    text = replaced(
+        text,
+        "    if not thing.is_robot:\n",
+        "    if thing.id < 0 or thing.id >= me.setting.tasks:\n"
+        "        known[1] += 1 if thing.x == 0.0 and thing.y == 0.0 else 1000000\n"
+        "        return\n    if not thing.is_robot:\n",
+    )
+    changes = {"sensing.false_robots": 0.3, "sensing.false_tasks": 0.3, "run.steps": 20, "tasks.count": 20}
+    (*_, last) = played(write(text), **changes)
+    assert all(0 < robot.mind.knowledge.words[1] < 1000000 for robot in last.robots)
+    assert_same(*2 * [scenario_of(write(text), **changes)])
+
+
+@pytest.mark.slow
+def test_the_setting_has_the_numbers_of_the_world(write):
+    """Bits of a message are a number of the setting, so that both implementations must agree on it."""
+    wanted = {
+        "knows_count": 1,
+        "colluding": 0,
+        "width": 14,
+        "height": 7,
+        "walled": 1,
+        "sight": 2.5,
+        "radio": 3.0,
+        "speed": 0.5,
+    }
+    world = {
+        "arena.side": [14.0, 7.0],
+        "arena.boundary": "walls",
+        "sensing.range": 2.5,
+        "radio.range": 3.0,
+        "robots.speed": 0.5,
+        "run.steps": 1,
+    }
+    sums = " + ".join(
+        f"{1000**k} * int(2 * me.setting.{name})" for k, name in enumerate(["width", "height", "sight"])
+    )
+    rest = " + ".join(
+        f"{10**k} * int(2 * me.setting.{name})"
+        for k, name in enumerate(["radio", "speed", "walled", "knows_count", "colluding"])
+    )
+    for total, value in ((sums, 28 + 14 * 1000 + 5 * 10**6), (rest, 6 + 10 + 200 + 2000 + 0)):
+        text = replaced(
+            QUIET,
+            "    known[2] = (known[2] + place(me)) % 99991\n    tasks = tasks_in(known)",
+            f"    return 1 if {total} == {value} else 0\n    tasks = 0",
+        )
+        record = assert_same(*2 * [scenario_of(write(text), **world)])
+        assert record.declared_feasible.tolist() == [20] * 3
+        assert scenario_of(write(text), **world).setting._asdict().items() >= wanted.items()
+
+
+# --- What can't be combined ---
+
+
+def test_a_strategy_that_needs_the_count_is_told_by_the_scenario(write):
+    path = write(QUIET)
+    with pytest.raises(
+        ScenarioError, match=r"robots\.know_count = False: mine\.py|robots\.know_count = False"
+    ):
+        scenario_of(path, **{"robots.know_count": False})
+    free = write(replaced(QUIET, "NEEDS_COUNT = True\n", ""), "free.py")
+    scenario = scenario_of(free, **{"robots.know_count": False})
+    assert not scenario.setting.knows_count
+    assert scenario_of(path).setting.knows_count
+
+
+def test_a_strategy_that_declares_is_not_combined_with_commitment(write):
+    with pytest.raises(ScenarioError, match=r"decision\.commit = .*declares by its own word.*leave it out"):
+        scenario_of(write(QUIET), **{"decision.commit": {"quorum": 0.9}})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("def declare(known, me)", "def declare(known)", "declare must take 2; write def declare(known, me)"),
+        ("NEEDS_COUNT = True", "NEEDS_COUNT = 1", "NEEDS_COUNT = 1 must be True or False, written out"),
+    ],
+)
+def test_what_is_wrong_with_the_text_of_declare_is_told(write, old, new, words):
+    with pytest.raises(ScenarioError) as caught:
+        scenario_of(write(replaced(QUIET, old, new)))
+    assert words in str(caught.value)
+
+
+def test_declare_needs_the_functions_for_knowledge(write):
+    text = HEAD.partition("\n\ndef words")[0] + "\n\ndef declare(known, me):\n    return -1\n"
+    with pytest.raises(
+        ScenarioError, match="has declare, by which robots pass on knowledge, but no function words"
+    ):
+        scenario_of(write(text))
+
+
+# --- Errors ---
+
+ASKED = "    return 1 if me.step - known[1] >= me.setting.parameters[0] else -1"
+LINE = QUIET.partition("def declare")[0].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("new", "line", "words"),
+    [
+        ("    return 2", LINE, "returns 2; must be 1, 0, or -1 for none"),
+        ("    return None", LINE, "returns None; must be 1, 0, or -1 for none"),
+        ("    return 'yes'", LINE, "returns 'yes'; must be 1, 0, or -1 for none"),
+        ("    return 1 // 0", LINE + 8, "fails: ZeroDivisionError"),
+        ("    return known[99]", LINE + 8, "fails: IndexError"),
+        ("    return me.y_coordinate", LINE + 8, "has no attribute 'y_coordinate'"),
+    ],
+)
+def test_a_declare_that_fails_when_it_is_tried_is_told_with_its_line(write, new, line, words):
+    text = why_not(scenario_of(write(replaced(QUIET, ASKED, new))))
+    assert text.startswith(f"mine.py, line {line}: declare("), text
+    assert words in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("new", "why"),
+    [
+        ("    return 7 if me.step == 33 else -1", rf"line {LINE}: declare\(.*returns 7; must be 1, 0, or -1"),
+        ("    return -1 // (1 - (me.step == 33))", rf"line {LINE + 8}: declare\(.*fails: ZeroDivisionError"),
+    ],
+)
+def test_a_declare_that_fails_only_in_a_run_is_told_with_its_line_and_run(write, new, why):
+    scenario = scenario_of(write(replaced(QUIET, ASKED, new)))
+    with pytest.raises(FeasibeeError, match=rf"^mine\.py, {why}.*\(in run \d of seed 1\)$"):
+        simulate_record(scenario, Runs(2, 1), threads=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("new", ["    return 0.5 if me.step == 33 else -1", "    return [1, 0][0]"])
+def test_a_declare_that_does_not_compile_is_told(write, new):
+    text = why_not(scenario_of(write(replaced(QUIET, ASKED, new))))
+    assert "declare doesn't compile" in text
+
+
+# --- Helpers ---
+
+
+def test_a_helper_that_fails_is_told_with_its_own_line(write):
+    text = replaced(
+        QUIET, "    return robots / larger(robots + tasks, 1)", "    return robots / (robots + tasks)"
+    )
+    line = text.partition("    return robots / ")[0].count("\n") + 1
+    assert why_not(scenario_of(write(text))).startswith(f"mine.py, line {line}: quality(0, 0) fails: ZeroDiv")
+
+
+@pytest.mark.slow
+def test_a_helper_may_read_constants_and_have_the_name_of_a_field(write):
+    """The names of attributes are no calls: `tasks` here is both a field and a helper."""
+    text = replaced(
+        QUIET,
+        "def words(setting)",
+        "ONE = 1\n\n\ndef tasks(number):\n    return ONE * number\n\n\ndef words(setting)",
+    )
+    text = replaced(text, "    return opinion\n", "    return tasks(opinion)\n")
+    assert_same(scenario_of(write(QUIET)), scenario_of(write(text, "other.py")))
+
+
+def test_a_helper_that_calls_itself_is_told(write):
+    text = replaced(
+        QUIET, "    return opinion\n", "    return kept(opinion - 1) if opinion > 5 else opinion\n"
+    )
+    assert "decide doesn't compile" in why_not(scenario_of(write(text)))
+
+
+# --- Colluding ---
+
+COUNTING = (
+    HEAD.replace("NEEDS_COUNT = True\n", "")
+    .replace("BY_NAME = True\n", "")
+    .replace("3 + (setting.task_ids + 30) // 31", "5")
+    .replace("= place(me)", "= 0 * place(me)")
+    + """
+
+def observe(known, thing, me):
+    if thing.id >= (me.setting.robots if thing.is_robot else me.setting.tasks):
+        known[0 if thing.is_robot else 1] += 1
+    known[2] += 1
+
+
+def merge(known, message, sender, me):
+    if message[0] + message[1] > 0:
+        known[3] = message[0]
+        known[4] = message[1]
+
+
+def count(known, counts, me):
+    counts[0] = known[3]
+    counts[me.setting.robot_classes] = known[4]
+
+
+def bits(message, me):
+    return 1000 * message[0] + message[1]
+"""
+)
+"""Robots remember how many invented robots and tasks the last false message held."""
+LIAR = {**LIARS, "faults.byzantine": 0.05}
+ALL_HEAR = {
+    "arena.side": 4.0,
+    "radio.range": 2.0,
+    "sensing.range": 0.1,
+    "arena.boundary": "walls",
+    "run.steps": 30,
+    "robots.know_count": False,
+}
+
+
+@pytest.mark.parametrize(
+    ("tasks", "robots_invented", "tasks_invented"), [(10, 0, 11), (20, 0, 1), (21, 1, 0), (30, 10, 0)]
+)
+def test_colluders_invent_exactly_what_the_lie_needs(write, tasks, robots_invented, tasks_invented):
+    changes = {**ALL_HEAR, **LIAR, "tasks.count": tasks}
+    scenario = scenario_of(write(COUNTING), **changes)
+    assert_same(scenario, scenario)
+    (*_, last) = played(write(COUNTING), **changes)
+    heard = [robot.mind.knowledge.words for robot in last.robots if robot.fault != "byzantine"]
+    assert {tuple(words[3:5]) for words in heard if words[3] + words[4]} == {
+        (robots_invented, tasks_invented)
+    }
+
+
+def test_colluders_that_speak_for_feasible_leave_all_else_out(write):
+    """The words of a message that denies tasks are 0 but for what is invented."""
+    changes = {**ALL_HEAR, **LIARS, "tasks.count": 24, "sensing.range": 2.0}
+    for swarm in played(write(COUNTING), **changes):
+        for robot in swarm.robots:
+            if robot.fault == "byzantine":
+                said = robot.says(swarm.time)
+                assert said.opinion == 1
+                assert said.knowledge == (4, 0, 4, 0, 0)  # four inventions, no sighting
+    changes |= {**LIAR, "tasks.count": 20}
+    (*_, last) = played(write(COUNTING), **changes)
+    said = [robot.says(last.time) for robot in last.robots if robot.fault == "byzantine"]
+    assert all(each.knowledge[1] == 1 and each.knowledge[2] > 1 and each.opinion == 0 for each in said)
+
+
+@pytest.mark.parametrize("strategy", ["dmmd", "dc", "census"])
+def test_colluders_send_in_every_step_also_while_exploring(strategy):
+    scenario = Scenario().replace({"decision.strategy": strategy, **LIARS, "run.steps": 40})
+    swarm = reference.Swarm(scenario, seed=1, run=0)
+    explored = 0
+    for _ in range(40):
+        swarm.step()
+        for robot in swarm.robots:
+            message = robot.says(swarm.time)
+            if robot.fault == "byzantine":
+                explored += not robot.mind.disseminating
+                assert message.opinion == 0  # the truth is feasible
+                assert message.value == 0
+            else:
+                assert (message is None) == (not robot.mind.disseminating)
+    assert explored > 20
+
+
+def test_colluding_bits_are_those_of_every_step():
+    """Three liars of twenty, and no other robot that speaks: 6 bits a message, 40 steps."""
+    changes = {**LIARS, "run.steps": 40, "decision.exploration": 1e6}
+    record = simulate_record(Scenario().replace(changes), Runs(3, 1))
+    assert record.bits_sent.tolist() == [3 * 40 * 6] * 3
+    changes |= {"faults.stopped": 0.85, "faults.stop_step": 1}
+    assert simulate_record(Scenario().replace(changes), Runs(3, 1)).bits_sent.tolist() == [3 * 40 * 6] * 3
+
+
+@pytest.mark.slow
+def test_colluders_with_classes_invent_as_many_as_other_byzantine_robots():
+    classes = {
+        "robots.classes": [{"name": "a", "count": 12}, {"name": "b", "count": 8}],
+        "tasks.classes": [
+            {"name": "c", "count": 6, "needs": {"x": 1}},
+            {"name": "d", "count": 4, "needs": {"x": 2}},
+        ],
+    }
+    scenario = Scenario().replace({"decision.strategy": "census", **LIARS, **classes})
+    names = reference.Swarm(scenario, seed=1, run=0).names
+    assert [len(names.inventions(feasible)) for feasible in (1, 0)] == [10, 21]
+    assert_same(scenario.replace({"run.steps": 60}), scenario.replace({"run.steps": 60}))
+
+
+# --- On a robot ---
+
+
+def test_a_controller_declares_and_knows_its_place(write):
+    text = replaced(QUIET, ASKED, "    return 0 if me.x == 3.5 and me.y == 4.25 else -1")
+    setting = setting_from((5, 9), (0, 0), False, None, [100.0])
+    robot = Controller(
+        load(str(write(text))),
+        opinion=1,
+        draw_duration=lambda mean: 3,
+        draw_choice=lambda: (0.5, 0.5),
+        me=(2, 0, 77),
+        place=(1.0, 2.0),
+        setting=setting,
+    )
+    assert (robot.knowledge.me.x, robot.knowledge.me.y, robot.knowledge.me.explores) == (1.0, 2.0, True)
+    robot.recognise([Thing(False, 4, 0, 1, 1.0, 1.5)])
+    robot.end_step()
+    assert (robot.declared, robot.opinion) == (-1, -1)
+    robot.move_to(3.5, 4.25)
+    robot.hear(1, Message(1, knowledge=(0, 0, 0, 3)))
+    robot.end_step()
+    assert (robot.declared, robot.opinion) == (0, 0)
+    robot.move_to(1.0, 1.0)
+    for _ in range(9):
+        robot.end_step()
+    assert (robot.declared, robot.opinion) == (0, 0)
+
+
+def test_a_robot_without_knowledge_declares_nothing_and_needs_no_place():
+    from feasibee.strategies import STRATEGIES
+
+    robot = Controller(STRATEGIES["dmmd"], 1, lambda mean: 3, lambda: (0.5, 0.5))
+    robot.move_to(1.0, 2.0)
+    assert robot.declared == -1
