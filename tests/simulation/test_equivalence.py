@@ -37,6 +37,7 @@ PARAMETERS = {
     "name_bits": st.sampled_from([0.0, 4.0, 20.0, 31.0, 99.0]),
     "arrivals": st.sampled_from([0.0, 1.0]),
     "kappa": st.floats(-1, 3),
+    "looks": st.sampled_from([1.0, 2.0]),
 }
 COMMIT = st.builds(
     dict,

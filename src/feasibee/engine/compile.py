@@ -7,6 +7,7 @@ import pickle
 import re
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -124,9 +125,9 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         kept = Kept(function, text)
-        compiled: Any = numba.njit(**options)(_named(function, kept.digest))
+        compiled: Any = numba.njit(**options)(function)
         compiled._cache = kept
-        with register_dispatcher(compiled):  # as numba does: the function may call itself
+        with _named(function, kept.digest), register_dispatcher(compiled):  # it may call itself
             compiled.compile(signature)
         compiled.disable_compile()
         compiled.__class__ = Entry
@@ -136,16 +137,19 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
     return decorate
 
 
-def _named(function: Any, digest: str) -> Callable[..., Any]:
-    """Return a copy of a function whose compiled code has a name of its own.
+@contextmanager
+def _named(function: Any, digest: str) -> Iterator[None]:
+    """Give a function, while it compiles, a name of its own, which its code keeps.
 
     The linker finds code by name, and numba numbers names within a process only. Code of two strategies that
     two processes had compiled could have one name, so that one strategy ran the code of the other.
     """
-    parts = (function.__code__, function.__globals__, function.__name__)
-    copy = FunctionType(*parts, function.__defaults__, function.__closure__)
-    copy.__qualname__ = f"{function.__qualname__}_{digest}"
-    return copy
+    own = function.__qualname__
+    function.__qualname__ = f"{own}_{digest}"
+    try:
+        yield
+    finally:
+        function.__qualname__ = own
 
 
 class Entry(CPUDispatcher):
