@@ -145,7 +145,7 @@ def _named(function: Any, digest: str) -> Iterator[None]:
     two processes had compiled could have one name, so that one strategy ran the code of the other.
     """
     own = function.__qualname__
-    function.__qualname__ = f"{own}_{digest}"
+    function.__qualname__ = f"{digest}.{own}"  # it may call itself by the last part
     try:
         yield
     finally:
