@@ -1,6 +1,6 @@
 """Physical limits of a swarm: how soon robots have seen, and can know, enough to be sure.
 
-In each run an oracle's robots broadcast all that they saw (`feasibee.studies.oracle`), on the trajectories
+In each run an oracle's robots broadcast all that they saw (``feasibee.studies.oracle``), on the trajectories
 that the scenario's swarm has with that seed. No strategy with the same phases can know more.
 """
 
