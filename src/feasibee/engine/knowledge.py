@@ -17,6 +17,7 @@ from feasibee.engine.compile import called, inlined, rebound, spliced
 from feasibee.engine.draws import coin, draw_now
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Point, Robot, Set
+from feasibee.engine.opinions import keeps_opinion, set_opinion
 from feasibee.engine.params import Action, Lie
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
 from feasibee.model.purposes import LIE
@@ -187,11 +188,10 @@ def declare_all(params, passing, now, number):
             if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("declare must return 1, 0, or -1 for none")
             if declared >= 0:
+                if not keeps_opinion(passing.sets, i):
+                    set_opinion(passing.sets, i, declared)
                 set_member(passing.sets, Set.DECLARED, i, True)
                 set_member(passing.sets, Set.DECLARED_FEASIBLE, i, declared == 1)
-                if not (contains(passing.sets[Set.STUBBORN], i) or contains(passing.sets[Set.COMMITTED], i)):
-                    set_member(passing.sets, Set.FEASIBLE, i, declared == 1)
-                    set_member(passing.sets, Set.NEUTRAL, i, False)
             asked = without_lowest(asked)
 
 

@@ -14,6 +14,7 @@ from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
+from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
@@ -277,29 +278,6 @@ def mind_of(params, state, i):
         state.memory[i, 1:],
         state.tables.parameters,
     )
-
-
-@inlined
-def keeps_opinion(sets, i):
-    """Return whether a robot never changes its opinion again."""
-    return (
-        contains(sets[Set.STUBBORN], i) or contains(sets[Set.COMMITTED], i) or contains(sets[Set.DECLARED], i)
-    )
-
-
-@inlined
-def opinion_of(sets, i):
-    """Return a robot's opinion."""
-    if contains(sets[Set.NEUTRAL], i):
-        return int64(NO_OPINION)
-    return int64(contains(sets[Set.FEASIBLE], i))
-
-
-@inlined
-def set_opinion(sets, i, opinion):
-    """Set a robot's opinion; any value but 1 and 0 means none."""
-    set_member(sets, Set.FEASIBLE, i, opinion == 1)
-    set_member(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
 
 
 @inlined
