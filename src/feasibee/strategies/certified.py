@@ -35,6 +35,11 @@ def told_enough(known, first, tolerates, sender):
     return True
 
 
+def tasks_to_invent(setting):
+    """Return the number of tasks that a Byzantine robot invents (model.md 6.12, 6.16)."""
+    return max(setting.robots + 1 - setting.tasks, 0) if setting.colluding else setting.robots + 1
+
+
 def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 

@@ -32,6 +32,8 @@ Byzantine adversarial behavior", 2004).
 
 import math
 
+from feasibee.strategies import census, quiet_census
+
 BY_NAME = True
 STARTS_NEUTRAL = True
 NEEDS_COUNT = True
@@ -61,26 +63,10 @@ latest verdict.
 """
 
 
-def quality(robots_known, tasks_known):
-    """Return the share of robots among robots and tasks, 1/2 without any."""
-    if robots_known + tasks_known == 0:
-        return 0.5
-    return robots_known / (robots_known + tasks_known)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
-def say(mind):
-    """Return an opinion, so that a robot without one broadcasts, too; its message doesn't hold it."""
-    return 1 if mind.opinion == 1 else 0
-
-
-def decide(mind, inbox):
-    """Return the opinion that the robot has: it adopts one when it declares."""
-    return mind.opinion
+quality = census.quality
+dissemination = census.dissemination
+say = quiet_census.say
+decide = quiet_census.decide
 
 
 def divided(side, longest, most):

@@ -28,7 +28,7 @@ behavior", 2004.
 import math
 
 from feasibee.strategies import census
-from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
+from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
 
 BY_NAME = True
 STARTS_NEUTRAL = True
@@ -99,7 +99,7 @@ def lie(message, feasible, me):
         for k in range(len(message)):
             message[k] = 0
     if feasible == 0:
-        for k in range(tasks, tasks + (max(robots + 1 - tasks, 0) if exact else robots + 1)):
+        for k in range(tasks, tasks + tasks_to_invent(me.setting)):
             message[first + k // MEMBERS] |= 1 << (k % MEMBERS)
     elif first > 0:
         for k in range(robots, robots + (max(tasks - robots, 0) if exact else tasks)):

@@ -37,6 +37,9 @@ meets those at rest, in the limit of short steps.
 
 import math
 
+from feasibee.strategies import tally
+from feasibee.strategies.certified import tolerated
+
 NEEDS_COUNT = True
 ONE_CLASS = True
 PARAMETERS = {"arrivals": 0.0, "kappa": 1.19, "tolerates": 0.0}
@@ -49,23 +52,9 @@ ROWS = 2
 """Place of the first row heard; its own totals stand before."""
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: the share of robots in both sides of the rule, 1/2 without any."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
-def decide(mind, inbox):
-    """Return what the sums say; a tie keeps the opinion."""
-    if mind.feasible_quality == 0.5:
-        return mind.opinion
-    return 1 if mind.feasible_quality > 0.5 else 0
+quality = tally.quality
+dissemination = tally.dissemination
+decide = tally.decide
 
 
 def words(setting):
@@ -176,7 +165,7 @@ def count(known, counts, me):
         robots += robots_of(known[place])
         tasks += tasks_of(known[place])
         heard += known[place] != 0
-    out = int(min(max(0.0, me.setting.parameters[2]), me.setting.robots))
+    out = tolerated(me.setting, 2)
     if heard <= 2 * out:
         robots, tasks, out = 0, 0, 0
     for sign in range(-1, 2, 2):

@@ -30,7 +30,7 @@ television data", 1971. Names by f + 1 neighbours: see `quiet_census`.
 import math
 
 from feasibee.strategies import census
-from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
+from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
 from feasibee.strategies.quiet_census import patience
 
 NEEDS_COUNT = True
@@ -176,7 +176,7 @@ def lie(message, feasible, me):
     """Forge the alarm and invent names, or deny both (model.md 6.16)."""
     setting = me.setting
     message[0] = 1 - feasible
-    number = max(setting.robots + 1 - setting.tasks, 0) if setting.colluding else setting.robots + 1
+    number = tasks_to_invent(setting)
     if feasible == 1:
         for k in range(1, len(message)):
             message[k] = 0 if setting.colluding else message[k]
@@ -214,7 +214,7 @@ def consider(known, name, sender, me):
 
 
 def merge(known, message, sender, me):
-    """Take in the alarm and the names."""
+    """Add the alarm and the names of a message to what is known."""
     alarmed = message[0] == 1 and known[ALARM] == 0
     if alarmed and told_enough(known, TOLD, tolerated(me.setting, TOLERATES), sender):
         known[ALARM] = 1
