@@ -151,9 +151,7 @@ def contenders_of(
     if strategies and presets:
         raise FeasibeeError("strategies and presets: can't be compared at once; name one kind")
     names = list(presets or strategies or suitable(scenario)[0])
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
-        raise FeasibeeError(f"{twice[0]}: is named twice; name it once")
+    check_distinct(names)
     changes = [_preset(name) if presets else strategy_change(scenario, name) for name in names]
     short = Counter(Path(name).name for name in names)
     labels = [Path(name).name if short[Path(name).name] == 1 else name for name in names]
@@ -161,6 +159,13 @@ def contenders_of(
         label: scenario.replace({**each, "run.stop_at_decision": False})
         for label, each in zip(labels, changes, strict=True)
     }
+
+
+def check_distinct(names: Sequence[str]) -> None:
+    """Raise an error for a contender that is named twice."""
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    if twice:
+        raise FeasibeeError(f"{twice[0]}: is named twice; name it once")
 
 
 def _preset(name: str) -> dict[str, Any]:

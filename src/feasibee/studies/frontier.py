@@ -12,7 +12,6 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError
 from feasibee.figures.frontier import Panel, Word, draw_frontier
 from feasibee.figures.style import save_both
 from feasibee.files import write_csv
@@ -20,9 +19,8 @@ from feasibee.model.record import Record
 from feasibee.results.declarations import DeclareTimes, declare_times, declared_right, declared_wrong
 from feasibee.results.statistics import Interval, wilson
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.comparison import CONTENDER
+from feasibee.studies.comparison import CONTENDER, check_distinct, design_points
 from feasibee.studies.limits import Limits, limits
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
@@ -122,9 +120,7 @@ class Spoken:
 def contenders_named(strategies: Sequence[str]) -> list[Contender]:
     """Return contenders of strategies with their default parameters; without names, `CONTENDERS`."""
     names = [Path(name).name for name in strategies]
-    twice = next((name for name in names if names.count(name) > 1), None)
-    if twice is not None:
-        raise FeasibeeError(f"{twice}: is named twice; name it once")
+    check_distinct(names)
     return [Contender(*pair) for pair in zip(names, strategies, strict=True)] or list(CONTENDERS)
 
 
@@ -171,15 +167,8 @@ def designs_of(
     scenario: Scenario, contenders: Sequence[Contender], tasks: Sequence[int], runs: int, seed: int
 ) -> list[DesignPoint]:
     """Return a point for each contender at each number of tasks; all contenders have the same run numbers."""
-    return [
-        DesignPoint(
-            {CONTENDER: each.name, "tasks.count": number},
-            each.scenario(scenario).replace({"tasks.count": number}),
-            Runs.of_point(place, runs, seed).first,
-        )
-        for each in contenders
-        for place, number in enumerate(tasks)
-    ]
+    worlds = {each.name: each.scenario(scenario) for each in contenders}
+    return design_points(worlds, tasks, runs, seed)
 
 
 def tasks_near(scenario: Scenario, tasks: Sequence[int] = ()) -> list[int]:
