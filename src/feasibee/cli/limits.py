@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.completion import complete_strategy
 from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
     check_figure,
@@ -16,12 +15,12 @@ from feasibee.cli.options import (
     file_type,
     json_option,
     keep_matplotlib_in_cache,
-    listed,
-    numbered,
     progress,
     read_scenario,
     scenario_options,
     seed_option,
+    strategies_option,
+    tasks_option,
     threads_option,
 )
 
@@ -120,19 +119,8 @@ def _shown(step: int | None) -> str:
 
 @click.command()
 @scenario_options
-@click.option(
-    "--strategies",
-    callback=listed,
-    metavar="A,B,...",
-    shell_complete=complete_strategy,
-    help="Strategies to compare; by default those whose robots declare, tally and census.",
-)
-@click.option(
-    "--tasks",
-    callback=numbered,
-    metavar="M,N,...",
-    help="Numbers of tasks; by default from one less than robots to two more.",
-)
+@strategies_option("those whose robots declare, tally and census")
+@tasks_option("from one less than robots to two more")
 @click.option(
     "--runs",
     type=click.IntRange(1),

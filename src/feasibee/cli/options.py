@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.completion import complete_change
+from feasibee.cli.completion import complete_change, complete_strategy
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.scenario.paths import read_value
 
@@ -93,6 +93,24 @@ def numbered(context: click.Context, parameter: click.Parameter, text: str | Non
         return tuple(int(part) for part in listed(context, parameter, text))
     except ValueError:
         raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
+
+
+def strategies_option(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return the option that lists strategies to compare; ``default`` says which these are without it."""
+    return click.option(
+        "--strategies",
+        callback=listed,
+        metavar="A,B,...",
+        shell_complete=complete_strategy,
+        help=f"Strategies to compare; by default {default}.",
+    )
+
+
+def tasks_option(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return the option that lists numbers of tasks; ``default`` says which these are without it."""
+    return click.option(
+        "--tasks", callback=numbered, metavar="M,N,...", help=f"Numbers of tasks; by default {default}."
+    )
 
 
 def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:

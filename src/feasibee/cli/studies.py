@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.completion import complete_strategy
 from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
     console,
     json_option,
     keep_matplotlib_in_cache,
     listed,
-    numbered,
     read_scenario,
     scenario_options,
     seed_option,
+    strategies_option,
+    tasks_option,
 )
 
 if TYPE_CHECKING:
@@ -43,25 +43,14 @@ DECLARED_CAPTION = (
 
 @click.command()
 @scenario_options
-@click.option(
-    "--strategies",
-    callback=listed,
-    metavar="A,B,...",
-    shell_complete=complete_strategy,
-    help="Strategies to compare; by default all built-in ones.",
-)
+@strategies_option("all built-in ones")
 @click.option(
     "--presets",
     callback=listed,
     metavar="A,B,...",
     help="Presets to compare, instead of strategies; 'default' is the paper.",
 )
-@click.option(
-    "--tasks",
-    callback=numbered,
-    metavar="M,N,...",
-    help="Numbers of tasks; by default nine, most of them near ratio 1.",
-)
+@tasks_option("nine, most of them near ratio 1")
 @click.option(
     "--runs",
     type=click.IntRange(1),
