@@ -180,7 +180,7 @@ class Controller:
         return self.knowledge.declared if self.knowledge else NONE
 
     def move_to(self, x: float, y: float) -> None:
-        """Take the robot's position in the frame that all robots share, for strategies that use it."""
+        """Store the robot's position in the frame that all robots share, in units."""
         if self.knowledge:
             self.knowledge.move_to(x, y)
 

@@ -70,7 +70,7 @@ class Knowledge:
         return int(self._strategy.bits(tuple(message), self.me))
 
     def move_to(self, x: float, y: float) -> None:
-        """Take a position in the frame that all robots share, in units."""
+        """Store the robot's position in the frame that all robots share, in units."""
         self.me = self.me._replace(x=x, y=y)
 
     def declare(self) -> bool:
