@@ -1,7 +1,7 @@
 """Bits by name: sets of robots in words of 32 bits, and labels.
 
 Robot i is bit i % 32 of word i // 32 of a set. A label holds a robot's number or id, the opinion that it
-sends, and whether it disseminates.
+sends, and whether it broadcasts.
 """
 
 from __future__ import annotations
@@ -64,15 +64,21 @@ def set_member(sets, kind, i, member):
 
 
 @inlined
-def pack_label(robot, feasible, disseminates):
-    """Return a label: the opinion sent is bit 1, disseminating is bit 0, and the robot is above."""
-    return int32(robot << 2) | int32(feasible) << int32(1) | int32(disseminates)
+def pack_label(robot, feasible, speaks):
+    """Return a label: the opinion sent is bit 1, whether it is sent bit 0, and the robot is above."""
+    return int32(robot << 2) | int32(feasible) << int32(1) | int32(speaks)
 
 
 @inlined
-def sender_of(label):
-    """Return the robot, or id, in a label."""
+def number_of(label):
+    """Return the number of a robot by its label."""
     return int64(label >> int32(2))
+
+
+@inlined
+def sender_of(message):
+    """Return the robot, or id, in the label that a message has."""
+    return int64(message >> int32(2))
 
 
 @inlined
@@ -82,6 +88,6 @@ def says_feasible(label):
 
 
 @inlined
-def is_disseminating(label):
-    """Return whether the robot of a label disseminates."""
+def is_speaking(label):
+    """Return whether the robot of a label broadcasts."""
     return label & int32(1) == int32(1)

@@ -1,18 +1,17 @@
 """Cell lists: which of many points lie near a place, at a cost that doesn't grow with their number.
 
-The grid is as wide as the arena, 2**bits cells a side. A half cell is at least the range. So all points in
-range of a place lie in the nearest block of two by two cells. Strip r holds the points of rows r and r + 1,
-sorted by column, and repeats the first column at its end. So each block is one stretch of consecutive
-points without a wrap, and every point is stored twice.
+A half cell of the grid is at least the range. So all points in range of a place lie in the nearest block of
+two by two cells. Points are sorted by row and then by column, and each row repeats its first column at its
+end. So a block is two stretches of consecutive points, one per row, without a wrap.
 """
 
 from __future__ import annotations
 
-from numba import int64, uint32, uint64
+from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import first_bits
 from feasibee.engine.compile import inlined
-from feasibee.engine.intrinsics import popcount, within, within_on
+from feasibee.engine.intrinsics import LANES, few_within, few_within_on, popcount, within, within_on
 from feasibee.engine.layout import Point
 
 
@@ -32,18 +31,25 @@ def near(params, points, first, last, x, y, limit):
 
     ``points`` has the coordinates in its rows `Point.X` and `Point.Y`.
     """
-    xs, ys, arena = points[Point.X], points[Point.Y], params.arena
-    if arena.wraps:
-        close = within(xs, ys, first, x, y, limit)
+    if params.arena.wraps:
+        return near_on_square(points, first, last, x, y, limit)
+    xs, ys, width, height = points[Point.X], points[Point.Y], params.arena.width, params.arena.height
+    if last - first <= LANES:
+        close = few_within_on(xs, ys, first, x, y, limit, width, height)
     else:
-        close = within_on(xs, ys, first, x, y, limit, (arena.width, arena.height))
+        close = within_on(xs, ys, first, x, y, limit, width, height)
     return close & first_bits(last - first)
 
 
 @inlined
-def near_on_torus(points, first, last, x, y, limit):
-    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near, on a square torus."""
-    return within(points[Point.X], points[Point.Y], first, x, y, limit) & first_bits(last - first)
+def near_on_square(points, first, last, x, y, limit):
+    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near, where 32 bits wrap."""
+    xs, ys = points[Point.X], points[Point.Y]
+    if last - first <= LANES:
+        close = few_within(xs, ys, first, x, y, limit)
+    else:
+        close = within(xs, ys, first, x, y, limit)
+    return close & first_bits(last - first)
 
 
 @inlined
@@ -53,89 +59,118 @@ def cell_of(coordinate, scale):
 
 
 @inlined
-def sort_into_cells(cells, grid, xs, ys, labels, count):
-    """Sort points and their labels into the cells of all strips: count, sum up, store."""
-    # Read once: the compiler must assume that writing to the cells changes the grid.
-    side, scale_x, scale_y = 1 << grid.bits, grid.scale_x, grid.scale_y
-    start = cells.start
-    if side == 1:  # one cell holds all, in their order; sorting took 10 % of a step
-        start[0], start[1] = 0, count
-        points = cells.points
+def sort_into_cells(cells, grid, xs, ys, count):
+    """Sort points into cells: count, sum up, store."""
+    if is_one_cell(grid):  # it holds all, in their order; sorting took 10 % of a step
+        cells.start[1] = cells.start[2] = int32(count)
         for i in range(count):
-            points[Point.X, i], points[Point.Y, i], points[Point.LABEL, i] = xs[i], ys[i], labels[i]
+            place_at(cells.points, i, xs[i], ys[i], i)
         return
-    for cell in range(side * (side + 1) + 2):
-        start[cell] = 0
+    clear_cells(cells.start, 0, cell_count(grid))
     for i in range(count):
-        column = cell_of(xs[i], scale_x)
-        row = cell_of(ys[i], scale_y)
-        upper = row * (side + 1) + column
-        lower = ((row - 1) & (side - 1)) * (side + 1) + column
-        start[upper + 2] += 1
-        if column == 0:
-            start[upper + side + 2] += 1
-        start[lower + 2] += 1
-        if column == 0:
-            start[lower + side + 2] += 1
-    for cell in range(side * (side + 1)):
-        start[cell + 2] += start[cell + 1]
+        count_point(cells.start, grid, cell_of(xs[i], grid.scale_x), cell_of(ys[i], grid.scale_y))
+    sum_up(cells.start, 0, cell_count(grid), 0)
     for i in range(count):
-        column = cell_of(xs[i], scale_x)
-        row = cell_of(ys[i], scale_y)
-        upper = row * (side + 1) + column
-        lower = ((row - 1) & (side - 1)) * (side + 1) + column
-        place(cells, upper, xs[i], ys[i], labels[i])
-        if column == 0:
-            place(cells, upper + side, xs[i], ys[i], labels[i])
-        place(cells, lower, xs[i], ys[i], labels[i])
-        if column == 0:
-            place(cells, lower + side, xs[i], ys[i], labels[i])
+        column, row = cell_of(xs[i], grid.scale_x), cell_of(ys[i], grid.scale_y)
+        place(cells, grid, column, row, xs[i], ys[i], i)
 
 
 @inlined
-def place(cells, cell, x, y, label):
-    """Append a point to its cell."""
-    slot = cells.start[cell + 1]
-    cells.start[cell + 1] = slot + 1
-    cells.points[Point.X, slot] = x
-    cells.points[Point.Y, slot] = y
-    cells.points[Point.LABEL, slot] = label
+def is_one_cell(grid):
+    """Return whether one cell holds all points."""
+    return grid.columns == 1 and grid.rows == 1
+
+
+@inlined
+def cell_count(grid):
+    """Return the number of cells, repeated ones included."""
+    return (grid.columns + 1) * grid.rows
+
+
+@inlined
+def clear_cells(start, first, last):
+    """Begin to count the points of the cells from ``first`` to ``last`` (excluded)."""
+    for cell in range(first, last):
+        start[cell + 1] = 0
+
+
+@inlined
+def count_point(start, grid, column, row):
+    """Count a point in its cell, and in the cell that repeats it; return how often it is counted."""
+    cell = row * (grid.columns + 1) + column
+    start[cell + 1] += int32(1)
+    if column > 0 or grid.columns == 1:
+        return int64(1)
+    start[cell + grid.columns + 1] += int32(1)
+    return int64(2)
+
+
+@inlined
+def sum_up(start, first, last, place):
+    """Replace the numbers of points of cells by the places where the points of these cells begin."""
+    for cell in range(first, last):
+        place += int64(start[cell + 1])
+        start[cell + 1] = int32(place - int64(start[cell + 1]))
+
+
+@inlined
+def place(cells, grid, column, row, x, y, number):
+    """Append a point to its cell, and to the cell that repeats it."""
+    cell = row * (grid.columns + 1) + column
+    append(cells, cell, x, y, number)
+    if column == 0 and grid.columns > 1:
+        append(cells, cell + grid.columns, x, y, number)
+
+
+@inlined
+def append(cells, cell, x, y, number):
+    """Append a point to a cell; in the end each cell begins where the one before it ends."""
+    slot = uint64(uint32(cells.start[cell + 1]))
+    cells.start[cell + 1] = int32(slot + uint64(1))
+    place_at(cells.points, slot, x, y, number)
+
+
+@inlined
+def place_at(points, slot, x, y, number):
+    """Store a point."""
+    points[Point.X, slot] = x
+    points[Point.Y, slot] = y
+    points[Point.NUMBER, slot] = number
 
 
 @inlined
 def block(cells, grid, x, y):
-    """Return first and last place (the last excluded) of the points in the nearest block of cells."""
-    if grid.bits == 0:
-        return int64(0), cells.start[1]
-    side = 1 << grid.bits
-    left = int64(uint32(x)) - (grid.width >> (grid.bits + 1))
-    low = int64(uint32(y)) - (grid.height >> (grid.bits + 1))
+    """Return first and last place (the last excluded) of both stretches of the nearest block of cells."""
+    left = int64(uint32(x)) - grid.half_width
+    low = int64(uint32(y)) - grid.half_height
     if left < 0:
         left += grid.width
     if low < 0:
         low += grid.height
-    cell = cell_of(low, grid.scale_y) * (side + 1) + cell_of(left, grid.scale_x)
-    return cells.start[cell], cells.start[cell + 2]
+    column, row = cell_of(left, grid.scale_x), cell_of(low, grid.scale_y)
+    next_row = row + 1
+    if next_row == grid.rows:
+        next_row = 0
+    cell, other = row * (grid.columns + 1) + column, next_row * (grid.columns + 1) + column
+    start = cells.start
+    none = start[other + 2] if grid.rows > 1 else start[other]
+    return int64(start[cell]), int64(start[cell + 2]), int64(start[other]), int64(none)
 
 
 @inlined
-def block_on_torus(cells, bits, x, y):
-    """Return what `block` returns, on a square torus, where the side is 2**32: by shifts."""
-    side = 1 << bits
-    shift = uint64(32 - bits)
-    half = int64(1) << int64(31 - bits)
-    column = int64(uint64(uint32(x - half)) >> shift)
-    row = int64(uint64(uint32(y - half)) >> shift)
-    cell = row * (side + 1) + column
-    return cells.start[cell], cells.start[cell + min(2, side)]
-
-
-@inlined
-def count_within(cells, bits, x, y, limit):
+def count_within(cells, grid, x, y, limit):
     """Return the number of points within a range of a place on a square torus."""
-    first, last = block_on_torus(cells, bits, x, y)
-    total = 0
+    first, last, other_first, other_last = block(cells, grid, x, y)
+    return count_in(cells.points, first, last, x, y, limit) + count_in(
+        cells.points, other_first, other_last, x, y, limit
+    )
+
+
+@inlined
+def count_in(points, first, last, x, y, limit):
+    """Return the number of points of a stretch within a range of a place on a square torus."""
+    total = int64(0)
     while first < last:
-        total += popcount(near_on_torus(cells.points, first, last, x, y, limit))
+        total += popcount(near_on_square(points, first, last, x, y, limit))
         first += 32
     return total

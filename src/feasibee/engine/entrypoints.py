@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from functools import cache
 
+from numba import int64
+
 from feasibee.engine import step
 from feasibee.engine.compile import entry, inlined
-from feasibee.engine.layout import Clock
-from feasibee.engine.signatures import ADVANCE, PLAY, START
+from feasibee.engine.layout import Clock, Share
+from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
+from feasibee.engine.team import total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import (
     BITS_SENT,
@@ -73,9 +76,22 @@ def record_totals(params, state, outcome, row):
 
 
 @inlined
-def has_next_step(params, state, outcome, row, until, control):
-    """Return whether a run has a next step."""
-    if state.clock[Clock.STEP] >= until or state.clock[Clock.FULL] or control.cancelled[0]:
+def end_step(params, state, outcome, row, steps, control, part):
+    """Count a step, or none at the start, and record the swarm once all threads have come here."""
+    part.shared[part.thread, Share.ENDED] = int64(control.cancelled[0])
+    wait_for_all(part)
+    if part.thread == 0:
+        state.clock[Clock.STEP] += steps
+        control.steps_done[0] += steps
+        step.sum_counts(params, state, part)
+        record_step(params, state, outcome, row)
+    wait_for_all(part)
+
+
+@inlined
+def has_next_step(params, state, outcome, row, until, part):
+    """Return whether a run has a next step, the same for all threads."""
+    if state.clock[Clock.STEP] >= until or state.clock[Clock.FULL] or total(part, Share.ENDED) > 0:
         return False
     return not (params.run.stop_at_decision and outcome.decision[row] != UNDECIDED)
 
@@ -90,49 +106,65 @@ def start_general(params, state, run):
     step.start_general(params, state, run)
 
 
-def advance_fast(params, state, outcome, row, until, control, functions):
-    """Simulate a run on the fast path, up to step ``until`` or to its end, into a row of the outcome.
+def advance_fast(params, state, outcome, row, until, control, functions, part):
+    """Simulate a thread's part of a run on the fast path, up to step ``until`` or to its end.
 
-    ``control.steps_done`` counts steps. Setting ``control.cancelled`` ends the run, as does a full inbox
-    table.
+    ``row`` is the run's row of the outcome. ``control.steps_done`` counts steps. Setting
+    ``control.cancelled`` ends the run, as does an inbox without room.
     """
     if state.clock[Clock.STEP] == 0:
-        record_step(params, state, outcome, row)
-    while has_next_step(params, state, outcome, row, until, control):
-        step.advance_fast(params, state, functions)
-        record_step(params, state, outcome, row)
-        control.steps_done[0] += 1
-    record_totals(params, state, outcome, row)
+        step.count_opinions(params, state, part)
+        end_step(params, state, outcome, row, int64(0), control, part)
+    while has_next_step(params, state, outcome, row, until, part):
+        step.advance_fast(params, state, functions, part)
+        end_step(params, state, outcome, row, int64(1), control, part)
+    if part.thread == 0:
+        record_totals(params, state, outcome, row)
 
 
-def advance_general(params, state, outcome, row, until, control, functions):
-    """Simulate a run in the general engine; see `advance_fast`."""
+def advance_general(params, state, outcome, row, until, control, functions, part):
+    """Simulate a thread's part of a run in the general engine; see `advance_fast`."""
     if state.clock[Clock.STEP] == 0:
-        record_step(params, state, outcome, row)
-    while has_next_step(params, state, outcome, row, until, control):
-        step.advance_general(params, state, functions)
-        record_step(params, state, outcome, row)
-        control.steps_done[0] += 1
-    record_totals(params, state, outcome, row)
+        step.count_opinions(params, state, part)
+        end_step(params, state, outcome, row, int64(0), control, part)
+    while has_next_step(params, state, outcome, row, until, part):
+        step.advance_general(params, state, functions, part)
+        end_step(params, state, outcome, row, int64(1), control, part)
+    if part.thread == 0:
+        record_totals(params, state, outcome, row)
+
+
+@inlined
+def clear_row(outcome, row):
+    """Clear what is only recorded if it happens."""
+    outcome.decision[row] = UNDECIDED
+    outcome.decision_step[row] = -1
+    outcome.account[row, COMMIT_STEP] = -1
+    outcome.account[row, DECLARE_STEP] = -1
 
 
 @entry(PLAY)
-def play(params, state, outcome, first_run, control, start, advance, functions):
+def play(params, state, outcome, first_run, control, start, advance, functions, part):
     """Simulate the runs from ``first_run`` on, one for each row of the outcome; return how many are complete.
 
-    Fewer are complete than asked for when an inbox table ran full (the caller gives more room and goes on),
-    or when ``control.cancelled`` was set.
+    Fewer are complete than asked for when an inbox had no room (the caller gives more and goes on), or when
+    ``control.cancelled`` was set.
     """
     for row in range(outcome.decision.size):
         start(params, state, first_run + row)
-        outcome.decision[row] = UNDECIDED
-        outcome.decision_step[row] = -1
-        outcome.account[row, COMMIT_STEP] = -1
-        outcome.account[row, DECLARE_STEP] = -1
-        advance(params, state, outcome, row, params.run.steps, control, functions)
+        clear_row(outcome, row)
+        advance(params, state, outcome, row, params.run.steps, control, functions, part)
         if state.clock[Clock.FULL] or control.cancelled[0]:
             return row
     return outcome.decision.size
+
+
+@entry(ABANDON)
+def abandon(part):
+    """Let the other threads end the run, instead of a thread in which a strategy has raised an error."""
+    part.shared[part.thread, Share.ENDED] = 1
+    wait_for_all(part)
+    wait_for_all(part)
 
 
 @cache

@@ -1,4 +1,8 @@
-"""Inboxes (model.md 4.5): sets for up to 32 robots on the fast path, else a small hash table per robot."""
+"""Inboxes (model.md 4.5): sets for up to 32 robots on the fast path, else a small hash table per robot.
+
+Each robot has a line of 8 slots, in the order of the robots. An inbox that outgrows it takes one of the
+tables that lie behind all lines. Most never do: so a large swarm needs little memory.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from feasibee.engine.bits import says_feasible, sender_of, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
 from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.layout import Clock, Count, Link, Robot, Set, Slot
+from feasibee.engine.layout import LINE, WORD, Clock, Count, Lack, Link, Robot, Set, Slot
 from feasibee.model.codes import NO_OPINION
 
 
@@ -34,45 +38,129 @@ def receive_together(params, state, speaking):
                 spoken = uint32(sight[i] & speaking)
                 while spoken:
                     j = lowest(spoken)
-                    state.inbox[Slot.VALUE, i, j] = state.robots[Robot.SENT_VALUE, j]
+                    state.inbox[Slot.VALUE, WORD * i + j] = state.robots[Robot.SENT_VALUE, j]
                     spoken = without_lowest(spoken)
 
 
 @inlined
-def receive(params, state, i, message, value):
+def receive(params, state, part, i, message, value):
     """Add a message, the sender's label and value, to a robot's inbox."""
     opinion = says_feasible(message)
     if params.decision.every_message:
         state.counts[Count.VOTES, i] += 1
         state.counts[Count.FEASIBLE_VOTES, i] += opinion
         return
-    inbox = state.inbox[Slot.SENDER, i]
-    slots = inbox.size
-    sender = sender_of(message)
-    place = scrambled(sender) & (slots - 1)
-    while inbox[place] >= 0 and sender_of(inbox[place]) != sender:
-        place = (place + 1) & (slots - 1)
-    known = inbox[place]
+    senders = state.inbox[Slot.SENDER]
+    first, slots = slots_of(state, i)
+    place = find(senders, first, slots, sender_of(message))
+    known = senders[place]
     if known >= 0:
         state.counts[Count.FEASIBLE_VOTES, i] += opinion - says_feasible(known)
-    elif 4 * state.counts[Count.VOTES, i] >= 3 * slots:
-        state.clock[Clock.FULL] = 1  # nearly full: the runner plays this run again with more room
-        return
     else:
+        if 4 * state.counts[Count.VOTES, i] >= 3 * slots:  # nearly full
+            place = take_table(params, state, part, i, sender_of(message))
+            if place < 0:
+                return
         state.counts[Count.VOTES, i] += 1
         state.counts[Count.FEASIBLE_VOTES, i] += opinion
-    inbox[place] = message
+    senders[place] = message
     if params.strategy.value_scale > 0.0:
-        state.inbox[Slot.VALUE, i, place] = value
+        state.inbox[Slot.VALUE, place] = value
     if params.decision.inbox_size > 0:
-        state.inbox[Slot.WHEN, i, place] = state.robots[Robot.MESSAGES, i]
+        state.inbox[Slot.WHEN, place] = state.robots[Robot.MESSAGES, i]
         state.robots[Robot.MESSAGES, i] += int32(1)
+
+
+@inlined
+def slots_of(state, i):
+    """Return the first slot of a robot's inbox and the number of its slots."""
+    table = int64(state.robots[Robot.TABLE, i])
+    if table == 0:
+        return int64(LINE * i), int64(LINE)
+    lines = int64(LINE * state.robots.shape[1])
+    slots = (state.inbox.shape[1] - lines) // (state.free_tables.shape[1] - 1)
+    return lines + (table - 1) * slots, slots
+
+
+@inlined
+def find(senders, first, slots, sender):
+    """Return the slot of a sender, or the free one that it would take."""
+    place = scrambled(sender) & (slots - 1)
+    while senders[first + place] >= 0 and sender_of(senders[first + place]) != sender:
+        place = (place + 1) & (slots - 1)
+    return first + place
 
 
 @inlined
 def scrambled(sender):
     """Return a hash of a sender, of 24 bits (Knuth's multiplicative hash)."""
     return int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8))
+
+
+@called
+def take_table(params, state, part, i, sender):
+    """Move an inbox from its line to a table; return the slot there for a new sender.
+
+    Without a table, or if it has one already, the runner plays this run again with more room: return -1.
+    """
+    free = state.free_tables[part.thread]
+    if state.robots[Robot.TABLE, i] > 0 or free[0] == 0:
+        state.clock[Clock.FULL] = Lack.SLOTS if state.robots[Robot.TABLE, i] > 0 else Lack.TABLES
+        return int64(-1)
+    state.robots[Robot.TABLE, i] = free[free[0]]
+    free[0] -= int32(1)
+    inbox, (first, slots) = state.inbox, slots_of(state, i)
+    for old in range(LINE * i, LINE * i + LINE):
+        message = inbox[Slot.SENDER, old]
+        if message >= 0:
+            new = find(inbox[Slot.SENDER], first, slots, sender_of(message))
+            inbox[Slot.SENDER, new] = message
+            if params.strategy.value_scale > 0.0:
+                inbox[Slot.VALUE, new] = inbox[Slot.VALUE, old]
+            if params.decision.inbox_size > 0:
+                inbox[Slot.WHEN, new] = inbox[Slot.WHEN, old]
+            inbox[Slot.SENDER, old] = int32(-1)
+    return find(inbox[Slot.SENDER], first, slots, sender)
+
+
+@inlined
+def empty(params, state, part, i):
+    """Empty a robot's inbox (model.md 4.6); its table is free again."""
+    table = state.robots[Robot.TABLE, i]
+    if state.counts[Count.VOTES, i] > 0 or params.together:
+        clear_inbox(params, state, i)
+    if table > 0:
+        free = state.free_tables[part.thread]
+        free[0] += int32(1)
+        free[free[0]] = table
+
+
+@inlined
+def clear_inbox(params, state, i):
+    """Clear a robot's inbox, which then has no table."""
+    if params.together:
+        state.links[Link.HEARD, i] = uint32(0)
+        state.links[Link.HEARD_FEASIBLE, i] = uint32(0)
+    elif not params.decision.every_message:
+        first, slots = slots_of(state, i)
+        for place in range(first, first + slots):
+            state.inbox[Slot.SENDER, place] = int32(-1)
+        state.robots[Robot.TABLE, i] = int32(0)
+        state.robots[Robot.MESSAGES, i] = int32(0)
+    state.counts[Count.VOTES, i] = 0
+    state.counts[Count.FEASIBLE_VOTES, i] = 0
+
+
+@called
+def free_all_tables(state):
+    """Give each thread its share of the tables, none of which is in use."""
+    threads = state.free_tables.shape[0]
+    for thread in range(threads):
+        free = state.free_tables[thread]
+        free[0] = 0
+        for table in range(thread + 1, free.size, threads):
+            free[0] += int32(1)
+            free[free[0]] = int32(table)
 
 
 @inlined
@@ -85,7 +173,7 @@ def read(params, state, i, word):
     if params.together and not params.decision.every_message:
         return read_together(params, state, i, word)
     if params.decision.inbox_size > 0 or params.strategy.value_scale > 0.0:
-        return read_table(params, state, i, word)
+        return read_slots(params, state, i, word)
     votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
     opinion, _ = draw_message(word, feasible_votes, votes)
     return feasible_votes, votes, opinion, int64(0), int64(0)
@@ -103,22 +191,23 @@ def read_together(params, state, i, word):
         while drawn > 0:
             among = without_lowest(among)
             drawn -= 1
-        value = int64(state.inbox[Slot.VALUE, i, lowest(among)])
+        value = int64(state.inbox[Slot.VALUE, WORD * i + lowest(among)])
         while heard:
-            total += state.inbox[Slot.VALUE, i, lowest(heard)]
+            total += state.inbox[Slot.VALUE, WORD * i + lowest(heard)]
             heard = without_lowest(heard)
     return feasible_votes, votes, opinion, value, total
 
 
 @called
-def read_table(params, state, i, word):
+def read_slots(params, state, i, word):
     """Read an inbox whose running counts do not suffice: it keeps the newest only, or has values."""
     votes, feasible_votes = state.counts[Count.VOTES, i], state.counts[Count.FEASIBLE_VOTES, i]
-    oldest = int64(0)
+    first, slots = slots_of(state, i)
+    kept = first, slots, int64(0)
     if 0 < params.decision.inbox_size < votes:
-        oldest = oldest_kept(params, state, i)
+        kept = first, slots, oldest_kept(params, state, i, first, slots)
         votes = params.decision.inbox_size
-        feasible_votes = count(params, state, i, oldest, int64(1), params.robots.count)
+        feasible_votes = count(params, state, kept, int64(1), params.robots.count)
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
     if params.strategy.value_scale > 0.0 and votes > 0:
@@ -126,15 +215,15 @@ def read_table(params, state, i, word):
         low, high = int64(0), params.robots.count - 1
         while low < high:
             middle = (low + high) // 2
-            if count(params, state, i, oldest, opinion, middle + 1) > drawn:
+            if count(params, state, kept, opinion, middle + 1) > drawn:
                 high = middle
             else:
                 low = middle + 1
-        for place in range(state.inbox.shape[2]):
-            if keeps(params, state, i, place, oldest):
-                total += state.inbox[Slot.VALUE, i, place]
-                if sender_of(state.inbox[Slot.SENDER, i, place]) == low:
-                    value = int64(state.inbox[Slot.VALUE, i, place])
+        for place in range(first, first + slots):
+            if keeps(params, state, kept, place):
+                total += state.inbox[Slot.VALUE, place]
+                if sender_of(state.inbox[Slot.SENDER, place]) == low:
+                    value = int64(state.inbox[Slot.VALUE, place])
     return feasible_votes, votes, opinion, value, total
 
 
@@ -150,14 +239,14 @@ def draw_message(word, feasible_votes, votes):
 
 
 @called
-def oldest_kept(params, state, i):
+def oldest_kept(params, state, i, first, slots):
     """Return the number of the oldest message that an inbox of limited size keeps."""
     low, high = int64(0), int64(state.robots[Robot.MESSAGES, i])
     while high - low > 1:
         middle = (low + high) // 2
         since = 0
-        for place in range(state.inbox.shape[2]):
-            if state.inbox[Slot.SENDER, i, place] >= 0 and state.inbox[Slot.WHEN, i, place] >= middle:
+        for place in range(first, first + slots):
+            if state.inbox[Slot.SENDER, place] >= 0 and state.inbox[Slot.WHEN, place] >= middle:
                 since += 1
         if since >= params.decision.inbox_size:
             low = middle
@@ -167,42 +256,28 @@ def oldest_kept(params, state, i):
 
 
 @called
-def count(params, state, i, oldest, opinion, senders):
+def count(params, state, kept, opinion, senders):
     """Return the number of kept messages with this opinion and a sender below ``senders``."""
     number = int64(0)
-    for place in range(state.inbox.shape[2]):
-        message = state.inbox[Slot.SENDER, i, place]
-        if (
-            keeps(params, state, i, place, oldest)
-            and says_feasible(message) == opinion
-            and sender_of(message) < senders
-        ):
+    first, slots, _ = kept
+    for place in range(first, first + slots):
+        message = state.inbox[Slot.SENDER, place]
+        counts = keeps(params, state, kept, place)
+        if counts and says_feasible(message) == opinion and sender_of(message) < senders:
             number += 1
     return number
 
 
 @inlined
-def keeps(params, state, i, place, oldest):
+def keeps(params, state, kept, place):
     """Return whether a slot holds a message that counts."""
-    if state.inbox[Slot.SENDER, i, place] < 0:
+    if state.inbox[Slot.SENDER, place] < 0:
         return False
-    return params.decision.inbox_size == 0 or state.inbox[Slot.WHEN, i, place] >= oldest
+    _, _, oldest = kept
+    return params.decision.inbox_size == 0 or state.inbox[Slot.WHEN, place] >= oldest
 
 
 @inlined
 def as_share(params, value):
     """Return a message's integer value, or a sum of such values, as a share of the largest value."""
     return float64(value) / params.strategy.value_scale if params.strategy.value_scale > 0.0 else 0.0
-
-
-@inlined
-def empty(params, state, i):
-    """Empty a robot's inbox (model.md 4.6)."""
-    if params.together:
-        state.links[Link.HEARD, i] = uint32(0)
-        state.links[Link.HEARD_FEASIBLE, i] = uint32(0)
-    elif state.counts[Count.VOTES, i] > 0 and not params.decision.every_message:
-        state.inbox[Slot.SENDER, i] = int32(-1)
-        state.robots[Robot.MESSAGES, i] = int32(0)
-    state.counts[Count.VOTES, i] = 0
-    state.counts[Count.FEASIBLE_VOTES, i] = 0

@@ -69,66 +69,87 @@ def lowest(_typing: Any, word: Any) -> Any:
     return types.int64(types.uint32), generate
 
 
+def square_on_square(builder: Any, centre: Any, coordinates: Any, side: Any) -> Any:
+    """Return squared differences in 32 bits, which wrap by themselves."""
+    wide = builder.sext(builder.sub(spread(builder, centre, INTS), coordinates), LONGS)
+    return builder.mul(wide, wide)
+
+
+def square_on_rectangle(builder: Any, centre: Any, coordinates: Any, side: Any) -> Any:
+    """Return squared differences on a torus whose sides differ, the short way round."""
+    ahead = builder.sub(
+        builder.zext(coordinates, LONGS), builder.zext(spread(builder, centre, INTS), LONGS)
+    )
+    back = builder.neg(ahead)
+    straight = builder.select(builder.icmp_signed(">", ahead, back), ahead, back)
+    around = builder.sub(spread(builder, side, LONGS), straight)
+    way = builder.select(builder.icmp_signed("<", straight, around), straight, around)
+    # At most half a side: LLVM takes a faster product of numbers that it knows to fit in 32 bits.
+    way = builder.zext(builder.trunc(way, INTS), LONGS)
+    return builder.mul(way, way)
+
+
+def near_points(points: int, square: Any) -> Any:
+    """Return the generator of an intrinsic: the set of points with squared distances below a limit."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        first, centre, limit, sides = arguments[2], arguments[3:5], arguments[5], arguments[6:]
+        axes = [
+            context.make_array(kind)(context, builder, value).data
+            for kind, value in zip(signature.args[:2], arguments[:2], strict=True)
+        ]
+        limits = spread(builder, limit, LONGS)
+        near = INT(0)
+        for lane in range(0, points, LANES):
+            start = builder.add(first, LONG(lane))
+            squares = [
+                square(builder, centre[axis], stretch(builder, data, start), sides and sides[axis])
+                for axis, data in enumerate(axes)
+            ]
+            some = builder.icmp_unsigned("<", builder.add(*squares), limits)
+            bits = builder.zext(builder.bitcast(some, ir.IntType(LANES)), INT)
+            near = builder.or_(near, builder.shl(bits, INT(lane)))
+        return near
+
+    return generate
+
+
 @intrinsic
 def within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
     """Return the set of the 32 points from ``first`` on whose squared distance is below ``limit``.
 
     Differences are taken in 32 bits, so that they wrap.
     """
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        def square(coordinates: Any, axis: int) -> Any:
-            centre = spread(builder, arguments[3 + axis], INTS)
-            wide = builder.sext(builder.sub(centre, coordinates), LONGS)
-            return builder.mul(wide, wide)
-
-        return near_points(context, builder, signature.args, arguments, square)
-
-    return types.uint32(xs, ys, types.int64, types.int32, types.int32, types.uint64), generate
+    kinds = types.int64, types.int32, types.int32, types.uint64
+    return types.uint32(xs, ys, *kinds), near_points(32, square_on_square)
 
 
 @intrinsic
-def within_on(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, sides: Any) -> Any:
+def few_within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
+    """Return the set that `within` returns, of 8 points."""
+    kinds = types.int64, types.int32, types.int32, types.uint64
+    return types.uint32(xs, ys, *kinds), near_points(LANES, square_on_square)
+
+
+@intrinsic
+def within_on(
+    _typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
+) -> Any:
     """Return the set that `within` returns, on a torus whose sides differ.
 
     There 32 bits don't wrap by themselves. A loop that LLVM vectorized itself cost a fifth more of a step.
     """
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        def square(coordinates: Any, axis: int) -> Any:
-            centre = builder.zext(spread(builder, arguments[3 + axis], INTS), LONGS)
-            side = spread(builder, builder.extract_value(arguments[6], axis), LONGS)
-            ahead = builder.sub(builder.zext(coordinates, LONGS), centre)
-            back = builder.neg(ahead)
-            straight = builder.select(builder.icmp_signed(">", ahead, back), ahead, back)
-            around = builder.sub(side, straight)
-            way = builder.select(builder.icmp_signed("<", straight, around), straight, around)
-            # At most half a side: LLVM takes a faster product of numbers that it knows to fit in 32 bits.
-            way = builder.zext(builder.trunc(way, INTS), LONGS)
-            return builder.mul(way, way)
-
-        return near_points(context, builder, signature.args, arguments, square)
-
-    pair = types.int64, types.int64
-    return types.uint32(xs, ys, types.int64, types.int32, types.int32, types.uint64, as_tuple(pair)), generate
+    kinds = types.int64, types.int32, types.int32, types.uint64, types.int64, types.int64
+    return types.uint32(xs, ys, *kinds), near_points(32, square_on_rectangle)
 
 
-def near_points(context: Any, builder: Any, kinds: Any, arguments: Any, square: Any) -> Any:
-    """Return the set of 32 points for which the sum of both axes' ``square`` is below a limit."""
-    first, limit = arguments[2], arguments[5]
-    axes = [
-        context.make_array(kind)(context, builder, value).data
-        for kind, value in zip(kinds[:2], arguments[:2], strict=True)
-    ]
-    limits = spread(builder, limit, LONGS)
-    near = INT(0)
-    for lane in range(0, 32, LANES):
-        start = builder.add(first, LONG(lane))
-        squares = [square(stretch(builder, data, start), axis) for axis, data in enumerate(axes)]
-        some = builder.icmp_unsigned("<", builder.add(*squares), limits)
-        bits = builder.zext(builder.bitcast(some, ir.IntType(LANES)), INT)
-        near = builder.or_(near, builder.shl(bits, INT(lane)))
-    return near
+@intrinsic
+def few_within_on(
+    _typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
+) -> Any:
+    """Return the set that `within_on` returns, of 8 points."""
+    kinds = types.int64, types.int32, types.int32, types.uint64, types.int64, types.int64
+    return types.uint32(xs, ys, *kinds), near_points(LANES, square_on_rectangle)
 
 
 def stretch(builder: Any, data: Any, start: Any) -> Any:
@@ -140,3 +161,23 @@ def spread(builder: Any, value: Any, vector: Any) -> Any:
     """Return a vector with the same value in all lanes."""
     one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, INT(0))
     return builder.shuffle_vector(one, one, ir.Constant(INTS, None))
+
+
+@intrinsic
+def bits_of(_typing: Any, number: Any) -> Any:
+    """Return the 64 bits of a float."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], LONG)
+
+    return types.int64(types.float64), generate
+
+
+@intrinsic
+def float_of(_typing: Any, bits: Any) -> Any:
+    """Return the float of 64 bits."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.DoubleType())
+
+    return types.float64(types.int64), generate

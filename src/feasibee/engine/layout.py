@@ -15,11 +15,15 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.params import Params
+from feasibee.engine.params import Grid, Params
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
 """Robots per word of a set."""
+LINE = 8
+"""Slots for senders that each robot has, before its inbox takes a table."""
+TILE = 4
+"""Cells per side of a tile: see `feasibee.engine.order`."""
 PENDING_ROOM = 256
 """Entries of `State.pending`."""
 
@@ -42,11 +46,13 @@ class Robot(IntEnum):
     WALKS = 6  # headings drawn so far
     PHASES = 7  # phases drawn so far
     LABEL = 8  # see `feasibee.engine.bits.pack_label`
-    ORDER = 9  # a shuffle of the robots
+    ORDER = 9  # a shuffle of the robots; while they are sorted, which of them comes where
     SENT_VALUE = 10  # the value in its messages
     AGREED = 11  # successive decisions with which its inbox agreed
     MESSAGES = 12  # heard since the inbox was emptied
     IDENTITY = 13  # the first robot with the same id
+    TABLE = 14  # number of the table that its inbox takes, from 1 on, or 0
+    SPARE = 15  # room to sort the others in
 
 
 class Set(IntEnum):
@@ -68,6 +74,8 @@ class Set(IntEnum):
     LISTENING = 13  # hears in this step (general engine)
     DECLARED = 14
     DECLARED_FEASIBLE = 15
+    STOPPING = 16  # robots that stop at `FaultParams.stop_step`
+    SPARE = 17  # room to sort the others in
 
 
 class Count(IntEnum):
@@ -77,6 +85,7 @@ class Count(IntEnum):
     TASKS_SEEN = 1  # m_obs
     VOTES = 2  # messages in the inbox
     FEASIBLE_VOTES = 3  # messages with opinion 1
+    SPARE = 4  # room to sort the others in
 
 
 class Link(IntEnum):
@@ -88,11 +97,11 @@ class Link(IntEnum):
 
 
 class Slot(IntEnum):
-    """Tables of `State.inbox`."""
+    """Rows of `State.inbox`."""
 
     SENDER = 0  # label of the sender with its latest opinion, or -1
     VALUE = 1  # in that message
-    WHEN = 2  # number of the message among all heard
+    WHEN = 2  # number of that message among all heard
 
 
 class Copy(IntEnum):
@@ -118,7 +127,7 @@ class Point(IntEnum):
 
     X = 0
     Y = 1
-    LABEL = 2  # number of the task, or label of the robot: see `feasibee.engine.bits.pack_label`
+    NUMBER = 2  # of the task, or place of the robot in the arrays of `State`
 
 
 class Clock(IntEnum):
@@ -126,7 +135,7 @@ class Clock(IntEnum):
 
     RUN = 0  # number of the run
     STEP = 1  # steps done
-    FULL = 2  # 1 when an inbox table ran full
+    FULL = 2  # why an inbox had no room: see `Lack`
     FEASIBLE_COUNT = 3  # counted robots with opinion 1
     NEUTRAL_COUNT = 4  # counted robots without an opinion
     BITS = 5  # sent so far
@@ -137,11 +146,48 @@ class Clock(IntEnum):
     PENDING = 10  # entries of `State.pending`
 
 
+class Lack(IntEnum):
+    """What an inbox lacked, which the runner then doubles."""
+
+    SLOTS = 1  # in a table
+    TABLES = 2
+
+
+class Share(IntEnum):
+    """Columns of `Part.shared`: what each thread tells the others. The last row belongs to all."""
+
+    ROW = 0  # first row of cells that it sorts
+    LEAVING = 1  # number of its robots that other threads sort
+    POINTS = 2  # places that its cells take
+    FEASIBLE_COUNT = 3  # sums over its robots, as in `Clock`
+    NEUTRAL_COUNT = 4
+    BITS = 5
+    COMMITTED_FEASIBLE = 6
+    COMMITTED_INFEASIBLE = 7
+    DECLARED_FEASIBLE = 8
+    DECLARED_INFEASIBLE = 9
+    FULL = 10
+    ENDED = 11  # whether this thread wants the run to end here
+    ARRIVED = 0  # threads that wait, in the last row
+    TURN = 8  # number of the times that all have waited: a cache line of its own
+
+
+class Part(NamedTuple):
+    """A thread's part of the work on a swarm; see `feasibee.engine.team`."""
+
+    thread: int
+    threads: int
+    first: int  # first word of its robots
+    last: int  # the word after its last one
+    give_way: int  # address of the system's function that lets other threads run, or 0
+    shared: Annotated[Int64s, "thread", "Share"]
+
+
 class Cells(NamedTuple):
     """Points sorted into a square grid of cells; see `feasibee.engine.cells`."""
 
     points: Annotated[Int32s, "Point", "place"]
-    start: Annotated[Int64s, "cell"]  # first place of each cell; two more than there are cells
+    start: Annotated[Int32s, "cell"]  # first place of each cell, and the place after the last
 
 
 class Tables(NamedTuple):
@@ -165,7 +211,10 @@ class State(NamedTuple):
     links: Annotated[Words, "Link", "robot"]  # up to 32 robots
     seen: Annotated[Int64s, "robot", "class of robots, then of tasks"]  # no rows unless there are several
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
-    inbox: Annotated[Int32s, "Slot", "robot", "slot"]  # hash tables; if together, VALUE by sender
+    inbox: Annotated[Int32s, "Slot", "slot"]  # see `feasibee.engine.inbox`
+    free_tables: Annotated[Int32s, "thread", "place"]  # their number, and their numbers
+    heard: Annotated[Int32s, "thread", "place"]  # senders, to be sorted
+    tiles: Annotated[Int32s, "thread", "tile"]  # where its robots are sorted to
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
     pending: Annotated[Int32s, "Pending", "entry"]  # calls of the functions of a strategy's knowledge
@@ -229,18 +278,13 @@ class Lowered(NamedTuple):
     fast: bool  # whether the fast path simulates it, else the general engine
 
 
-def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> State:
-    """Allocate a swarm.
-
-    ``slots`` is the number of senders that each inbox table has room for, a power of two. ``memory`` is the
-    number of floats that the strategy keeps per robot.
-    """
+def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, threads: int = 1) -> State:
+    """Allocate a swarm, of whose robots the strategy keeps ``memory`` floats each."""
     words = -(-params.robots.count // WORD)
     padded = words * WORD
     classes = tables.adds.shape[1]
     remembered = words + -(-params.tasks.count // WORD)
     knowledge = params.strategy.knowledge
-    values = params.strategy.value_scale > 0
     state = State(
         robots=np.zeros((len(Robot), padded), np.int32),
         sets=np.zeros((len(Set), words), np.uint32),
@@ -248,36 +292,55 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
         links=np.zeros((len(Link), WORD), np.uint32),
         seen=np.zeros((padded if params.sensing.by_class or knowledge.enabled else 0, classes), np.int64),
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
-        inbox=np.full(_inbox_shape(params, padded, slots, values), -1, np.int32),
+        inbox=np.full(_inbox_shape(params, room), -1, np.int32),
+        free_tables=np.zeros((threads, 1 + room.tables), np.int32),
+        heard=np.zeros((threads if params.in_sender_order else 0, padded), np.int32),
+        tiles=np.zeros((threads if params.in_space_order else 0, _tile_count(params.robots.grid)), np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
         pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
-        task_cells=empty_cells(params.tasks.count, params.tasks.grid.bits),
-        robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid.bits),
+        task_cells=empty_cells(params.tasks.count, params.tasks.grid),
+        robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
         tables=tables,
         clock=np.zeros(len(Clock), np.int64),
     )
-    state.tasks[Point.LABEL] = np.arange(params.tasks.count)
     return state
 
 
-def size_of(params: Params, tables: Tables, slots: int) -> int:
+class Room(NamedTuple):
+    """The room for inboxes with more senders than a line has: see `feasibee.engine.inbox`."""
+
+    slots: int  # of a table, a power of two
+    tables: int
+
+
+def first_room(params: Params) -> Room:
+    """Return the room that a swarm gets at first: few inboxes of a large swarm need a table."""
+    robots = params.robots.count
+    return Room(64, 0 if params.together else min(robots, 1024 + robots // 16))
+
+
+def size_of(params: Params, tables: Tables, room: Room) -> int:
     """Return about how many bytes a swarm takes, without arrays of fixed size per robot or task."""
     words = -(-params.robots.count // WORD)
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
-    inbox = math.prod(_inbox_shape(params, padded, slots, params.strategy.value_scale > 0))
-    return 4 * (inbox + padded * (remembered + 2 * copy_length(params)))
+    return 4 * (math.prod(_inbox_shape(params, room)) + padded * (remembered + 2 * copy_length(params)))
 
 
-def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple[int, int, int]:
+def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
+    padded = -(-params.robots.count // WORD) * WORD
+    values = params.strategy.value_scale > 0
     if params.together:
-        return (2, padded, WORD) if values else (1, 0, 1)
-    if params.decision.inbox_size:
-        return (3, padded, slots)
-    return (2 if values else 1, padded, slots)
+        return (2, padded * WORD) if values else (1, 0)
+    rows = 3 if params.decision.inbox_size else 2 if values else 1
+    return rows + params.in_space_order, padded * LINE + room.tables * room.slots
+
+
+def _tile_count(grid: Grid) -> int:
+    return -(-grid.columns // TILE) * -(-grid.rows // TILE)
 
 
 def copy_length(params: Params) -> int:
@@ -285,8 +348,7 @@ def copy_length(params: Params) -> int:
     return max(params.strategy.knowledge.words, params.strategy.knowledge.message_words)
 
 
-def empty_cells(points: int, bits: int) -> Cells:
-    """Allocate a grid where every point may be stored in two strips, and in their first column."""
-    room = 4 * points + WORD
-    cells = (2**bits + 1) * 2**bits
-    return Cells(np.zeros((len(Point), room), np.int32), np.zeros(cells + 2, np.int64))
+def empty_cells(points: int, grid: Grid) -> Cells:
+    """Allocate a grid where every point may be in the column that is repeated."""
+    cells = (grid.columns + 1) * grid.rows
+    return Cells(np.zeros((len(Point), 2 * points + WORD), np.int32), np.zeros(cells + 1, np.int32))

@@ -11,7 +11,7 @@ from feasibee.engine.bits import (
     bit_if,
     contains,
     lowest_member,
-    sender_of,
+    number_of,
     without_lowest,
 )
 from feasibee.engine.cells import block, near, shortest
@@ -19,15 +19,16 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import direction, draw_words, duration
 from feasibee.engine.intrinsics import lowest
 from feasibee.engine.layout import Clock, Point, Robot, Set
+from feasibee.engine.team import wait_for_all
 from feasibee.model.purposes import WALK
 
 
 @inlined
-def move_freely(state):
+def move_freely(state, part):
     """Move all robots one step on a square torus, through each other (model.md 3.1)."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         base = uint64(32 * w)
         for j in range(32):
             i = uint64(base + j)
@@ -36,10 +37,10 @@ def move_freely(state):
 
 
 @inlined
-def tick(state):
+def tick(state, part):
     """Advance the timers; store whose heading and whose phase end with this step (model.md 3.3)."""
     walks_left, phases_left = state.robots[Robot.WALK_LEFT], state.robots[Robot.PHASE_LEFT]
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         turning = uint32(0)
         ending = uint32(0)
         base = uint64(32 * w)
@@ -56,12 +57,12 @@ def tick(state):
 
 
 @spliced
-def move_where_clear(params, state):
+def move_where_clear(params, state, part):
     """Move each robot whose way is clear; the others stay and will turn (model.md 6.2)."""
     if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
-        move_freely(state)  # stopped robots have speed 0
+        move_freely(state, part)  # stopped robots have speed 0
         return
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         blocked = uint32(0)
         left = state.sets[Set.WORKING, w]
         while left:
@@ -70,7 +71,8 @@ def move_where_clear(params, state):
                 blocked |= bit(i)
             left = without_lowest(left)
         state.sets[Set.BLOCKED, w] = blocked
-    for w in range(state.sets.shape[1]):
+    wait_for_all(part)
+    for w in range(part.first, part.last):
         left = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.BLOCKED, w])
         while left:
             i = lowest_member(w, left)
@@ -109,10 +111,12 @@ def is_clear(params, state, i):
             return False
     if not params.robots.avoid_collisions:
         return True
-    first, last = block(
+    first, last, other_first, other_last = block(
         state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
     )
-    return is_clear_of(params, state, i, first, last)
+    return is_clear_of(params, state, i, first, last) and is_clear_of(
+        params, state, i, other_first, other_last
+    )
 
 
 @called
@@ -122,7 +126,7 @@ def is_clear_of(params, state, i, first, last):
     while first < last:
         close = near(params, points, first, last, x, y, params.robots.meet_limit)
         while close:
-            other = sender_of(points[Point.LABEL, first + lowest(close)])
+            other = int64(points[Point.NUMBER, first + lowest(close)])
             if other != i and collide(params, state, i, other):
                 return False
             close = without_lowest(close)
@@ -180,9 +184,9 @@ def product(a, b):
 
 
 @inlined
-def turn(params, state):
+def turn(params, state, part):
     """Draw a new heading for each robot whose straight run has ended."""
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         left = state.sets[Set.TURNING, w]
         while left:
             head(params, state, lowest_member(w, left))
@@ -192,7 +196,8 @@ def turn(params, state):
 @inlined
 def head(params, state, i):
     """Draw a robot's next heading and its duration (model.md 2.1)."""
-    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.WALKS, i], WALK)
+    number = number_of(state.robots[Robot.LABEL, i])
+    words = draw_words(params, state.clock[Clock.RUN], number, state.robots[Robot.WALKS, i], WALK)
     state.robots[Robot.WALKS, i] += int32(1)
     cosine, sine = direction(words[0])
     state.robots[Robot.STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))

@@ -44,11 +44,14 @@ class Action(IntEnum):
 
 
 class Grid(NamedTuple):
-    """A grid of cells over the arena, 2**bits a side; see `feasibee.engine.cells`."""
+    """A grid of cells over the arena; see `feasibee.engine.cells`."""
 
-    bits: int
+    columns: int
+    rows: int
     width: int  # of the arena
     height: int
+    half_width: int  # of a cell
+    half_height: int
     scale_x: np.uint64  # cells per unit, times 2**52
     scale_y: np.uint64
 
@@ -227,6 +230,8 @@ class Params(NamedTuple):
     faults: FaultParams
     run: RunParams
     together: bool  # whether all robots sense at once: on the fast path, up to 32 robots
+    in_space_order: bool  # whether robots are sorted in space: see `feasibee.engine.order`
+    in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders
 
 
 NUMBERS: Final = {

@@ -18,15 +18,31 @@ from feasibee.engine import entrypoints
 from feasibee.engine.compile import careful, entry, helpers_of, inlined, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
 from feasibee.engine.knowledge import update_nothing, updating
-from feasibee.engine.layout import Control, Functions, Lowered, Outcome, empty_state
+from feasibee.engine.layout import (
+    Clock,
+    Control,
+    Functions,
+    Lowered,
+    Lack,
+    Outcome,
+    Part,
+    Room,
+    State,
+    empty_state,
+    first_room,
+)
 from feasibee.engine.params import Params, packed
 from feasibee.engine.signatures import KNOWLEDGE, STRATEGY
+from feasibee.engine.team import parts_of
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Strategy
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.1 ms for the call
-FIRST_SLOTS = 64
+TOGETHER = 4096
+"""Robots from which on the threads may simulate one swarm together."""
+TOGETHER_SPEED = 0.9
+"""Speed of a thread of those, in units of its speed alone."""
 FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
 """Exceptions that a user's strategy may raise."""
 
@@ -170,18 +186,30 @@ def simulate(
         If the strategy raises an error.
     """
     engine = engine_functions(lowered.strategy, lowered.fast)
+    team = team_size(lowered.params, record.runs, threads)
     parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
-    cancelled, slots = np.zeros(1, np.bool_), [FIRST_SLOTS]
+    cancelled, rooms = np.zeros(1, np.bool_), [first_room(lowered.params)]
     controls = [Control(np.zeros(1, np.int64), cancelled) for _ in parts]
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(threads // team) as pool:
         each_part = zip(parts, controls, strict=True)
-        futures = [pool.submit(_play, lowered, engine, *each, slots) for each in each_part]
+        futures = [pool.submit(_play, lowered, engine, *each, rooms, team) for each in each_part]
         try:
             _watch(futures, controls, parts, lowered.params, progress)
         except BaseException:
             cancelled[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def team_size(params: Params, runs: int, threads: int) -> int:
+    """Return the number of threads that simulate each run: one, or all of them.
+
+    Runs side by side need no waiting. But the last of them may leave threads without work.
+    """
+    apart = params.robots.count < TOGETHER or params.strategy.knowledge.enabled
+    if apart or math.ceil(runs / threads) <= runs / (TOGETHER_SPEED * threads):
+        return 1
+    return threads
 
 
 def _watch(
@@ -223,28 +251,64 @@ def outcome_of(record: Record) -> Outcome:
     return Outcome(*(getattr(record, name) for name in Outcome._fields))
 
 
-def _play(lowered: Lowered, engine: Engine, record: Record, control: Control, slots: list[int]) -> None:
-    """Play one chunk; when an inbox table runs full, play that run again with twice the room.
+def _play(
+    lowered: Lowered, engine: Engine, record: Record, control: Control, rooms: list[Room], team: int
+) -> None:
+    """Play one chunk; when an inbox has no room, play that run again with more.
 
-    ``slots[0]`` is the room that has sufficed so far, for all chunks; it changes no result.
+    ``rooms[0]`` has sufficed so far, for all chunks; it changes no result.
     """
-    complete = 0
+    complete, params = 0, packed(lowered.params)
     while complete < record.runs and not control.cancelled[0]:
         rest = record.part(complete, record.runs)
+        state = empty_state(lowered.params, lowered.tables, rooms[0], lowered.strategy.memory, team)
         try:
-            complete += entrypoints.play(
-                packed(lowered.params),
-                empty_state(lowered.params, lowered.tables, slots[0], lowered.strategy.memory),
-                outcome_of(rest),
-                rest.first_run,
-                control,
-                *engine,
-            )
+            if team > 1:
+                complete += _play_together(engine, lowered.params, params, state, rest, control)
+            else:
+                (part,) = parts_of(lowered.params)
+                complete += entrypoints.play(
+                    params, state, outcome_of(rest), rest.first_run, control, *engine, part
+                )
         except FAILURES as error:
             if rest.runs == 1:
                 raise RunError(rest.first_run, error) from error
             for row in range(rest.runs):  # one at a time, to find the run that fails
-                _play(lowered, engine, rest.part(row, row + 1), control, slots)
+                _play(lowered, engine, rest.part(row, row + 1), control, rooms, team)
             raise
         if complete < record.runs:
-            slots[0] *= 2
+            rooms[0] = enlarged(rooms[0], state)
+
+
+def enlarged(room: Room, state: State) -> Room:
+    """Return a room with twice as much of what an inbox lacked."""
+    if state.clock[Clock.FULL] == Lack.SLOTS:
+        return room._replace(slots=2 * room.slots)
+    return room._replace(tables=2 * room.tables)
+
+
+def _play_together(
+    engine: Engine, numbers: Params, params: Any, state: State, record: Record, control: Control
+) -> int:
+    """Play runs one after another, each by as many threads as the state is for, as `play` does."""
+    parts = parts_of(numbers, state.free_tables.shape[0])
+    outcome = outcome_of(record)
+    with ThreadPoolExecutor(len(parts)) as pool:
+        for row in range(record.runs):
+            engine.start(params, state, record.first_run + row)
+            shared = (params, state, outcome, row, numbers.run.steps, control, engine.functions)
+            futures = [pool.submit(_advance_part, engine, *shared, part) for part in parts]
+            for future in futures:
+                future.result()
+            if state.clock[Clock.FULL] or control.cancelled[0]:
+                return row
+    return record.runs
+
+
+def _advance_part(engine: Engine, *arguments: Any) -> None:
+    """Simulate a thread's part of a run; if a strategy raises an error, end the run for all threads."""
+    try:
+        engine.advance(*arguments)
+    except BaseException:
+        entrypoints.abandon(arguments[-1])
+        raise

@@ -14,20 +14,22 @@ from feasibee.engine.bits import (
     contains,
     first_bits,
     has_bit,
-    is_disseminating,
+    is_speaking,
     lowest_member,
+    number_of,
     pack_label,
-    sender_of,
+    says_feasible,
     set_member,
     without_lowest,
 )
-from feasibee.engine.cells import block, block_on_torus, count_within, near, near_on_torus, sort_into_cells
+from feasibee.engine.cells import block, count_within, near, near_on_square
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount, within
-from feasibee.engine.knowledge import defer, publish, sent_opinion, update_pending
-from feasibee.engine.layout import WORD, Clock, Count, Link, Pending, Point, Robot, Set
+from feasibee.engine.knowledge import defer, publish, update_pending
+from feasibee.engine.layout import WORD, Clock, Count, Link, Pending, Point, Robot, Set, Share
+from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.model.purposes import (
     FALSE_ROBOT,
@@ -42,27 +44,27 @@ from feasibee.model.purposes import (
 
 
 @spliced
-def sense_fast(params, state):
+def sense_fast(params, state, part):
     """Let exploring robots observe and listening robots receive, on the fast path."""
     if params.together:
-        sense_together(params, state)
+        sense_together(params, state, part)
     else:
-        sense_in_cells(params, state)
+        sense_in_cells(params, state, part)
 
 
 @spliced
-def sense_together(params, state):
+def sense_together(params, state, part):
     """Sense in a swarm of at most 32 on the fast path."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
-    swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
+    swarm, limit, grid = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid
     speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
-    state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
+    part.shared[part.thread, Share.BITS] = popcount(speaking) * params.radio.message_bits
     find_neighbours(xs, ys, sight, swarm, params.robots.count, limit)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
-        state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
+        state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, grid, xs[i], ys[i], limit)
         looking = without_lowest(looking)
     for i in range(32):
         explores = int64(has_bit(~disseminating, i))
@@ -84,73 +86,110 @@ def find_neighbours(xs, ys, sight, swarm, robots, limit):
 
 
 @called
-def sense_in_cells(params, state):
+def sense_in_cells(params, state, part):
     """Sense in a swarm of any size on the fast path."""
-    fill_robots(params, state)
-    # Read once, not per robot: the compiler must assume that writes to the state change them.
-    robot_bits, task_bits, limit = params.robots.grid.bits, params.tasks.grid.bits, params.sensing.limit
-    for w in range(state.sets.shape[1]):
-        speaking = state.sets[Set.SPEAKING, w]
-        state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
-        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
-        while speaking:
-            broadcast(params, state, lowest_member(w, speaking))
-            speaking = without_lowest(speaking)
-        while looking:
-            observe_fast(params, state, lowest_member(w, looking), robot_bits, task_bits, limit)
-            looking = without_lowest(looking)
+    fill_robots(params, state, part)
+    in_one_look = params.radio.limit == params.sensing.limit
+    part.shared[part.thread, Share.BITS] = 0
+    for w in range(part.first, part.last):
+        disseminating, working = state.sets[Set.DISSEMINATING, w], state.sets[Set.WORKING, w]
+        listening = working if params.decision.listens_for == ALWAYS else disseminating
+        speaking = popcount(state.sets[Set.SPEAKING, w])
+        part.shared[part.thread, Share.BITS] += speaking * params.radio.message_bits
+        left = working
+        while left:
+            i = lowest_member(w, left)
+            looks, listens = not has_bit(disseminating, i), has_bit(listening, i)
+            if looks and listens and in_one_look:
+                look_and_listen(params, state, part, i, True)
+            else:
+                if looks:
+                    look_and_listen(params, state, part, i, False)
+                if listens:
+                    listen(params, state, part, i)
+            if looks:
+                count_tasks(params, state, i)
+            left = without_lowest(left)
+
+
+@inlined
+def look_and_listen(params, state, part, i, listens):
+    """Count the robots in sight of a robot, on the fast path; receive their messages if it listens."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    points = state.robot_cells.points
+    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
+    seen = params.sensing.count_self - 1  # it sees itself
+    for _ in range(2):
+        while first < last:
+            close = near_on_square(points, first, last, x, y, params.sensing.limit)
+            seen += popcount(close)
+            if listens:
+                receive_from(params, state, part, i, first, close)
+            first += 32
+        first, last = other_first, other_last
+    state.counts[Count.ROBOTS_SEEN, i] += seen
+
+
+@inlined
+def listen(params, state, part, i):
+    """Receive the messages of the robots in radio range of a robot, on the fast path."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    points = state.robot_cells.points
+    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
+    for _ in range(2):
+        while first < last:
+            close = near_on_square(points, first, last, x, y, params.radio.limit)
+            receive_from(params, state, part, i, first, close)
+            first += 32
+        first, last = other_first, other_last
+
+
+@inlined
+def receive_from(params, state, part, i, first, close):
+    """Receive the messages of those who speak among the robots at places from ``first`` on."""
+    while close:
+        other = int64(state.robot_cells.points[Point.NUMBER, first + lowest(close)])
+        message = state.robots[Robot.LABEL, other]
+        if is_speaking(message) and other != i:
+            receive(params, state, part, i, message, state.robots[Robot.SENT_VALUE, other])
+        close = without_lowest(close)
+
+
+@inlined
+def count_tasks(params, state, i):
+    """Count the tasks in sight of a robot, on the fast path."""
+    x, y, grid = state.robots[Robot.X, i], state.robots[Robot.Y, i], params.tasks.grid
+    state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, grid, x, y, params.sensing.limit)
 
 
 @spliced
-def sense_general(params, state, functions):
+def sense_general(params, state, functions, part):
     """Sense in the general engine (model.md 6.3, 6.5, 6.6).
 
     What a robot observes in a step it knows before it receives messages.
     """
-    publish(params, state, functions)
-    fill_robots(params, state)
-    for w in range(state.sets.shape[1]):
+    publish(params, state, functions, part)
+    fill_robots(params, state, part)
+    for w in range(part.first, part.last):
         looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while looking:
             observe_general(params, state, functions, lowest_member(w, looking))
             looking = without_lowest(looking)
     update_pending(params, state, functions, Action.OBSERVE)
-    find_listeners(params, state)
-    for w in range(state.sets.shape[1]):
-        speaking = state.sets[Set.SPEAKING, w]
-        while speaking:
-            broadcast_with_loss(params, state, functions, lowest_member(w, speaking))
-            speaking = without_lowest(speaking)
+    find_listeners(params, state, part)
+    for w in range(part.first, part.last):
+        listening = state.sets[Set.LISTENING, w]
+        while listening:
+            listen_general(params, state, functions, part, lowest_member(w, listening))
+            listening = without_lowest(listening)
     update_pending(params, state, functions, Action.MERGE)
 
 
 @inlined
-def fill_robots(params, state):
-    """Sort the robots into cells."""
-    robots = state.robots
-    sort_into_cells(
-        state.robot_cells,
-        params.robots.grid,
-        robots[Robot.X],
-        robots[Robot.Y],
-        robots[Robot.LABEL],
-        params.robots.count,
-    )
-
-
-@inlined
-def label_of(sets, i):
+def label_of(state, i):
     """Return a robot's present label; see `feasibee.engine.bits.pack_label`."""
-    return pack_label(i, contains(sets[Set.SAYS_FEASIBLE], i), contains(sets[Set.DISSEMINATING], i))
-
-
-@inlined
-def observe_fast(params, state, i, robot_bits, task_bits, limit):
-    """Count the robots and tasks in sight of a robot, on the fast path."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    robots = count_within(state.robot_cells, robot_bits, x, y, limit)
-    state.counts[Count.ROBOTS_SEEN, i] += robots - 1 + params.sensing.count_self  # it sees itself
-    state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, task_bits, x, y, limit)
+    says, speaks = contains(state.sets[Set.SAYS_FEASIBLE], i), contains(state.sets[Set.SPEAKING], i)
+    return pack_label(number_of(state.robots[Robot.LABEL, i]), says, speaks)
 
 
 @spliced
@@ -174,27 +213,33 @@ def observe_robots(params, state, functions, i, x, y):
     """Observe the robots in sight of a robot; return how many count, if counting suffices."""
     points = state.robot_cells.points
     total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it sees itself
-    first, last = block(state.robot_cells, params.robots.grid, x, y)
-    while first < last:
-        close = near(params, points, first, last, x, y, params.sensing.limit)
-        if params.sensing.counts_all:
-            total += popcount(close)
-            close = uint32(0)
-        while close:
-            other = sender_of(points[Point.LABEL, first + lowest(close)])
-            if other == i:
-                visible = params.sensing.count_self == 1
-            else:
-                visible = not happens(params, state, i, MISS_ROBOT + PAIR * other, params.sensing.miss)
-            new = visible and is_new(params, state, i, other)
-            if params.sensing.only_counts:
-                total += new
-            elif new:
-                kind = int64(state.tables.class_of[other])
-                count_sighting(params, state, functions, i, other, kind, True)
-            close = without_lowest(close)
-        first += 32
+    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
+    for _ in range(2):
+        while first < last:
+            close = near(params, points, first, last, x, y, params.sensing.limit)
+            if params.sensing.counts_all:
+                total += popcount(close)
+                close = uint32(0)
+            while close:
+                total += observe_robot(params, state, functions, i, points[Point.NUMBER, first + lowest(close)])
+                close = without_lowest(close)
+            first += 32
+        first, last = other_first, other_last
     return total
+
+
+@spliced
+def observe_robot(params, state, functions, i, place):
+    """Observe a robot in sight, by its place in the arrays; return how many count, if counting suffices."""
+    own, other = number_of(state.robots[Robot.LABEL, i]), number_of(state.robots[Robot.LABEL, place])
+    if other == own:
+        visible = params.sensing.count_self == 1
+    else:
+        visible = not happens(params, state, own, MISS_ROBOT + PAIR * other, params.sensing.miss)
+    new = visible and is_new(params, state, own, other)
+    if new and not params.sensing.only_counts:
+        count_sighting(params, state, functions, i, other, int64(state.tables.class_of[other]), True)
+    return int64(new)
 
 
 @spliced
@@ -202,24 +247,32 @@ def observe_tasks(params, state, functions, i, x, y):
     """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
     points = state.task_cells.points
     total = int64(0)
-    first, last = block(state.task_cells, params.tasks.grid, x, y)
-    while first < last:
-        close = near(params, points, first, last, x, y, params.sensing.limit)
-        if params.sensing.counts_all:
-            total += popcount(close)
-            close = uint32(0)
-        while close:
-            task = int64(points[Point.LABEL, first + lowest(close)])
-            seen = not happens(params, state, i, MISS_TASK + PAIR * task, params.sensing.miss)
-            new = seen and is_new(params, state, i, WORD * state.sets.shape[1] + task)
-            if params.sensing.only_counts:
-                total += new
-            elif new:
-                kind = int64(state.tables.class_of[params.robots.count + task])
-                count_sighting(params, state, functions, i, task, kind, False)
-            close = without_lowest(close)
-        first += 32
+    first, last, other_first, other_last = block(state.task_cells, params.tasks.grid, x, y)
+    for _ in range(2):
+        while first < last:
+            close = near(params, points, first, last, x, y, params.sensing.limit)
+            if params.sensing.counts_all:
+                total += popcount(close)
+                close = uint32(0)
+            while close:
+                task = int64(points[Point.NUMBER, first + lowest(close)])
+                total += observe_task(params, state, functions, i, task)
+                close = without_lowest(close)
+            first += 32
+        first, last = other_first, other_last
     return total
+
+
+@spliced
+def observe_task(params, state, functions, i, task):
+    """Observe a task in sight; return how many count, if counting suffices."""
+    own = number_of(state.robots[Robot.LABEL, i])
+    seen = not happens(params, state, own, MISS_TASK + PAIR * task, params.sensing.miss)
+    new = seen and is_new(params, state, own, WORD * state.sets.shape[1] + task)
+    if new and not params.sensing.only_counts:
+        kind = int64(state.tables.class_of[params.robots.count + task])
+        count_sighting(params, state, functions, i, task, kind, False)
+    return int64(new)
 
 
 @inlined
@@ -239,16 +292,16 @@ def count_sighting(params, state, functions, i, number, kind, is_robot):
 @called
 def count_false_sightings(params, state, functions, i):
     """Count false sightings, each of the class of a robot or task drawn at random, with a hash of its own."""
-    run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
+    run, now, own = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1, number_of(state.robots[Robot.LABEL, i])
     if params.sensing.false_robots > 0.0:
-        for k in range(poisson(draw_now(params, state, i, FALSE_ROBOT), params.sensing.false_robots)):
-            words = draw_words(params, run, i, now, FALSE_ROBOT_CLASS + PAIR * k)
+        for k in range(poisson(draw_now(params, state, own, FALSE_ROBOT), params.sensing.false_robots)):
+            words = draw_words(params, run, own, now, FALSE_ROBOT_CLASS + PAIR * k)
             kind = int64(state.tables.class_of[choose(words[0], params.robots.count)])
             mark_next(state, words[1])
             count_sighting(params, state, functions, i, int64(-1), kind, True)
     if params.sensing.false_tasks > 0.0:
-        for k in range(poisson(draw_now(params, state, i, FALSE_TASK), params.sensing.false_tasks)):
-            words = draw_words(params, run, i, now, FALSE_TASK_CLASS + PAIR * k)
+        for k in range(poisson(draw_now(params, state, own, FALSE_TASK), params.sensing.false_tasks)):
+            words = draw_words(params, run, own, now, FALSE_TASK_CLASS + PAIR * k)
             kind = int64(0)
             if params.tasks.count > 0:
                 kind = int64(
@@ -266,44 +319,27 @@ def mark_next(state, mark):
 
 
 @inlined
-def happens(params, state, i, purpose, probability):
+def happens(params, state, number, purpose, probability):
     """Return whether an event happens to a robot in this step; ``probability`` is times 2**32."""
     if probability == 0:
         return False
-    return uint64(draw_now(params, state, i, purpose)) < probability
+    return uint64(draw_now(params, state, number, purpose)) < probability
 
 
 @inlined
-def is_new(params, state, i, thing):
+def is_new(params, state, number, thing):
     """Return whether a thing in sight counts: always, or unless it is remembered; remember it."""
     if not params.sensing.unique:
         return True
-    known = contains(state.remembered[i], thing)
-    set_member(state.remembered, i, thing, True)
+    known = contains(state.remembered[number], thing)
+    set_member(state.remembered, number, thing, True)
     return not known
 
 
-@inlined
-def broadcast(params, state, i):
-    """Send a robot's message to all listening robots in radio range, on the fast path."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    message, value = state.robots[Robot.LABEL, i], state.robots[Robot.SENT_VALUE, i]
-    points = state.robot_cells.points
-    first, last = block_on_torus(state.robot_cells, params.robots.grid.bits, x, y)
-    while first < last:
-        close = near_on_torus(points, first, last, x, y, params.radio.limit)
-        while close:
-            receiver = points[Point.LABEL, first + lowest(close)]
-            if receiver != message and (params.decision.listens_for == ALWAYS or is_disseminating(receiver)):
-                receive(params, state, sender_of(receiver), message, value)
-            close = without_lowest(close)
-        first += 32
-
-
 @spliced
-def find_listeners(params, state):
+def find_listeners(params, state, part):
     """Store which robots listen in this step; their phases have been shortened by it already."""
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         listening = state.sets[Set.WORKING, w]
         if params.decision.listens_for != ALWAYS:
             listening &= state.sets[Set.DISSEMINATING, w]
@@ -314,41 +350,69 @@ def find_listeners(params, state):
         state.sets[Set.LISTENING, w] = listening
 
 
-@inlined
-def broadcast_with_loss(params, state, functions, i):
-    """Send a robot's message, true or a lie, to listening robots in radio range; some may lose it."""
+@spliced
+def listen_general(params, state, functions, part, i):
+    """Receive the messages of the robots in radio range of a robot, true or lies; some may be lost."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    opinion = sent_opinion(params, state, i)
-    message = pack_label(state.robots[Robot.IDENTITY, i], opinion, True)
-    value = state.robots[Robot.SENT_VALUE, i]
-    if contains(state.sets[Set.BYZANTINE], i):
-        value = int32(params.strategy.value_scale) if opinion else int32(0)
-    points = state.robot_cells.points
-    first, last = block(state.robot_cells, params.robots.grid, x, y)
-    while first < last:
-        close = near(params, points, first, last, x, y, params.radio.limit)
-        if params.robots.count <= WORD:  # cells hold robots in their order: drop who does not listen at once
-            close &= state.sets[Set.LISTENING, 0] & ~bit(i)
-        while close:
-            j = sender_of(points[Point.LABEL, first + lowest(close)])
-            can_hear = j != i and contains(state.sets[Set.LISTENING], j)
-            if can_hear and not happens(params, state, j, LOSS + PAIR * i, params.radio.loss):
-                if params.strategy.knowledge.enabled:
-                    defer(params, state, functions, Action.MERGE, j, i, int64(0))
-                if params.decision.commit.enabled or not params.strategy.knowledge.enabled:
-                    receive(params, state, j, message, value)
-            close = without_lowest(close)
-        first += 32
+    points, number = state.robot_cells.points, int64(0)
+    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
+    for _ in range(2):
+        while first < last:
+            close = near(params, points, first, last, x, y, params.radio.limit)
+            if params.robots.count <= WORD:  # cells hold robots in their order: drop who is silent at once
+                close &= state.sets[Set.SPEAKING, 0] & ~bit(i)
+            while close:
+                other = int64(points[Point.NUMBER, first + lowest(close)])
+                if is_speaking(state.robots[Robot.LABEL, other]) and other != i:
+                    if params.in_sender_order:
+                        state.heard[part.thread, number] = int32(other)
+                        number += 1
+                    else:
+                        receive_general(params, state, functions, part, i, other)
+                close = without_lowest(close)
+            first += 32
+        first, last = other_first, other_last
+    if params.in_sender_order:
+        sort_by_number(state, part, number)
+        for k in range(number):
+            receive_general(params, state, functions, part, i, int64(state.heard[part.thread, k]))
+
+
+@called
+def sort_by_number(state, part, count):
+    """Sort who has been heard by number: a few sorted runs."""
+    heard, labels = state.heard[part.thread], state.robots[Robot.LABEL]
+    for k in range(1, count):
+        other, place = heard[k], k
+        while place > 0 and number_of(labels[heard[place - 1]]) > number_of(labels[other]):
+            heard[place] = heard[place - 1]
+            place -= 1
+        heard[place] = other
 
 
 @inlined
-def forget(params, state, i):
+def receive_general(params, state, functions, part, i, other):
+    """Receive the message of a robot in radio range unless it is lost."""
+    own, label = number_of(state.robots[Robot.LABEL, i]), state.robots[Robot.LABEL, other]
+    if happens(params, state, own, LOSS + PAIR * number_of(label), params.radio.loss):
+        return
+    if params.strategy.knowledge.enabled:
+        defer(params, state, functions, Action.MERGE, i, other, int64(0))
+    if params.decision.commit.enabled or not params.strategy.knowledge.enabled:
+        message = label
+        if params.radio.random_ids:
+            message = pack_label(state.robots[Robot.IDENTITY, other], says_feasible(label) == 1, True)
+        receive(params, state, part, i, message, state.robots[Robot.SENT_VALUE, other])
+
+
+@inlined
+def forget(params, state, part, i):
     """Empty a robot's inbox, and its counts unless evidence is kept (model.md 4.6)."""
-    empty(params, state, i)
+    empty(params, state, part, i)
     if params.strategy.forgets:
         clear_counts(params, state, i)
     if params.sensing.unique and not params.sensing.for_life:
-        state.remembered[i] = uint32(0)
+        state.remembered[number_of(state.robots[Robot.LABEL, i])] = uint32(0)
 
 
 @inlined

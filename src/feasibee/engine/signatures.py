@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final, get_args, get_origin, get_type_hints
 import numpy as np
 from numba import boolean, float64, from_dtype, int32, int64, none, types
 
-from feasibee.engine.layout import Control, Functions, Outcome, Passing, State
+from feasibee.engine.layout import Control, Functions, Outcome, Part, Passing, State
 from feasibee.engine.params import PARAMS as RECORD
 from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
 
@@ -24,7 +24,14 @@ def array_type(annotation: Any) -> types.Array:
 def tuple_type(cls: type[Any]) -> Any:
     """Return the type of a NamedTuple of annotated arrays and of such tuples."""
     hints = get_type_hints(cls, include_extras=True).values()
-    fields = [array_type(each) if get_origin(each) is Annotated else tuple_type(each) for each in hints]
+    fields = [
+        int64
+        if each is int
+        else array_type(each)
+        if get_origin(each) is Annotated
+        else tuple_type(each)
+        for each in hints
+    ]
     return of_types(fields, cls)
 
 
@@ -32,6 +39,7 @@ PARAMS: Final = from_dtype(RECORD)
 STATE: Final = tuple_type(State)
 OUTCOME: Final = tuple_type(Outcome)
 CONTROL: Final = tuple_type(Control)
+PART: Final = tuple_type(Part)
 FLOATS: Final = types.Array(float64, 1, "C")
 MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
 INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)
@@ -65,9 +73,19 @@ KNOWLEDGE: Final = {
 """Signatures of the functions of a strategy that passes on knowledge."""
 START: Final = types.void(PARAMS, STATE, int64)
 """Put the swarm of a run at step 0."""
-ADVANCE: Final = types.void(PARAMS, STATE, OUTCOME, int64, int64, CONTROL, FUNCTIONS)
-"""Simulate a run up to a step: the row of its outcome, and the step."""
+ADVANCE: Final = types.void(PARAMS, STATE, OUTCOME, int64, int64, CONTROL, FUNCTIONS, PART)
+"""Simulate a thread's part of a run up to a step: the row of its outcome, and the step."""
 PLAY: Final = int64(
-    PARAMS, STATE, OUTCOME, int64, CONTROL, types.FunctionType(START), types.FunctionType(ADVANCE), FUNCTIONS
+    PARAMS,
+    STATE,
+    OUTCOME,
+    int64,
+    CONTROL,
+    types.FunctionType(START),
+    types.FunctionType(ADVANCE),
+    FUNCTIONS,
+    PART,
 )
 """Simulate many runs from a first one on; return how many are complete."""
+ABANDON: Final = types.void(PART)
+"""End a run in which a thread has failed."""

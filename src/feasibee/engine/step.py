@@ -5,19 +5,30 @@ from __future__ import annotations
 from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
-from feasibee.engine.bits import contains, first_bits, lowest_member, set_member, without_lowest
+from feasibee.engine.bits import (
+    contains,
+    first_bits,
+    lowest_member,
+    number_of,
+    pack_label,
+    set_member,
+    without_lowest,
+)
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw, draw_words, duration, shuffle
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, update_pending
-from feasibee.engine.layout import Clock, Count, Point, Robot, Set
+from feasibee.engine.inbox import clear_inbox, free_all_tables
+from feasibee.engine.layout import Clock, Count, Point, Robot, Set, Share
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
+from feasibee.engine.order import fill_robots, keep_order
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
-from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
+from feasibee.engine.sensing import clear_counts, forget, label_of, sense_fast, sense_general
+from feasibee.engine.team import total, wait_for_all
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
 from feasibee.strategies.contract import Inbox, Mind
@@ -40,13 +51,13 @@ def start_general(params, state, run):
     assign_identities(params, state)
     place_tasks(params, state)
     place_robots(params, state)
-    draw_faults(params, state)  # after placing: `stop` needs its shuffle
+    draw_faults(params, state)
     prepare_robots(params, state)
     if params.sensing.unique:
         state.remembered[:] = uint32(0)
     if params.faults.stop_step == 0:
-        stop(params, state)
-    fill_robots(params, state)
+        for w in range(state.sets.shape[1]):
+            stop(params, state, w)
 
 
 @called
@@ -57,6 +68,8 @@ def clear(params, state, run):
     state.clock[Clock.FULL] = 0
     state.clock[Clock.BITS] = 0
     state.clock[Clock.PENDING] = 0
+    for kind in range(Clock.COMMITTED_FEASIBLE, Clock.PENDING):
+        state.clock[kind] = 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
@@ -67,35 +80,27 @@ def clear(params, state, run):
 @spliced
 def prepare_robots(params, state):
     """Give robots in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
-    sort_into_cells(
-        state.task_cells,
-        params.tasks.grid,
-        state.tasks[Point.X],
-        state.tasks[Point.Y],
-        state.tasks[Point.LABEL],
-        params.tasks.count,
-    )
+    tasks = state.tasks
+    sort_into_cells(state.task_cells, params.tasks.grid, tasks[Point.X], tasks[Point.Y], params.tasks.count)
     for i in range(params.robots.count):
         word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
         set_opinion(state.sets, i, coin(word))
         if params.strategy.starts_neutral:
             set_opinion(state.sets, i, int64(NO_OPINION))
+        state.robots[Robot.LABEL, i] = pack_label(i, False, False)
         state.robots[Robot.WALKS, i] = 0
         head(params, state, i)
         state.robots[Robot.PHASES, i] = 0
         word = draw(params, state.clock[Clock.RUN], i, 0, PHASE)
         enter_phase(state, i, duration(word, params.decision.exploration))
-        state.counts[Count.VOTES, i] = 1  # so that `forget` empties the inbox of the previous run
-        forget(params, state, i)
+        clear_inbox(params, state, i)
         clear_counts(params, state, i)
         state.robots[Robot.AGREED, i] = 0
         state.memory[i] = 0.0
-    state.clock[Clock.COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE] = 0
-    state.clock[Clock.DECLARED_FEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE] = 0
     for i in range(params.robots.count, state.robots.shape[1]):
         state.robots[Robot.WALK_LEFT, i] = NEVER
         state.robots[Robot.PHASE_LEFT, i] = NEVER
-    count_opinions(params, state)
+    free_all_tables(state)
 
 
 @called
@@ -104,6 +109,8 @@ def draw_faults(params, state):
     if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
     shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
+    for k in range(params.faults.stopped):
+        set_member(state.sets, Set.STOPPING, int64(state.robots[Robot.ORDER, k]), True)
     for k in range(params.faults.byzantine):
         i = int64(state.robots[Robot.ORDER, params.faults.stopped + k])
         set_member(state.sets, Set.BYZANTINE, i, True)
@@ -114,68 +121,75 @@ def draw_faults(params, state):
 
 
 @called
-def stop(params, state):
-    """Stop the robots with that fault for the rest of the run (model.md 6.6)."""
-    if params.faults.stopped == 0:
-        return
-    for k in range(params.faults.stopped):
-        i = int64(state.robots[Robot.ORDER, k])
+def stop(params, state, w):
+    """Stop the robots of a word with that fault for the rest of the run (model.md 6.6)."""
+    stopping = state.sets[Set.STOPPING, w]
+    left = stopping
+    while left:
+        i = lowest_member(w, left)
         state.robots[Robot.WALK_LEFT, i] = NEVER
         state.robots[Robot.PHASE_LEFT, i] = NEVER
         state.robots[Robot.STEP_X, i] = 0
         state.robots[Robot.STEP_Y, i] = 0
-        set_member(state.sets, Set.WORKING, i, False)
-        set_member(state.sets, Set.COUNTED, i, False)
-        set_member(state.sets, Set.DISSEMINATING, i, False)
-        set_member(state.sets, Set.SPEAKING, i, False)
-        set_member(state.sets, Set.BLOCKED, i, False)
-        state.robots[Robot.LABEL, i] = label_of(state.sets, i)
-    count_opinions(params, state)
+        left = without_lowest(left)
+    for kind in (Set.WORKING, Set.COUNTED, Set.DISSEMINATING, Set.SPEAKING, Set.BLOCKED):
+        state.sets[kind, w] &= ~stopping
+    while stopping:
+        i = lowest_member(w, stopping)
+        state.robots[Robot.LABEL, i] = label_of(state, i)
+        stopping = without_lowest(stopping)
 
 
 @spliced
-def advance_fast(params, state, functions):
+def advance_fast(params, state, functions, part):
     """Do one step on the fast path (model.md 3.1 to 3.3)."""
-    move_freely(state)
-    tick(state)
-    sense_fast(params, state)
-    rate_fast(params, state, functions.quality)
-    finish(params, state, functions)
+    move_freely(state, part)
+    keep_order(params, state, part)
+    tick(state, part)
+    sense_fast(params, state, part)
+    wait_for_all(part)
+    rate_fast(params, state, functions.quality, part)
+    finish(params, state, functions, part)
 
 
 @spliced
-def advance_general(params, state, functions):
+def advance_general(params, state, functions, part):
     """Do one step in the general engine."""
+    if state.clock[Clock.STEP] == 0:
+        fill_robots(params, state, part)
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
-        stop(params, state)
+        for w in range(part.first, part.last):
+            stop(params, state, w)
+        wait_for_all(part)
     if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.START)
-    move_where_clear(params, state)
-    tick(state)
-    sense_general(params, state, functions)
+    move_where_clear(params, state, part)
+    keep_order(params, state, part)
+    tick(state, part)
+    sense_general(params, state, functions, part)
+    wait_for_all(part)
     if params.strategy.declares:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.DECLARE)
-    rate_general(params, state, functions)
-    finish(params, state, functions)
+    rate_general(params, state, functions, part)
+    finish(params, state, functions, part)
 
 
 @spliced
-def finish(params, state, functions):
+def finish(params, state, functions, part):
     """Turn the robots whose heading ends, and move on those whose phase ends."""
-    turn(params, state)
-    for w in range(state.sets.shape[1]):
+    turn(params, state, part)
+    for w in range(part.first, part.last):
         left = state.sets[Set.ENDING, w]
         while left:
             i = lowest_member(w, left)
             if contains(state.sets[Set.DISSEMINATING], i):
-                end_dissemination(params, state, i, functions)
+                end_dissemination(params, state, i, functions, part)
             else:
                 end_exploration(params, state, i, functions)
             left = without_lowest(left)
-    state.clock[Clock.STEP] += 1
-    count_opinions(params, state)
+    count_opinions(params, state, part)
 
 
 @spliced
@@ -191,15 +205,17 @@ def end_exploration(params, state, i, functions):
         share = min(max(functions.value(mind), 0.0), 1.0)
         state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
     set_member(state.sets, Set.DISSEMINATING, i, True)
-    word = draw(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
+    number = number_of(state.robots[Robot.LABEL, i])
+    word = draw(params, state.clock[Clock.RUN], number, state.robots[Robot.PHASES, i], PHASE)
     mean = functions.dissemination(mind.quality, params.decision.gain)
     enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
 
 
 @spliced
-def end_dissemination(params, state, i, functions):
+def end_dissemination(params, state, i, functions, part):
     """Decide by the inbox, or by knowledge, and explore again (model.md 4.6)."""
-    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
+    number = number_of(state.robots[Robot.LABEL, i])
+    words = draw_words(params, state.clock[Clock.RUN], number, state.robots[Robot.PHASES, i], PHASE)
     feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     chance = words[1] * (1.0 / 4294967296.0)
@@ -209,16 +225,16 @@ def end_dissemination(params, state, i, functions):
         set_opinion(state.sets, i, decided)
     if params.decision.commit.enabled:
         consider_commitment(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
-    forget(params, state, i)
+    forget(params, state, part, i)
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
     enter_phase(state, i, duration(words[0], params.decision.exploration))
 
 
 @spliced
-def rate_fast(params, state, quality):
+def rate_fast(params, state, quality, part):
     """Rate the quality of *feasible* for robots whose exploration ends (model.md 4.3)."""
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         left = uint32(state.sets[Set.ENDING, w] & ~state.sets[Set.DISSEMINATING, w])
         while left:
             rate(params, state, lowest_member(w, left), quality)
@@ -234,20 +250,20 @@ def rate(params, state, i, quality):
 
 
 @spliced
-def rate_general(params, state, functions):
+def rate_general(params, state, functions, part):
     """Rate the quality in the general engine.
 
     Knowledge grows while disseminating, so rate again before deciding.
     """
     if params.strategy.knowledge.enabled:
-        for w in range(state.sets.shape[1]):
+        for w in range(part.first, part.last):
             left = state.sets[Set.ENDING, w]
             while left:
                 i = lowest_member(w, left)
                 defer(params, state, functions, Action.COUNT, i, int64(0), int64(0))
                 left = without_lowest(left)
         update_pending(params, state, functions, Action.COUNT)
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         left = state.sets[Set.ENDING, w]
         if not params.strategy.knowledge.enabled:
             left = uint32(left & ~state.sets[Set.DISSEMINATING, w])
@@ -317,37 +333,52 @@ def enter_phase(state, i, lasts):
     """Begin a robot's next phase, of a given duration in steps."""
     state.robots[Robot.PHASES, i] += int32(1)
     state.robots[Robot.PHASE_LEFT, i] = lasts
-    state.robots[Robot.LABEL, i] = label_of(state.sets, i)
+    state.robots[Robot.LABEL, i] = label_of(state, i)
 
 
 @inlined
-def count_opinions(params, state):
-    """Count the robots with opinion 1, without an opinion and committed, among the counted ones."""
+def count_opinions(params, state, part):
+    """Count a thread's robots with opinion 1, without an opinion and committed, of the counted ones."""
+    own = part.shared[part.thread]
     feasible = neutral = int64(0)
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
         neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
-    state.clock[Clock.FEASIBLE_COUNT] = feasible
-    state.clock[Clock.NEUTRAL_COUNT] = neutral
+    own[Share.FEASIBLE_COUNT], own[Share.NEUTRAL_COUNT] = feasible, neutral
     if params.decision.commit.enabled:
         committed = committed_feasible = int64(0)
-        for w in range(state.sets.shape[1]):
+        for w in range(part.first, part.last):
             counted = state.sets[Set.COMMITTED, w] & state.sets[Set.COUNTED, w]
             committed += popcount(counted)
             committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
-        state.clock[Clock.COMMITTED_FEASIBLE] = committed_feasible
-        state.clock[Clock.COMMITTED_INFEASIBLE] = committed - committed_feasible
+        own[Share.COMMITTED_FEASIBLE] = committed_feasible
+        own[Share.COMMITTED_INFEASIBLE] = committed - committed_feasible
     if params.strategy.declares:
-        count_declared(state)
+        count_declared(state, part)
 
 
 @inlined
-def count_declared(state):
-    """Count the robots that have declared, by what, among the counted ones."""
+def count_declared(state, part):
+    """Count a thread's robots that have declared, by what, of the counted ones."""
     feasible = infeasible = int64(0)
-    for w in range(state.sets.shape[1]):
+    for w in range(part.first, part.last):
         counted = state.sets[Set.DECLARED, w] & state.sets[Set.COUNTED, w]
         feasible += popcount(counted & state.sets[Set.DECLARED_FEASIBLE, w])
         infeasible += popcount(counted & ~state.sets[Set.DECLARED_FEASIBLE, w])
-    state.clock[Clock.DECLARED_FEASIBLE] = feasible
-    state.clock[Clock.DECLARED_INFEASIBLE] = infeasible
+    part.shared[part.thread, Share.DECLARED_FEASIBLE] = feasible
+    part.shared[part.thread, Share.DECLARED_INFEASIBLE] = infeasible
+
+
+@inlined
+def sum_counts(params, state, part):
+    """Sum what all threads have counted, for the whole swarm."""
+    clock = state.clock
+    clock[Clock.FEASIBLE_COUNT] = total(part, Share.FEASIBLE_COUNT)
+    clock[Clock.NEUTRAL_COUNT] = total(part, Share.NEUTRAL_COUNT)
+    clock[Clock.BITS] += total(part, Share.BITS)
+    if params.decision.commit.enabled:
+        clock[Clock.COMMITTED_FEASIBLE] = total(part, Share.COMMITTED_FEASIBLE)
+        clock[Clock.COMMITTED_INFEASIBLE] = total(part, Share.COMMITTED_INFEASIBLE)
+    if params.strategy.declares:
+        clock[Clock.DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
+        clock[Clock.DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)

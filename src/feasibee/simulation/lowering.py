@@ -42,6 +42,8 @@ from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting, Strategy
 
 TURN = 2**32
+SMALL = 1024
+"""Robots up to which sorting them in space doesn't pay."""
 
 
 def lower(scenario: Scenario, seed: int) -> Lowered:
@@ -73,7 +75,15 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
         faults=_faults(scenario, faulty),
         run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
         together=fast and scenario.robots.count <= WORD,
+        in_space_order=scenario.robots.count > SMALL and not scenario.strategy.knowledge,
+        in_sender_order=not fast and _in_sender_order(scenario),
     )
+
+
+def _in_sender_order(scenario: Scenario) -> bool:
+    """Return whether it matters in which order a robot receives the messages of a step."""
+    radio, decision = scenario.radio, scenario.decision
+    return bool(scenario.strategy.knowledge or radio.id_bits is not None or decision.inbox_size)
 
 
 def unit_of(scenario: Scenario) -> Fraction:
@@ -258,18 +268,28 @@ def _placement(section: Placed, unit: Fraction, margin: int) -> PlacementParams:
 def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
     """Return the finest grid whose half cells are longer than ``reach``, and not more cells than points.
 
-    Up to 32 points need no grid: they are looked at together. Half cells are longer by 1 in 2**18, more than
+    Up to 32 points need no grid: they are looked at together. Half cells are longer by 1 in 2**16, more than
     the rounding of the scale takes away.
     """
-    bits = 0
-    if points > WORD:
-        by_range = (min(arena.width, arena.height) * 2**18 // (2 * reach * (2**18 + 1))).bit_length() - 1
-        bits = max(0, min(by_range, (points.bit_length() - 1) // 2))
+    cells = math.isqrt(points) if points > WORD else 1
+    columns, rows = (
+        max(1, min(cells, side * 2**16 // (2 * reach * (2**16 + 1)))) for side in (arena.width, arena.height)
+    )
     # Within walls a thing may stand on the far one, which belongs to the last cell.
     scale_x, scale_y = (
-        np.uint64(2 ** (52 + bits) // (side + arena.walls)) for side in (arena.width, arena.height)
+        np.uint64(2**52 * count // (side + arena.walls))
+        for count, side in ((columns, arena.width), (rows, arena.height))
     )
-    return Grid(bits=bits, width=arena.width, height=arena.height, scale_x=scale_x, scale_y=scale_y)
+    return Grid(
+        columns=columns,
+        rows=rows,
+        width=arena.width,
+        height=arena.height,
+        half_width=arena.width // (2 * columns),
+        half_height=arena.height // (2 * rows),
+        scale_x=scale_x,
+        scale_y=scale_y,
+    )
 
 
 def _tables(scenario: Scenario, params: Params) -> Tables:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,7 +70,7 @@ class Swarm:
         self.scenario = check_scenario(scenario)
         room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
-        from feasibee.engine import layout, params, runner
+        from feasibee.engine import layout, params, runner, team
         from feasibee.simulation import lowering
 
         self._room = room
@@ -80,31 +80,34 @@ class Swarm:
         self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
         self._packed = params.packed(self._params)
         self._start, self._advance, self._functions = runner.engine_functions(lowered.strategy, lowered.fast)
+        self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS)
-        self._begin(runner.FIRST_SLOTS)
+        self._begin(layout.first_room(self._params))
 
-    def _begin(self, slots: int) -> None:
-        self._slots = slots
+    def _begin(self, room: Any) -> None:
+        self._inboxes = room
         memory = self.scenario.strategy.memory
-        needed = self._layout.size_of(self._params, self._tables, slots)
+        needed = self._layout.size_of(self._params, self._tables, room)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
                 f"this swarm needs {needed / 2**20:.0f} MiB, above the limit of {self._room // 2**20} MiB; "
                 "use fewer robots, or a shorter radio.range"
             )
-        self._state = self._layout.empty_state(self._params, self._tables, slots, memory)
+        self._state = self._layout.empty_state(self._params, self._tables, room, memory)
         self._start(self._packed, self._state, self._which.first)
         self._play(0)  # records step 0
 
     def advance(self, steps: int = 1) -> None:
         """Simulate a number of steps."""
+        from feasibee.engine import runner
+
         until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(until)
             if self._state.clock[self._layout.Clock.FULL]:
-                self._begin(2 * self._slots)  # an inbox table is full: repeat the run with a larger one
+                self._begin(runner.enlarged(self._inboxes, self._state))  # repeat the run with more room
 
     def _play(self, until: int) -> None:
         from feasibee.engine.runner import FAILURES, outcome_of
@@ -112,7 +115,7 @@ class Swarm:
         unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
         try:
             self._advance(
-                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, self._functions
+                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, self._functions, *self._part
             )
         except FAILURES as error:
             raise failure_of(self.scenario, self._which, error) from None
@@ -132,10 +135,8 @@ class Swarm:
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
-        count = self.scenario.robots.count
-        return self._in_units(
-            self._state.robots[self._layout.Robot.X, :count], self._state.robots[self._layout.Robot.Y, :count]
-        )
+        x, y = self._numbers([self._layout.Robot.X, self._layout.Robot.Y])
+        return self._in_units(x, y)
 
     @property
     def tasks(self) -> NDArray[np.float64]:
@@ -229,15 +230,14 @@ class Swarm:
     @property
     def headings(self) -> NDArray[np.float64]:
         """Directions of robots in radians: float64, shape (robots,); 0 if a robot never moves again."""
-        count, robots = self.scenario.robots.count, self._state.robots
         angles: NDArray[np.float64] = np.arctan2(
-            robots[self._layout.Robot.STEP_Y, :count], robots[self._layout.Robot.STEP_X, :count]
+            *self._numbers([self._layout.Robot.STEP_Y, self._layout.Robot.STEP_X])
         )
         return angles
 
     def snapshot(self) -> Snapshot:
         """Return the robots of this step in few bytes."""
-        count, robots, layout = self.scenario.robots.count, self._state.robots, self._layout
+        layout = self._layout
         sets = (
             layout.Set.FEASIBLE,
             layout.Set.NEUTRAL,
@@ -249,14 +249,14 @@ class Swarm:
             layout.Set.STUBBORN,
         )  # in the order of FLAGS
         members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
-        x, y = (self._coarse(robots[axis, :count]) for axis in (layout.Robot.X, layout.Robot.Y))
-        steps = robots[[layout.Robot.STEP_X, layout.Robot.STEP_Y], :count].astype(np.float32)
+        x, y = map(self._coarse, self._numbers([layout.Robot.X, layout.Robot.Y]))
+        steps = self._numbers([layout.Robot.STEP_X, layout.Robot.STEP_Y]).astype(np.float32)
         turns = np.arctan2(steps[1], steps[0]) * np.float32(128 / np.pi)
         return Snapshot(
             x,
             y,
             np.round(turns).astype(np.int16).astype(np.uint8),
-            np.packbits(members[:, :count], axis=0, bitorder="little")[0],
+            np.packbits(members[:, self._places], axis=0, bitorder="little")[0],
         )
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -297,4 +297,17 @@ class Swarm:
 
     def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:
         bits = (words[:, None] >> np.arange(32, dtype=np.uint32)) & np.uint32(1)
-        return bits.reshape(-1)[: self.scenario.robots.count].astype(np.int8)
+        return bits.reshape(-1)[self._places].astype(np.int8)
+
+    def _numbers(self, rows: list[int]) -> NDArray[np.int32]:
+        """Return rows of the state's numbers, in the order of the robots: int32, shape (row, robot)."""
+        numbers: NDArray[np.int32] = self._state.robots[rows][:, self._places]
+        return numbers
+
+    @property
+    def _places(self) -> Any:
+        """Where the state has each robot."""
+        count = self.scenario.robots.count
+        if not self._params.in_space_order:
+            return slice(count)
+        return np.argsort(self._state.robots[self._layout.Robot.LABEL, :count])

@@ -1,0 +1,119 @@
+"""Several threads that simulate one swarm: each the robots of some words of the sets.
+
+All do the same steps and wait for each other where one reads what another has written. What a thread writes
+for others goes to its row of `Part.shared`, so that no result depends on who comes first.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import int64, types
+from numba.extending import intrinsic
+
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.layout import WORD, Part, Share
+from feasibee.engine.params import Params
+
+SPINS = 4000
+"""How often a waiting thread looks before it lets other threads run: about 10 us."""
+LINE_OF_CACHE = 16
+"""Numbers in two lines of a processor's cache, which it may fetch together."""
+LONG = ir.IntType(64)
+
+
+@intrinsic
+def add_shared(_typing: Any, array: Any, place: Any, value: Any) -> Any:
+    """Add to a number that other threads add to as well; return what it was before."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.atomic_rmw("add", builder.gep(data, [arguments[1]]), arguments[2], "acq_rel")
+
+    return types.int64(array, types.int64, types.int64), generate
+
+
+@intrinsic
+def read_shared(_typing: Any, array: Any, place: Any) -> Any:
+    """Return a number that other threads write."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.load_atomic(builder.gep(data, [arguments[1]]), "acquire", 8)
+
+    return types.int64(array, types.int64), generate
+
+
+@intrinsic
+def call_at(_typing: Any, address: Any) -> Any:
+    """Call a function without arguments by its address."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(ir.IntType(32), [])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), [])
+        return ir.Constant(LONG, 0)
+
+    return types.int64(types.int64), generate
+
+
+@inlined
+def wait_for_all(part):
+    """Wait until all threads have come here."""
+    if part.threads > 1:
+        wait(part)
+
+
+@called
+def wait(part):
+    """Wait until all of several threads have come here."""
+    common = part.shared[part.threads]
+    turn = read_shared(common, int64(Share.TURN))
+    if add_shared(common, int64(Share.ARRIVED), int64(1)) == part.threads - 1:
+        add_shared(common, int64(Share.ARRIVED), -part.threads)
+        add_shared(common, int64(Share.TURN), int64(1))
+        return
+    spins = int64(0)
+    while read_shared(common, int64(Share.TURN)) == turn:
+        spins += 1
+        if spins > SPINS and part.give_way != 0:
+            call_at(part.give_way)
+
+
+def parts_of(params: Params, threads: int = 1) -> list[Part]:
+    """Return the parts of the threads that simulate a swarm together."""
+    words = -(-params.robots.count // WORD)
+    shared = np.zeros((threads + 1, LINE_OF_CACHE), np.int64)
+    shared[:, Share.ROW] = [first_word(params.robots.grid.rows, k, threads) for k in range(threads + 1)]
+    shared[threads] = 0
+    bounds = [first_word(words, thread, threads) for thread in range(threads + 1)]
+    return [
+        Part(thread, threads, *bounds[thread : thread + 2], give_way(), shared) for thread in range(threads)
+    ]
+
+
+@cache
+def give_way() -> int:
+    """Return the address of the system's function that lets other threads run, or 0 if there is none."""
+    library = ctypes.CDLL("kernel32" if sys.platform == "win32" else None)
+    function = getattr(library, "SwitchToThread" if sys.platform == "win32" else "sched_yield", None)
+    return ctypes.cast(function, ctypes.c_void_p).value or 0 if function else 0
+
+
+@inlined
+def first_word(words, thread, threads):
+    """Return the first word of a thread's robots."""
+    return words * thread // threads
+
+
+@inlined
+def total(part, column):
+    """Return the sum of a column of what the threads share."""
+    result = part.shared[0, column]
+    for thread in range(1, part.threads):
+        result += part.shared[thread, column]
+    return result
