@@ -132,7 +132,7 @@ def append(cells, cell, x, y, number):
 
 @inlined
 def place_at(points, slot, x, y, number):
-    """Store a point."""
+    """Store a point and its number."""
     points[Point.X, slot] = x
     points[Point.Y, slot] = y
     points[Point.NUMBER, slot] = number
@@ -151,16 +151,37 @@ def block(cells, grid, x, y):
     next_row = row + 1
     if next_row == grid.rows:
         next_row = 0
-    cell, other = row * (grid.columns + 1) + column, next_row * (grid.columns + 1) + column
-    start = cells.start
-    none = start[other + 2] if grid.rows > 1 else start[other]
-    return int64(start[cell]), int64(start[cell + 2]), int64(start[other]), int64(none)
+    # Unsigned, since numba lets signed numbers count from the end of an array.
+    cell = uint64(row * (grid.columns + 1) + column)
+    other = uint64(next_row * (grid.columns + 1) + column)
+    start, two = cells.start, uint64(2)
+    other_last = start[other + two] if grid.rows > 1 else start[other]
+    return int64(start[cell]), int64(start[cell + two]), int64(start[other]), int64(other_last)
+
+
+@inlined
+def few_in_block(points, stretches, x, y, limit):
+    """Return which of two stretches of up to 8 points are near, on a square torus: 8 bits each."""
+    first, last, other_first, other_last = stretches
+    close = few_within(points[Point.X], points[Point.Y], first, x, y, limit)
+    other = few_within(points[Point.X], points[Point.Y], other_first, x, y, limit)
+    return close & first_bits(last - first) | (other & first_bits(other_last - other_first)) << uint32(LANES)
+
+
+@inlined
+def are_few(stretches):
+    """Return whether two stretches have up to 8 points each."""
+    first, last, other_first, other_last = stretches
+    return max(last - first, other_last - other_first) <= LANES
 
 
 @inlined
 def count_within(cells, grid, x, y, limit):
     """Return the number of points within a range of a place on a square torus."""
-    first, last, other_first, other_last = block(cells, grid, x, y)
+    stretches = block(cells, grid, x, y)
+    if are_few(stretches):
+        return popcount(few_in_block(cells.points, stretches, x, y, limit))
+    first, last, other_first, other_last = stretches
     return count_in(cells.points, first, last, x, y, limit) + count_in(
         cells.points, other_first, other_last, x, y, limit
     )

@@ -152,6 +152,18 @@ def few_within_on(
     return types.uint32(xs, ys, *kinds), near_points(LANES, square_on_rectangle)
 
 
+@intrinsic
+def few_odd(_typing: Any, numbers: Any, first: Any) -> Any:
+    """Return which of the 8 numbers from ``first`` on are odd."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        odd = builder.trunc(stretch(builder, data, arguments[1]), ir.VectorType(BIT, LANES))
+        return builder.zext(builder.bitcast(odd, ir.IntType(LANES)), INT)
+
+    return types.uint32(numbers, types.int64), generate
+
+
 def stretch(builder: Any, data: Any, start: Any) -> Any:
     """Return a vector of consecutive coordinates."""
     return builder.load(builder.bitcast(builder.gep(data, [start]), INTS.as_pointer()), align=4)

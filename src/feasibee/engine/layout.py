@@ -24,6 +24,8 @@ LINE = 8
 """Slots for senders that each robot has, before its inbox takes a table."""
 TILE = 4
 """Cells per side of a tile: see `feasibee.engine.order`."""
+HEARD_ROOM = 512
+"""Entries of `State.heard`, unless messages have to be sorted."""
 PENDING_ROOM = 256
 """Entries of `State.pending`."""
 
@@ -104,6 +106,13 @@ class Slot(IntEnum):
     WHEN = 2  # number of that message among all heard
 
 
+class Heard(IntEnum):
+    """Rows of `State.heard`."""
+
+    RECEIVER = 0  # its place in the arrays
+    SENDER = 1
+
+
 class Copy(IntEnum):
     """Versions of a robot's knowledge in `State.knowledge`."""
 
@@ -127,7 +136,7 @@ class Point(IntEnum):
 
     X = 0
     Y = 1
-    NUMBER = 2  # of the task, or place of the robot in the arrays of `State`
+    NUMBER = 2  # of the task; for a robot see `feasibee.engine.order.numbered`
 
 
 class Clock(IntEnum):
@@ -213,7 +222,7 @@ class State(NamedTuple):
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
     inbox: Annotated[Int32s, "Slot", "slot"]  # see `feasibee.engine.inbox`
     free_tables: Annotated[Int32s, "thread", "place"]  # their number, and their numbers
-    heard: Annotated[Int32s, "thread", "place"]  # senders, to be sorted
+    heard: Annotated[Int32s, "thread", "Heard", "entry"]  # messages to be received
     tiles: Annotated[Int32s, "thread", "tile"]  # where its robots are sorted to
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
@@ -294,7 +303,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, room), -1, np.int32),
         free_tables=np.zeros((threads, 1 + room.tables), np.int32),
-        heard=np.zeros((threads if params.in_sender_order else 0, padded), np.int32),
+        heard=np.zeros((threads, len(Heard), max(HEARD_ROOM, padded * params.in_sender_order)), np.int32),
         tiles=np.zeros((threads if params.in_space_order else 0, _tile_count(params.robots.grid)), np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),

@@ -12,6 +12,7 @@ from feasibee.engine.bits import (
     contains,
     lowest_member,
     number_of,
+    place_of,
     without_lowest,
 )
 from feasibee.engine.cells import block, near, shortest
@@ -126,7 +127,7 @@ def is_clear_of(params, state, i, first, last):
     while first < last:
         close = near(params, points, first, last, x, y, params.robots.meet_limit)
         while close:
-            other = int64(points[Point.NUMBER, first + lowest(close)])
+            other = place_of(points[Point.NUMBER, first + lowest(close)])
             if other != i and collide(params, state, i, other):
                 return False
             close = without_lowest(close)

@@ -20,7 +20,7 @@ from feasibee.engine.cells import (
     count_point,
     is_one_cell,
     place,
-    sort_into_cells,
+    place_at,
     sum_up,
 )
 from feasibee.engine.compile import called, inlined
@@ -214,8 +214,9 @@ def fill_robots(params, state, part):
     """Sort the robots into cells, each thread those in its rows."""
     grid, cells, robots = params.robots.grid, state.robot_cells, state.robots
     if is_one_cell(grid):
-        if part.thread == 0:
-            sort_into_cells(cells, grid, robots[Robot.X], robots[Robot.Y], params.robots.count)
+        cells.start[1] = cells.start[2] = int32(params.robots.count)
+        for i in range(WORD * part.first, end_of(params, part)):
+            place_at(cells.points, i, robots[Robot.X, i], robots[Robot.Y, i], numbered(state, i))
         wait_for_all(part)
         return
     low, high = part.shared[part.thread, Share.ROW], grid.rows
@@ -235,6 +236,12 @@ def fill_robots(params, state, part):
     place_own(params, state, part, low, high)
     place_arriving(params, state, part, low, high)
     wait_for_all(part)
+
+
+@inlined
+def numbered(state, i):
+    """Return what stands for a robot in the cells: its place, and as the lowest bit whether it broadcasts."""
+    return int32(i << 1) | (state.robots[Robot.LABEL, i] & int32(1))
 
 
 @inlined
@@ -261,7 +268,7 @@ def place_own(params, state, part, low, high):
     for i in range(WORD * part.first, end_of(params, part)):
         row = cell_of(ys[i], grid.scale_y)
         if low <= row < high:
-            place(cells, grid, cell_of(xs[i], grid.scale_x), row, xs[i], ys[i], i)
+            place(cells, grid, cell_of(xs[i], grid.scale_x), row, xs[i], ys[i], numbered(state, i))
 
 
 @inlined
@@ -290,4 +297,4 @@ def place_arriving(params, state, part, low, high):
             i = int64(leaving[k])
             row = cell_of(ys[i], grid.scale_y)
             if low <= row < high:
-                place(cells, grid, cell_of(xs[i], grid.scale_x), row, xs[i], ys[i], i)
+                place(cells, grid, cell_of(xs[i], grid.scale_x), row, xs[i], ys[i], numbered(state, i))

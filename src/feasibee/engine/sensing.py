@@ -18,17 +18,19 @@ from feasibee.engine.bits import (
     lowest_member,
     number_of,
     pack_label,
+    place_of,
     says_feasible,
     set_member,
     without_lowest,
 )
-from feasibee.engine.cells import block, count_within, near, near_on_square
+from feasibee.engine.cells import block, count_within, near
+from feasibee.engine.crowd import sense_in_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount, within
 from feasibee.engine.knowledge import defer, publish, update_pending
-from feasibee.engine.layout import WORD, Clock, Count, Link, Pending, Point, Robot, Set, Share
+from feasibee.engine.layout import WORD, Clock, Count, Heard, Link, Pending, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.model.purposes import (
@@ -83,83 +85,6 @@ def find_neighbours(xs, ys, sight, swarm, robots, limit):
     """Store the set of robots within a range of each robot."""
     for i in range(robots):
         sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
-
-
-@called
-def sense_in_cells(params, state, part):
-    """Sense in a swarm of any size on the fast path."""
-    fill_robots(params, state, part)
-    in_one_look = params.radio.limit == params.sensing.limit
-    part.shared[part.thread, Share.BITS] = 0
-    for w in range(part.first, part.last):
-        disseminating, working = state.sets[Set.DISSEMINATING, w], state.sets[Set.WORKING, w]
-        listening = working if params.decision.listens_for == ALWAYS else disseminating
-        speaking = popcount(state.sets[Set.SPEAKING, w])
-        part.shared[part.thread, Share.BITS] += speaking * params.radio.message_bits
-        left = working
-        while left:
-            i = lowest_member(w, left)
-            looks, listens = not has_bit(disseminating, i), has_bit(listening, i)
-            if looks and listens and in_one_look:
-                look_and_listen(params, state, part, i, True)
-            else:
-                if looks:
-                    look_and_listen(params, state, part, i, False)
-                if listens:
-                    listen(params, state, part, i)
-            if looks:
-                count_tasks(params, state, i)
-            left = without_lowest(left)
-
-
-@inlined
-def look_and_listen(params, state, part, i, listens):
-    """Count the robots in sight of a robot, on the fast path; receive their messages if it listens."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    points = state.robot_cells.points
-    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
-    seen = params.sensing.count_self - 1  # it sees itself
-    for _ in range(2):
-        while first < last:
-            close = near_on_square(points, first, last, x, y, params.sensing.limit)
-            seen += popcount(close)
-            if listens:
-                receive_from(params, state, part, i, first, close)
-            first += 32
-        first, last = other_first, other_last
-    state.counts[Count.ROBOTS_SEEN, i] += seen
-
-
-@inlined
-def listen(params, state, part, i):
-    """Receive the messages of the robots in radio range of a robot, on the fast path."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    points = state.robot_cells.points
-    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
-    for _ in range(2):
-        while first < last:
-            close = near_on_square(points, first, last, x, y, params.radio.limit)
-            receive_from(params, state, part, i, first, close)
-            first += 32
-        first, last = other_first, other_last
-
-
-@inlined
-def receive_from(params, state, part, i, first, close):
-    """Receive the messages of those who speak among the robots at places from ``first`` on."""
-    while close:
-        other = int64(state.robot_cells.points[Point.NUMBER, first + lowest(close)])
-        message = state.robots[Robot.LABEL, other]
-        if is_speaking(message) and other != i:
-            receive(params, state, part, i, message, state.robots[Robot.SENT_VALUE, other])
-        close = without_lowest(close)
-
-
-@inlined
-def count_tasks(params, state, i):
-    """Count the tasks in sight of a robot, on the fast path."""
-    x, y, grid = state.robots[Robot.X, i], state.robots[Robot.Y, i], params.tasks.grid
-    state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, grid, x, y, params.sensing.limit)
 
 
 @spliced
@@ -221,7 +146,8 @@ def observe_robots(params, state, functions, i, x, y):
                 total += popcount(close)
                 close = uint32(0)
             while close:
-                total += observe_robot(params, state, functions, i, points[Point.NUMBER, first + lowest(close)])
+                other = place_of(points[Point.NUMBER, first + lowest(close)])
+                total += observe_robot(params, state, functions, i, other)
                 close = without_lowest(close)
             first += 32
         first, last = other_first, other_last
@@ -362,10 +288,11 @@ def listen_general(params, state, functions, part, i):
             if params.robots.count <= WORD:  # cells hold robots in their order: drop who is silent at once
                 close &= state.sets[Set.SPEAKING, 0] & ~bit(i)
             while close:
-                other = int64(points[Point.NUMBER, first + lowest(close)])
-                if is_speaking(state.robots[Robot.LABEL, other]) and other != i:
+                numbered = points[Point.NUMBER, first + lowest(close)]
+                other = place_of(numbered)
+                if is_speaking(numbered) and other != i:
                     if params.in_sender_order:
-                        state.heard[part.thread, number] = int32(other)
+                        state.heard[part.thread, Heard.SENDER, number] = int32(other)
                         number += 1
                     else:
                         receive_general(params, state, functions, part, i, other)
@@ -375,13 +302,13 @@ def listen_general(params, state, functions, part, i):
     if params.in_sender_order:
         sort_by_number(state, part, number)
         for k in range(number):
-            receive_general(params, state, functions, part, i, int64(state.heard[part.thread, k]))
+            receive_general(params, state, functions, part, i, int64(state.heard[part.thread, Heard.SENDER, k]))
 
 
 @called
 def sort_by_number(state, part, count):
     """Sort who has been heard by number: a few sorted runs."""
-    heard, labels = state.heard[part.thread], state.robots[Robot.LABEL]
+    heard, labels = state.heard[part.thread, Heard.SENDER], state.robots[Robot.LABEL]
     for k in range(1, count):
         other, place = heard[k], k
         while place > 0 and number_of(labels[heard[place - 1]]) > number_of(labels[other]):
