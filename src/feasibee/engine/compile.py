@@ -29,6 +29,9 @@ unliteral: Any = types.unliteral
 # Compiled code allocates nothing, so numba's reference counting is off. With it, passing the state to a
 # function counts each array's references atomically, which doubled the time of a step.
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
+# Functions that only compiled code calls need no code for calls from Python, which took longer to compile
+# than the functions themselves: it converts each array of the state.
+INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 on_compile: ContextVar[Callable[[str], None]] = ContextVar("on_compile", default=lambda name: None)
 """Called with the name of an entry whose code isn't on disk, before it is compiled."""
 CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": True}
@@ -39,7 +42,7 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
 
     Passing the state costs more than most helpers do.
     """
-    return one_copy(numba.njit(forceinline=True, **OPTIONS)(function))
+    return one_copy(numba.njit(forceinline=True, **OPTIONS, **INNER)(function))
 
 
 def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -47,13 +50,13 @@ def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
 
     Inlined by LLVM instead, a long function would be compiled twice.
     """
-    compiled: Callable[..., Any] = numba.njit(inline="always", **OPTIONS)(function)
+    compiled: Callable[..., Any] = numba.njit(inline="always", **OPTIONS, **INNER)(function)
     return compiled
 
 
 def called(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a helper that is called: where a call costs little, one copy compiles sooner."""
-    return one_copy(numba.njit(**OPTIONS)(function))
+    return one_copy(numba.njit(**OPTIONS, **INNER)(function))
 
 
 def one_copy(compiled: Any) -> Callable[..., Any]:
@@ -78,9 +81,9 @@ def careful(function: Callable[..., Any], arguments: Any = None) -> Callable[...
     With types of its arguments it is compiled at once and for these only, and inlined where it is called.
     """
     if arguments is None:
-        compiled: Callable[..., Any] = numba.njit(**CAREFUL)(function)
+        compiled: Callable[..., Any] = numba.njit(**CAREFUL, **INNER)(function)
     else:
-        compiled = numba.njit(arguments, forceinline=True, **CAREFUL)(function)
+        compiled = numba.njit(arguments, forceinline=True, **CAREFUL, **INNER)(function)
     return compiled
 
 
