@@ -12,7 +12,7 @@ from feasibee.engine.bits import first_bits, has_bit, lowest_member, place_of, w
 from feasibee.engine.cells import are_few, block, count_within, few_in_block, near_on_square
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.inbox import receive
-from feasibee.engine.intrinsics import LANES, few_odd, lowest, popcount
+from feasibee.engine.intrinsics import LANES, few_odd, lowest, odd, popcount
 from feasibee.engine.layout import HEARD_ROOM, WORD, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS
@@ -87,57 +87,60 @@ def scan(params, state, part, i, limit, listens, queued):
     """Return how many robots are near a robot, itself included; queue the messages that it hears."""
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
     stretches = block(state.robot_cells, params.robots.grid, x, y)
-    if not are_few(stretches):
-        return scan_many(params, state, part, i, stretches, limit, listens, queued)
-    close = few_in_block(points, stretches, x, y, limit)
-    if listens:
-        first, _, other_first, _ = stretches
-        numbers = points[Point.NUMBER]
-        heard = close & (few_odd(numbers, first) | few_odd(numbers, other_first) << uint32(LANES))
-        while heard:
-            k = lowest(heard)
-            place = first + k if k < LANES else other_first + k - LANES
-            queued = queue(state, part, i, place_of(numbers[uint64(place)]), queued)
-            heard = without_lowest(heard)
-        if queued > HEARD_ROOM - WORD:
-            queued = receive_queued(params, state, part, queued)
-    return popcount(close), queued
-
-
-@called
-def scan_many(params, state, part, i, stretches, limit, listens, queued):
-    """Do what `scan` does where more robots are in the cells."""
-    x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
     first, last, other_first, other_last = stretches
+    if are_few(stretches):
+        close = few_in_block(points, stretches, x, y, limit)
+        if listens:
+            numbers = points[Point.NUMBER]
+            heard = close & (few_odd(numbers, first) | few_odd(numbers, other_first) << uint32(LANES))
+            # So that place `first` + k is that of bit k: of the second row, from `LANES` on.
+            queued = queue(state.heard[part.thread], numbers, heard, first, other_first - LANES, i, queued)
+            queued = make_room(params, state, part, queued)
+        return popcount(close), queued
     seen = int64(0)
     for _ in range(2):
         while first < last:
             close = near_on_square(points, first, last, x, y, limit)
             seen += popcount(close)
-            while close and listens:
-                numbered = points[Point.NUMBER, uint64(first + lowest(close))]
-                if numbered & int32(1):
-                    queued = queue(state, part, i, place_of(numbered), queued)
-                close = without_lowest(close)
-            if queued > HEARD_ROOM - WORD:
-                queued = receive_queued(params, state, part, queued)
+            if listens:
+                heard = close & odd(points[Point.NUMBER], first)
+                queued = queue(state.heard[part.thread], points[Point.NUMBER], heard, first, first, i, queued)
+                queued = make_room(params, state, part, queued)
             first += WORD
         first, last = other_first, other_last
     return seen, queued
 
 
 @inlined
-def queue(state, part, i, other, queued):
-    """Queue a message for a robot, unless it is its own; return how many are queued."""
-    state.heard[part.thread, Heard.RECEIVER, uint64(queued)] = int32(i)
-    state.heard[part.thread, Heard.SENDER, uint64(queued)] = int32(other)
-    return queued + int64(int64(i) != other)
+def queue(queue_, numbers, heard, first, other_first, i, queued):
+    """Queue messages for a robot, except its own; return how many are queued.
+
+    Bit k of ``heard`` is place ``first`` + k in the cells, from `LANES` on place ``other_first`` + k.
+    """
+    while heard:
+        k = lowest(heard)
+        other = place_of(numbers[uint64(k + (first if k < LANES else other_first))])
+        queue_[Heard.RECEIVER, uint64(queued)] = int32(i)
+        queue_[Heard.SENDER, uint64(queued)] = int32(other)
+        queued += int64(int64(i) != other)
+        heard = without_lowest(heard)
+    return queued
+
+
+@inlined
+def make_room(params, state, part, queued):
+    """Make sure that a word of messages has room in the queue; return how many are queued."""
+    return queued if queued <= HEARD_ROOM - WORD else receive_queued(params, state, part, queued)
 
 
 @called
 def receive_queued(params, state, part, queued):
     """Let robots receive the queued messages; return 0."""
-    heard, labels, values = state.heard[part.thread], state.robots[Robot.LABEL], state.robots[Robot.SENT_VALUE]
+    heard, labels, values = (
+        state.heard[part.thread],
+        state.robots[Robot.LABEL],
+        state.robots[Robot.SENT_VALUE],
+    )
     for k in range(queued):
         i, other = uint64(heard[Heard.RECEIVER, k]), uint64(heard[Heard.SENDER, k])
         receive(params, state, part, i, labels[other], values[other])

@@ -24,10 +24,16 @@ LINE = 8
 """Slots for senders that each robot has, before its inbox takes a table."""
 TILE = 4
 """Cells per side of a tile: see `feasibee.engine.order`."""
+BATCH = 128
+"""Draws of each kind that a thread makes together in a larger swarm."""
 HEARD_ROOM = 512
 """Entries of `State.heard`, unless messages have to be sorted."""
 PENDING_ROOM = 256
 """Entries of `State.pending`."""
+POOL = 8
+"""Draws of each kind that a robot's pool holds."""
+POOLED = 1024
+"""Robots of the largest swarm with pools; a pool takes 384 bytes."""
 
 Int8s = NDArray[np.int8]
 Int32s = NDArray[np.int32]
@@ -107,10 +113,12 @@ class Slot(IntEnum):
 
 
 class Heard(IntEnum):
-    """Rows of `State.heard`."""
+    """Rows of `State.heard`: messages to be received, or draws to be made."""
 
-    RECEIVER = 0  # its place in the arrays
+    RECEIVER = 0  # place in the arrays of who receives a message, or draws
     SENDER = 1
+    NUMBER = 1  # of the robot that draws
+    COUNTER = 2  # of the draw
 
 
 class Copy(IntEnum):
@@ -129,6 +137,17 @@ class Pending(IntEnum):
     SPEAKER = 1  # number of the robot that it hears
     COLUMN = 2  # class of the robot or task that it sees: classes of robots, then of tasks
     MARK = 3  # hash of a false sighting
+
+
+class Pool(IntEnum):
+    """Rows of a pool in `State.pools`; see `feasibee.engine.pools`."""
+
+    STEP_X = 0  # of a heading: velocity per step
+    STEP_Y = 1
+    WALK = 2  # of a heading: steps
+    LENGTH = 3  # of a phase: its exponential of mean 1, to 12 digits
+    CHANCE = 4  # of a phase: the second word of its draw as a share of 2**32
+    TIE = 5  # of a phase: the third word of its draw
 
 
 class Point(IntEnum):
@@ -199,6 +218,13 @@ class Cells(NamedTuple):
     start: Annotated[Int32s, "cell"]  # first place of each cell, and the place after the last
 
 
+class TaskLists(NamedTuple):
+    """The tasks in sight of each cell; see `feasibee.engine.tasklists`."""
+
+    places: Annotated[Words, "place"]
+    start: Annotated[Int64s, "cell"]  # first place of each cell; two more than there are cells
+
+
 class Tables(NamedTuple):
     """The arrays of a scenario: classes, skills (model.md 6.7), given points, strategy parameters."""
 
@@ -228,8 +254,10 @@ class State(NamedTuple):
     knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
     pending: Annotated[Int32s, "Pending", "entry"]  # calls of the functions of a strategy's knowledge
     hashes: Annotated[Words, "robot, then task, then invention"]  # if robots pass on knowledge
+    pools: Annotated[Floats, "robot", "Pool", "draw"]  # in large swarms of each thread
     tasks: Annotated[Int32s, "Point", "task"]
     task_cells: Cells
+    task_lists: TaskLists
     robot_cells: Cells
     tables: Tables
     clock: Annotated[Int64s, "Clock"]
@@ -294,28 +322,29 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
     classes = tables.adds.shape[1]
     remembered = words + -(-params.tasks.count // WORD)
     knowledge = params.strategy.knowledge
-    state = State(
-        robots=np.zeros((len(Robot), padded), np.int32),
+    return State(
+        robots=aligned((len(Robot), padded), np.int32),
         sets=np.zeros((len(Set), words), np.uint32),
-        counts=np.zeros((len(Count), padded), np.int64),
-        links=np.zeros((len(Link), WORD), np.uint32),
+        counts=aligned((len(Count), padded), np.int64),
+        links=aligned((len(Link), WORD), np.uint32),
         seen=np.zeros((padded if params.sensing.by_class or knowledge.enabled else 0, classes), np.int64),
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, room), -1, np.int32),
         free_tables=np.zeros((threads, 1 + room.tables), np.int32),
-        heard=np.zeros((threads, len(Heard), max(HEARD_ROOM, padded * params.in_sender_order)), np.int32),
+        heard=np.zeros((threads, Heard.COUNTER + 1, max(HEARD_ROOM, padded * params.in_sender_order)), np.int32),
         tiles=np.zeros((threads if params.in_space_order else 0, _tile_count(params.robots.grid)), np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
         pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
+        pools=aligned(_pool_shape(params, threads), np.float64),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),
+        task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
         tables=tables,
         clock=np.zeros(len(Clock), np.int64),
     )
-    return state
 
 
 class Room(NamedTuple):
@@ -348,6 +377,11 @@ def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
     return rows + params.in_space_order, padded * LINE + room.tables * room.slots
 
 
+def _pool_shape(params: Params, threads: int) -> tuple[int, int, int]:
+    pooled = params.robots.count <= POOLED
+    return (params.robots.count, len(Pool), POOL) if pooled else (threads, len(Pool), BATCH)
+
+
 def _tile_count(grid: Grid) -> int:
     return -(-grid.columns // TILE) * -(-grid.rows // TILE)
 
@@ -361,3 +395,17 @@ def empty_cells(points: int, grid: Grid) -> Cells:
     """Allocate a grid where every point may be in the column that is repeated."""
     cells = (grid.columns + 1) * grid.rows
     return Cells(np.zeros((len(Point), 2 * points + WORD), np.int32), np.zeros(cells + 1, np.int32))
+
+
+def aligned(shape: tuple[int, ...], kind: Any) -> Any:
+    """Return zeros that begin at a multiple of 64 bytes, so that no vector lies in two lines of the cache."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    room = np.zeros(size + 64, np.uint8)
+    start = -room.ctypes.data % 64
+    return room[start : start + size].view(kind).reshape(shape)
+
+
+def empty_lists(tasks: int, bits: int) -> TaskLists:
+    """Allocate lists where every task may be in nine, each padded to 16 places."""
+    cells = 4**bits if bits else 0
+    return TaskLists(aligned((9 * tasks + 16 * cells + 1,), np.uint32), np.zeros(cells + 2, np.int64))

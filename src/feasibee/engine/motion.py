@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import (
@@ -11,17 +9,15 @@ from feasibee.engine.bits import (
     bit_if,
     contains,
     lowest_member,
-    number_of,
     place_of,
     without_lowest,
 )
 from feasibee.engine.cells import block, near, shortest
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import direction, draw_words, duration
 from feasibee.engine.intrinsics import lowest
-from feasibee.engine.layout import Clock, Point, Robot, Set
+from feasibee.engine.layout import Heard, Point, Robot, Set
+from feasibee.engine.pools import draw_headings, list_members, next_heading
 from feasibee.engine.team import wait_for_all
-from feasibee.model.purposes import WALK
 
 
 @inlined
@@ -187,20 +183,19 @@ def product(a, b):
 @inlined
 def turn(params, state, part):
     """Draw a new heading for each robot whose straight run has ended."""
-    for w in range(part.first, part.last):
-        left = state.sets[Set.TURNING, w]
-        while left:
-            head(params, state, lowest_member(w, left))
-            left = without_lowest(left)
+    w = part.first
+    while w < part.last:
+        w, count = list_members(state, part.thread, state.sets[Set.TURNING], w, part.last)
+        draw_headings(params, state, part.thread, count)
+        for k in range(count):
+            head(params, state, part.thread, uint64(state.heard[part.thread, Heard.RECEIVER, k]), k)
 
 
 @inlined
-def head(params, state, i):
-    """Draw a robot's next heading and its duration (model.md 2.1)."""
-    number = number_of(state.robots[Robot.LABEL, i])
-    words = draw_words(params, state.clock[Clock.RUN], number, state.robots[Robot.WALKS, i], WALK)
+def head(params, state, thread, i, k):
+    """Let a robot, entry ``k`` of those that draw, take its next heading (model.md 2.1)."""
+    step_x, step_y, lasts = next_heading(params, state, thread, i, k)
     state.robots[Robot.WALKS, i] += int32(1)
-    cosine, sine = direction(words[0])
-    state.robots[Robot.STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))
-    state.robots[Robot.STEP_Y, i] = int32(int64(math.floor(params.robots.reach * sine + 0.5)))
-    state.robots[Robot.WALK_LEFT, i] = duration(words[1], params.walk.mean_run)
+    state.robots[Robot.STEP_X, i] = step_x
+    state.robots[Robot.STEP_Y, i] = step_y
+    state.robots[Robot.WALK_LEFT, i] = lasts

@@ -10,11 +10,10 @@ robots that are in these rows, and those that others have listed as leaving.
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32, uint64
+from numba import int32, int64, uint32
 
 from feasibee.engine.bits import bit_if, contains
 from feasibee.engine.cells import (
-    cell_count,
     cell_of,
     clear_cells,
     count_point,

@@ -23,16 +23,17 @@ from feasibee.engine.bits import (
     set_member,
     without_lowest,
 )
-from feasibee.engine.cells import block, count_within, near
-from feasibee.engine.crowd import sense_in_cells
+from feasibee.engine.cells import block, near
 from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.crowd import sense_in_cells
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
-from feasibee.engine.intrinsics import lowest, popcount, within
+from feasibee.engine.intrinsics import find_near, lowest, popcount, within
 from feasibee.engine.knowledge import defer, publish, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Heard, Link, Pending, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
+from feasibee.engine.tasklists import count_listed
 from feasibee.model.purposes import (
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
@@ -59,20 +60,20 @@ def sense_together(params, state, part):
     """Sense in a swarm of at most 32 on the fast path."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
-    swarm, limit, grid = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid
+    swarm, limit = first_bits(params.robots.count), params.sensing.limit
     speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
     part.shared[part.thread, Share.BITS] = popcount(speaking) * params.radio.message_bits
-    find_neighbours(xs, ys, sight, swarm, params.robots.count, limit)
+    find_neighbours(xs, ys, sight, swarm, params.robots.count, params.sensing)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
-        state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, grid, xs[i], ys[i], limit)
+        state.counts[Count.TASKS_SEEN, i] += count_listed(params, state, xs[i], ys[i])
         looking = without_lowest(looking)
     for i in range(32):
         explores = int64(has_bit(~disseminating, i))
         seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
     if params.radio.limit != params.sensing.limit:
-        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio.limit)
+        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio)
     if params.decision.listens_for != ALWAYS:
         for i in range(params.robots.count):
             if not has_bit(disseminating, i):
@@ -81,8 +82,15 @@ def sense_together(params, state, part):
 
 
 @inlined
-def find_neighbours(xs, ys, sight, swarm, robots, limit):
-    """Store the set of robots within a range of each robot."""
+def find_neighbours(xs, ys, sight, swarm, robots, reach):
+    """Store the set of robots within a range of each robot; ``reach`` has its limit and band."""
+    if not find_near(xs, ys, sight, robots, reach.band.low, reach.band.width):
+        find_exactly(xs, ys, sight, swarm, robots, reach.limit)
+
+
+@called
+def find_exactly(xs, ys, sight, swarm, robots, limit):
+    """Store the same sets where 16 bits leave a distance in doubt: in 1 of 100 steps of 20 robots."""
     for i in range(robots):
         sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
 
@@ -218,7 +226,11 @@ def count_sighting(params, state, functions, i, number, kind, is_robot):
 @called
 def count_false_sightings(params, state, functions, i):
     """Count false sightings, each of the class of a robot or task drawn at random, with a hash of its own."""
-    run, now, own = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1, number_of(state.robots[Robot.LABEL, i])
+    run, now, own = (
+        state.clock[Clock.RUN],
+        state.clock[Clock.STEP] + 1,
+        number_of(state.robots[Robot.LABEL, i]),
+    )
     if params.sensing.false_robots > 0.0:
         for k in range(poisson(draw_now(params, state, own, FALSE_ROBOT), params.sensing.false_robots)):
             words = draw_words(params, run, own, now, FALSE_ROBOT_CLASS + PAIR * k)
@@ -302,7 +314,9 @@ def listen_general(params, state, functions, part, i):
     if params.in_sender_order:
         sort_by_number(state, part, number)
         for k in range(number):
-            receive_general(params, state, functions, part, i, int64(state.heard[part.thread, Heard.SENDER, k]))
+            receive_general(
+                params, state, functions, part, i, int64(state.heard[part.thread, Heard.SENDER, k])
+            )
 
 
 @called

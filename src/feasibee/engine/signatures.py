@@ -25,11 +25,7 @@ def tuple_type(cls: type[Any]) -> Any:
     """Return the type of a NamedTuple of annotated arrays and of such tuples."""
     hints = get_type_hints(cls, include_extras=True).values()
     fields = [
-        int64
-        if each is int
-        else array_type(each)
-        if get_origin(each) is Annotated
-        else tuple_type(each)
+        int64 if each is int else array_type(each) if get_origin(each) is Annotated else tuple_type(each)
         for each in hints
     ]
     return of_types(fields, cls)

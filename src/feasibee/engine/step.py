@@ -9,28 +9,29 @@ from feasibee.engine.bits import (
     contains,
     first_bits,
     lowest_member,
-    number_of,
     pack_label,
     set_member,
     without_lowest,
 )
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import coin, draw, draw_words, duration, shuffle
+from feasibee.engine.draws import coin, draw, shuffle
 from feasibee.engine.identities import assign_identities
+from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, update_pending
-from feasibee.engine.inbox import clear_inbox, free_all_tables
-from feasibee.engine.layout import Clock, Count, Point, Robot, Set, Share
+from feasibee.engine.layout import Clock, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.order import fill_robots, keep_order
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
+from feasibee.engine.pools import draw_headings, draw_phases, list_members, phase_duration, present_phase
 from feasibee.engine.sensing import clear_counts, forget, label_of, sense_fast, sense_general
+from feasibee.engine.tasklists import fill_lists
 from feasibee.engine.team import total, wait_for_all
 from feasibee.model.codes import NO_OPINION
-from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
+from feasibee.model.purposes import FAULT, FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
 
 NEVER = 2**31 - 1
@@ -42,6 +43,16 @@ def start_fast(params, state, run):
     clear(params, state, run)
     scatter(params, state)
     prepare_robots(params, state)
+    if params.tasks.lists.bits > 0:
+        fill_lists(
+            state.task_lists,
+            params.tasks.lists.bits,
+            params.tasks.lists.shift,
+            params.sensing.limit,
+            state.tasks[Point.X],
+            state.tasks[Point.Y],
+            params.tasks.count,
+        )
 
 
 @spliced
@@ -82,25 +93,38 @@ def prepare_robots(params, state):
     """Give robots in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
     tasks = state.tasks
     sort_into_cells(state.task_cells, params.tasks.grid, tasks[Point.X], tasks[Point.Y], params.tasks.count)
-    for i in range(params.robots.count):
-        word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
-        set_opinion(state.sets, i, coin(word))
-        if params.strategy.starts_neutral:
-            set_opinion(state.sets, i, int64(NO_OPINION))
-        state.robots[Robot.LABEL, i] = pack_label(i, False, False)
-        state.robots[Robot.WALKS, i] = 0
-        head(params, state, i)
-        state.robots[Robot.PHASES, i] = 0
-        word = draw(params, state.clock[Clock.RUN], i, 0, PHASE)
-        enter_phase(state, i, duration(word, params.decision.exploration))
-        clear_inbox(params, state, i)
-        clear_counts(params, state, i)
-        state.robots[Robot.AGREED, i] = 0
-        state.memory[i] = 0.0
+    w, working = int64(0), state.sets[Set.WORKING]
+    while w < working.size:
+        w, count = list_members(state, 0, working, w, working.size)
+        for k in range(count):
+            i = int64(state.heard[0, Heard.RECEIVER, k])
+            state.robots[Robot.LABEL, i] = pack_label(i, False, False)
+            state.robots[Robot.WALKS, i] = state.robots[Robot.PHASES, i] = 0
+        draw_headings(params, state, 0, count)
+        for k in range(count):
+            head(params, state, 0, int64(state.heard[0, Heard.RECEIVER, k]), k)
+        draw_phases(params, state, 0, count)
+        for k in range(count):
+            prepare_robot(params, state, int64(state.heard[0, Heard.RECEIVER, k]), k)
     for i in range(params.robots.count, state.robots.shape[1]):
         state.robots[Robot.WALK_LEFT, i] = NEVER
         state.robots[Robot.PHASE_LEFT, i] = NEVER
     free_all_tables(state)
+
+
+@spliced
+def prepare_robot(params, state, i, k):
+    """Give a robot, entry ``k`` of those that draw, its first opinion and phase."""
+    word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
+    set_opinion(state.sets, i, coin(word))
+    if params.strategy.starts_neutral:
+        set_opinion(state.sets, i, int64(NO_OPINION))
+    length, _, _ = present_phase(params, state, 0, i, k)
+    enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
+    clear_inbox(params, state, i)
+    clear_counts(params, state, i)
+    state.robots[Robot.AGREED, i] = 0
+    state.memory[i] = 0.0
 
 
 @called
@@ -180,20 +204,22 @@ def advance_general(params, state, functions, part):
 def finish(params, state, functions, part):
     """Turn the robots whose heading ends, and move on those whose phase ends."""
     turn(params, state, part)
-    for w in range(part.first, part.last):
-        left = state.sets[Set.ENDING, w]
-        while left:
-            i = lowest_member(w, left)
+    w = part.first
+    while w < part.last:
+        w, count = list_members(state, part.thread, state.sets[Set.ENDING], w, part.last)
+        draw_phases(params, state, part.thread, count)
+        for k in range(count):
+            i = int64(state.heard[part.thread, Heard.RECEIVER, k])
+            phase = present_phase(params, state, part.thread, i, k)
             if contains(state.sets[Set.DISSEMINATING], i):
-                end_dissemination(params, state, i, functions, part)
+                end_dissemination(params, state, functions, part, i, phase)
             else:
-                end_exploration(params, state, i, functions)
-            left = without_lowest(left)
+                end_exploration(params, state, functions, i, phase)
     count_opinions(params, state, part)
 
 
 @spliced
-def end_exploration(params, state, i, functions):
+def end_exploration(params, state, functions, i, phase):
     """Begin to broadcast, for a duration that the opinion's quality sets (model.md 4.4)."""
     mind = mind_of(params, state, i)
     said = mind.opinion
@@ -205,20 +231,18 @@ def end_exploration(params, state, i, functions):
         share = min(max(functions.value(mind), 0.0), 1.0)
         state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
     set_member(state.sets, Set.DISSEMINATING, i, True)
-    number = number_of(state.robots[Robot.LABEL, i])
-    word = draw(params, state.clock[Clock.RUN], number, state.robots[Robot.PHASES, i], PHASE)
+    length, _, _ = phase
     mean = functions.dissemination(mind.quality, params.decision.gain)
-    enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
+    lasts = phase_duration(params, state, i, length, mean)
+    enter_phase(state, i, lasts + int32(params.decision.dissemination_floor))
 
 
 @spliced
-def end_dissemination(params, state, i, functions, part):
+def end_dissemination(params, state, functions, part, i, phase):
     """Decide by the inbox, or by knowledge, and explore again (model.md 4.6)."""
-    number = number_of(state.robots[Robot.LABEL, i])
-    words = draw_words(params, state.clock[Clock.RUN], number, state.robots[Robot.PHASES, i], PHASE)
-    feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
+    length, chance, tie = phase
+    feasible, votes, heard, told, total = inbox.read(params, state, i, tie)
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
-    chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = functions.decide(mind_of(params, state, i), received)
     if not keeps_opinion(state.sets, i):
@@ -228,7 +252,7 @@ def end_dissemination(params, state, i, functions, part):
     forget(params, state, part, i)
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
-    enter_phase(state, i, duration(words[0], params.decision.exploration))
+    enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
 
 
 @spliced

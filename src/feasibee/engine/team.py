@@ -88,11 +88,11 @@ def parts_of(params: Params, threads: int = 1) -> list[Part]:
     """Return the parts of the threads that simulate a swarm together."""
     words = -(-params.robots.count // WORD)
     shared = np.zeros((threads + 1, LINE_OF_CACHE), np.int64)
-    shared[:, Share.ROW] = [first_word(params.robots.grid.rows, k, threads) for k in range(threads + 1)]
-    shared[threads] = 0
-    bounds = [first_word(words, thread, threads) for thread in range(threads + 1)]
+    bounds = np.arange(threads + 1)
+    shared[:threads, Share.ROW] = params.robots.grid.rows * bounds[:-1] // threads
+    bounds = words * bounds // threads
     return [
-        Part(thread, threads, *bounds[thread : thread + 2], give_way(), shared) for thread in range(threads)
+        Part(thread, threads, int(bounds[thread]), int(bounds[thread + 1]), give_way(), shared) for thread in range(threads)
     ]
 
 

@@ -115,7 +115,14 @@ class Swarm:
         unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
         try:
             self._advance(
-                self._packed, self._state, outcome_of(self._record), 0, until, unwatched, self._functions, *self._part
+                self._packed,
+                self._state,
+                outcome_of(self._record),
+                0,
+                until,
+                unwatched,
+                self._functions,
+                *self._part,
             )
         except FAILURES as error:
             raise failure_of(self.scenario, self._which, error) from None
