@@ -147,6 +147,18 @@ def block(cells, grid, x, y):
         left += grid.width
     if low < 0:
         low += grid.height
+    return stretches(cells, grid, left, low)
+
+
+@inlined
+def block_on_square(cells, grid, x, y):
+    """Return what `block` returns, on a square torus, where 32 bits wrap."""
+    return stretches(cells, grid, int64(uint32(x)) - grid.half_width, int64(uint32(y)) - grid.half_height)
+
+
+@inlined
+def stretches(cells, grid, left, low):
+    """Return the stretches of the block whose first cell has a place."""
     column, row = cell_of(left, grid.scale_x), cell_of(low, grid.scale_y)
     next_row = row + 1
     if next_row == grid.rows:
@@ -160,28 +172,18 @@ def block(cells, grid, x, y):
 
 
 @inlined
-def few_in_block(points, stretches, x, y, limit):
-    """Return which of two stretches of up to 8 points are near, on a square torus: 8 bits each."""
-    first, last, other_first, other_last = stretches
-    close = few_within(points[Point.X], points[Point.Y], first, x, y, limit)
-    other = few_within(points[Point.X], points[Point.Y], other_first, x, y, limit)
-    return close & first_bits(last - first) | (other & first_bits(other_last - other_first)) << uint32(LANES)
-
-
-@inlined
-def are_few(stretches):
-    """Return whether two stretches have up to 8 points each."""
-    first, last, other_first, other_last = stretches
-    return max(last - first, other_last - other_first) <= LANES
+def few_near(points, first, last, x, y, limit):
+    """Return which of up to 8 points, ``first`` to ``last`` (excluded), are near, on a square torus."""
+    return few_within(points[Point.X], points[Point.Y], first, x, y, limit) & first_bits(last - first)
 
 
 @inlined
 def count_within(cells, grid, x, y, limit):
     """Return the number of points within a range of a place on a square torus."""
-    stretches = block(cells, grid, x, y)
-    if are_few(stretches):
-        return popcount(few_in_block(cells.points, stretches, x, y, limit))
-    first, last, other_first, other_last = stretches
+    first, last, other_first, other_last = block_on_square(cells, grid, x, y)
+    if max(last - first, other_last - other_first) <= LANES:
+        close = few_near(cells.points, first, last, x, y, limit)
+        return popcount(close | few_near(cells.points, other_first, other_last, x, y, limit) << uint32(LANES))
     return count_in(cells.points, first, last, x, y, limit) + count_in(
         cells.points, other_first, other_last, x, y, limit
     )

@@ -9,10 +9,10 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import first_bits, has_bit, lowest_member, place_of, without_lowest
-from feasibee.engine.cells import are_few, block, count_within, few_in_block, near_on_square
+from feasibee.engine.cells import block_on_square, count_within, few_near, near_on_square
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.inbox import receive
-from feasibee.engine.intrinsics import LANES, few_odd, lowest, odd, popcount
+from feasibee.engine.intrinsics import LANES, popcount, store_speakers
 from feasibee.engine.layout import HEARD_ROOM, WORD, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS
@@ -86,51 +86,43 @@ def count_tasks(params, state, part):
 def scan(params, state, part, i, limit, listens, queued):
     """Return how many robots are near a robot, itself included; queue the messages that it hears."""
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
-    stretches = block(state.robot_cells, params.robots.grid, x, y)
-    first, last, other_first, other_last = stretches
-    if are_few(stretches):
-        close = few_in_block(points, stretches, x, y, limit)
-        if listens:
-            numbers = points[Point.NUMBER]
-            heard = close & (few_odd(numbers, first) | few_odd(numbers, other_first) << uint32(LANES))
-            # So that place `first` + k is that of bit k: of the second row, from `LANES` on.
-            queued = queue(state.heard[part.thread], numbers, heard, first, other_first - LANES, i, queued)
-            queued = make_room(params, state, part, queued)
-        return popcount(close), queued
+    first, last, other_first, other_last = block_on_square(state.robot_cells, params.robots.grid, x, y)
+    if max(last - first, other_last - other_first) <= LANES:
+        close = few_near(points, first, last, x, y, limit)
+        other_close = few_near(points, other_first, other_last, x, y, limit)
+        queued = queue(state, part, first, close, i, listens, queued)
+        queued = queue(state, part, other_first, other_close, i, listens, queued)
+        queued = make_room(params, state, part, queued)
+        return popcount(close | other_close << uint32(LANES)), queued
     seen = int64(0)
     for _ in range(2):
         while first < last:
             close = near_on_square(points, first, last, x, y, limit)
             seen += popcount(close)
-            if listens:
-                heard = close & odd(points[Point.NUMBER], first)
-                queued = queue(state.heard[part.thread], points[Point.NUMBER], heard, first, first, i, queued)
-                queued = make_room(params, state, part, queued)
+            for lane in range(0, WORD, LANES):
+                few = uint32(close >> uint32(lane))
+                queued = queue(state, part, first + lane, few, i, listens, queued)
+            queued = make_room(params, state, part, queued)
             first += WORD
         first, last = other_first, other_last
     return seen, queued
 
 
 @inlined
-def queue(queue_, numbers, heard, first, other_first, i, queued):
-    """Queue messages for a robot, except its own; return how many are queued.
-
-    Bit k of ``heard`` is place ``first`` + k in the cells, from `LANES` on place ``other_first`` + k.
-    """
-    while heard:
-        k = lowest(heard)
-        other = place_of(numbers[uint64(k + (first if k < LANES else other_first))])
-        queue_[Heard.RECEIVER, uint64(queued)] = int32(i)
-        queue_[Heard.SENDER, uint64(queued)] = int32(other)
-        queued += int64(int64(i) != other)
-        heard = without_lowest(heard)
-    return queued
+def queue(state, part, first, close, i, listens, queued):
+    """Queue messages for a robot of those who are close, of 8; return how many are queued."""
+    heard, numbers = state.heard[part.thread], state.robot_cells.points[Point.NUMBER]
+    for k in range(LANES):
+        heard[Heard.RECEIVER, uint64(queued + k)] = int32(i)
+    close = close if listens else uint32(0)
+    own = int32(int32(i) << int32(1)) | int32(1)
+    return queued + store_speakers(numbers, first, close, own, heard[Heard.SENDER], queued)
 
 
 @inlined
 def make_room(params, state, part, queued):
     """Make sure that a word of messages has room in the queue; return how many are queued."""
-    return queued if queued <= HEARD_ROOM - WORD else receive_queued(params, state, part, queued)
+    return queued if queued <= HEARD_ROOM - 2 * WORD else receive_queued(params, state, part, queued)
 
 
 @called
@@ -142,6 +134,6 @@ def receive_queued(params, state, part, queued):
         state.robots[Robot.SENT_VALUE],
     )
     for k in range(queued):
-        i, other = uint64(heard[Heard.RECEIVER, k]), uint64(heard[Heard.SENDER, k])
+        i, other = uint64(heard[Heard.RECEIVER, k]), uint64(place_of(heard[Heard.SENDER, k]))
         receive(params, state, part, i, labels[other], values[other])
     return int64(0)

@@ -173,27 +173,30 @@ def few_within_on(
 
 
 @intrinsic
-def few_odd(_typing: Any, numbers: Any, first: Any) -> Any:
-    """Return which of the 8 numbers from ``first`` on are odd."""
-    return types.uint32(numbers, types.int64), odd_numbers(LANES)
+def store_speakers(
+    _typing: Any, numbers: Any, first: Any, near: Any, own: Any, target: Any, place: Any
+) -> Any:
+    """Store those of 8 numbers that are in a set, odd, and not one's own; return how many these are.
 
-
-@intrinsic
-def odd(_typing: Any, numbers: Any, first: Any) -> Any:
-    """Return which of the 32 numbers from ``first`` on are odd."""
-    return types.uint32(numbers, types.int64), odd_numbers(WORD)
-
-
-def odd_numbers(count: int) -> Any:
-    """Return the generator of an intrinsic: the set of odd numbers."""
+    The numbers are those from ``first`` on. They are stored from ``place`` on, followed by anything.
+    """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        words = ir.VectorType(INT, count)
-        start = builder.bitcast(builder.gep(data, [arguments[1]]), words.as_pointer())
-        return as_word(builder, builder.trunc(builder.load(start, align=4), ir.VectorType(BIT, count)))
+        truths = ir.VectorType(BIT, LANES)
+        source, kept = (
+            context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 4)
+        )
+        found = stretch(builder, source, arguments[1])
+        chosen = builder.bitcast(builder.trunc(arguments[2], ir.IntType(LANES)), truths)
+        chosen = builder.and_(chosen, builder.trunc(found, truths))
+        chosen = builder.and_(chosen, builder.icmp_unsigned("!=", found, spread(builder, arguments[3], INTS)))
+        kind = ir.FunctionType(ir.VoidType(), [INTS, INT.as_pointer(), truths])
+        store = cgutils.get_or_insert_function(builder.module, kind, f"llvm.masked.compressstore.v{LANES}i32")
+        builder.call(store, [found, builder.gep(kept, [arguments[5]]), chosen])
+        return builder.zext(builder.ctpop(builder.bitcast(chosen, ir.IntType(LANES))), LONG)
 
-    return generate
+    kinds = types.int64, types.uint32, types.int32
+    return types.int64(numbers, *kinds, target, types.int64), generate
 
 
 def stretch(builder: Any, data: Any, start: Any) -> Any:
