@@ -26,39 +26,22 @@ def sense_in_cells(params, state, part):
     for w in range(part.first, part.last):
         speaking += popcount(state.sets[Set.SPEAKING, w])
     part.shared[part.thread, Share.BITS] = speaking * params.radio.message_bits
-    look_around(params, state, part)
-    if params.radio.limit != params.sensing.limit:
-        listen_around(params, state, part)
+    look_and_listen(params, state, part)
     count_tasks(params, state, part)
 
 
 @inlined
-def look_around(params, state, part):
-    """Count the robots in sight; if the ranges for sight and radio are equal, listen to them."""
-    listens = params.radio.limit == params.sensing.limit
+def look_and_listen(params, state, part):
+    """Count the robots in sight of those that explore, and receive the messages in radio range."""
     queued = int64(0)
     for w in range(part.first, part.last):
-        exploring = uint32(~state.sets[Set.DISSEMINATING, w])
-        listening = listeners(params, state, w) if listens else uint32(0)
+        exploring, listening = uint32(~state.sets[Set.DISSEMINATING, w]), listeners(params, state, w)
         left = uint32((exploring | listening) & first_bits(params.robots.count - WORD * w))
         while left:
             i = uint64(lowest_member(w, left))
-            seen, queued = scan(params, state, part, i, params.sensing.limit, has_bit(listening, i), queued)
+            seen, queued = scan(params, state, part, i, has_bit(listening, i), queued)
             explores = -int64(has_bit(exploring, i))
             state.counts[Count.ROBOTS_SEEN, i] += explores & (seen - 1 + params.sensing.count_self)
-            left = without_lowest(left)
-    receive_queued(params, state, part, queued)
-
-
-@inlined
-def listen_around(params, state, part):
-    """Receive the messages of the robots in radio range."""
-    queued = int64(0)
-    for w in range(part.first, part.last):
-        left = uint32(listeners(params, state, w) & first_bits(params.robots.count - WORD * w))
-        while left:
-            i = uint64(lowest_member(w, left))
-            _, queued = scan(params, state, part, i, params.radio.limit, True, queued)
             left = without_lowest(left)
     receive_queued(params, state, part, queued)
 
@@ -83,38 +66,41 @@ def count_tasks(params, state, part):
 
 
 @inlined
-def scan(params, state, part, i, limit, listens, queued):
-    """Return how many robots are near a robot, itself included; queue the messages that it hears."""
+def scan(params, state, part, i, listens, queued):
+    """Return how many robots are in sight of a robot, itself included; queue the messages that it hears."""
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
+    sight, radio = params.sensing.limit, params.radio.limit
     first, last, other_first, other_last = block_on_square(state.robot_cells, params.robots.grid, x, y)
     if max(last - first, other_last - other_first) <= LANES:
-        close = few_near(points, first, last, x, y, limit)
-        other_close = few_near(points, other_first, other_last, x, y, limit)
-        queued = queue(state, part, first, close, i, listens, queued)
-        queued = queue(state, part, other_first, other_close, i, listens, queued)
-        queued = make_room(params, state, part, queued)
-        return popcount(close | other_close << uint32(LANES)), queued
-    seen = int64(0)
+        seen = few_near(points, first, last, x, y, sight)
+        seen |= few_near(points, other_first, other_last, x, y, sight) << uint32(LANES)
+        # LLVM computes distances once for both ranges.
+        close = few_near(points, first, last, x, y, radio) if listens else uint32(0)
+        queued = queue(state, part, first, close, i, queued)
+        close = few_near(points, other_first, other_last, x, y, radio) if listens else uint32(0)
+        queued = queue(state, part, other_first, close, i, queued)
+        return popcount(seen), make_room(params, state, part, queued)
+    total = int64(0)
     for _ in range(2):
         while first < last:
-            close = near_on_square(points, first, last, x, y, limit)
-            seen += popcount(close)
-            for lane in range(0, WORD, LANES):
-                few = uint32(close >> uint32(lane))
-                queued = queue(state, part, first + lane, few, i, listens, queued)
+            total += popcount(near_on_square(points, first, last, x, y, sight))
+            close = near_on_square(points, first, last, x, y, radio) if listens else uint32(0)
+            place = first
+            while close:
+                queued = queue(state, part, place, close, i, queued)
+                close, place = uint32(close >> uint32(LANES)), place + LANES
             queued = make_room(params, state, part, queued)
             first += WORD
         first, last = other_first, other_last
-    return seen, queued
+    return total, queued
 
 
 @inlined
-def queue(state, part, first, close, i, listens, queued):
+def queue(state, part, first, close, i, queued):
     """Queue messages for a robot of those who are close, of 8; return how many are queued."""
     heard, numbers = state.heard[part.thread], state.robot_cells.points[Point.NUMBER]
     for k in range(LANES):
         heard[Heard.RECEIVER, uint64(queued + k)] = int32(i)
-    close = close if listens else uint32(0)
     own = int32(int32(i) << int32(1)) | int32(1)
     return queued + store_speakers(numbers, first, close, own, heard[Heard.SENDER], queued)
 

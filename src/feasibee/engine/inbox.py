@@ -6,7 +6,7 @@ tables that lie behind all lines. Most never do: so a large swarm needs little m
 
 from __future__ import annotations
 
-from numba import float64, int32, int64, uint32
+from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.bits import says_feasible, sender_of, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
@@ -58,9 +58,10 @@ def receive(params, state, part, i, message, value):
         state.counts[Count.FEASIBLE_VOTES, i] += opinion - says_feasible(known)
     else:
         if 4 * state.counts[Count.VOTES, i] >= 3 * slots:  # nearly full
-            place = take_table(params, state, part, i, sender_of(message))
-            if place < 0:
+            if not take_table(params, state, part, i):
                 return
+            first, slots = slots_of(state, i)
+            place = find(senders, first, slots, sender_of(message))
         state.counts[Count.VOTES, i] += 1
         state.counts[Count.FEASIBLE_VOTES, i] += opinion
     senders[place] = message
@@ -77,18 +78,17 @@ def slots_of(state, i):
     table = int64(state.robots[Robot.TABLE, i])
     if table == 0:
         return int64(LINE * i), int64(LINE)
-    lines = int64(LINE * state.robots.shape[1])
-    slots = (state.inbox.shape[1] - lines) // (state.free_tables.shape[1] - 1)
-    return lines + (table - 1) * slots, slots
+    slots = state.clock[Clock.TABLE_SLOTS]
+    return LINE * state.robots.shape[1] + (table - 1) * slots, slots
 
 
 @inlined
 def find(senders, first, slots, sender):
     """Return the slot of a sender, or the free one that it would take."""
     place = scrambled(sender) & (slots - 1)
-    while senders[first + place] >= 0 and sender_of(senders[first + place]) != sender:
+    while senders[uint64(first + place)] >= 0 and sender_of(senders[uint64(first + place)]) != sender:
         place = (place + 1) & (slots - 1)
-    return first + place
+    return uint64(first + place)
 
 
 @inlined
@@ -98,15 +98,15 @@ def scrambled(sender):
 
 
 @called
-def take_table(params, state, part, i, sender):
-    """Move an inbox from its line to a table; return the slot there for a new sender.
+def take_table(params, state, part, i):
+    """Move an inbox from its line to a table; return whether there was one.
 
-    Without a table, or if it has one already, the runner plays this run again with more room: return -1.
+    If not, or if the inbox has a table already, the runner plays this run again with more room.
     """
     free = state.free_tables[part.thread]
     if state.robots[Robot.TABLE, i] > 0 or free[0] == 0:
         state.clock[Clock.FULL] = Lack.SLOTS if state.robots[Robot.TABLE, i] > 0 else Lack.TABLES
-        return int64(-1)
+        return False
     state.robots[Robot.TABLE, i] = free[free[0]]
     free[0] -= int32(1)
     inbox, (first, slots) = state.inbox, slots_of(state, i)
@@ -120,7 +120,7 @@ def take_table(params, state, part, i, sender):
             if params.decision.inbox_size > 0:
                 inbox[Slot.WHEN, new] = inbox[Slot.WHEN, old]
             inbox[Slot.SENDER, old] = int32(-1)
-    return find(inbox[Slot.SENDER], first, slots, sender)
+    return True
 
 
 @inlined

@@ -172,6 +172,7 @@ class Clock(IntEnum):
     DECLARED_FEASIBLE = 8  # counted robots that have declared feasible
     DECLARED_INFEASIBLE = 9
     PENDING = 10  # entries of `State.pending`
+    TABLE_SLOTS = 11  # slots of a table for an inbox
 
 
 class Lack(IntEnum):
@@ -331,7 +332,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, room), -1, np.int32),
         free_tables=np.zeros((threads, 1 + room.tables), np.int32),
-        heard=np.zeros((threads, Heard.COUNTER + 1, max(HEARD_ROOM, padded * params.in_sender_order)), np.int32),
+        heard=aligned((threads, Heard.COUNTER + 1, _heard_room(params)), np.int32),
         tiles=np.zeros((threads if params.in_space_order else 0, _tile_count(params.robots.grid)), np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
@@ -343,7 +344,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
         tables=tables,
-        clock=np.zeros(len(Clock), np.int64),
+        clock=np.array([0] * Clock.TABLE_SLOTS + [room.slots], np.int64),
     )
 
 
@@ -380,6 +381,10 @@ def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
 def _pool_shape(params: Params, threads: int) -> tuple[int, int, int]:
     pooled = params.robots.count <= POOLED
     return (params.robots.count, len(Pool), POOL) if pooled else (threads, len(Pool), BATCH)
+
+
+def _heard_room(params: Params) -> int:
+    return max(HEARD_ROOM, params.robots.count if params.in_sender_order else 0)
 
 
 def _tile_count(grid: Grid) -> int:
