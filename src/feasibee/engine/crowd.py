@@ -9,10 +9,10 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import first_bits, has_bit, lowest_member, place_of, without_lowest
-from feasibee.engine.cells import block_on_square, count_within, few_near, near_on_square
+from feasibee.engine.cells import block_on_square, count_within, few_near
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.inbox import receive
-from feasibee.engine.intrinsics import LANES, popcount, store_speakers
+from feasibee.engine.intrinsics import LANES, popcount, store_all_speakers, store_speakers, within
 from feasibee.engine.layout import HEARD_ROOM, WORD, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS
@@ -80,16 +80,27 @@ def scan(params, state, part, i, listens, queued):
         close = few_near(points, other_first, other_last, x, y, radio) if listens else uint32(0)
         queued = queue(state, part, other_first, close, i, queued)
         return popcount(seen), make_room(params, state, part, queued)
-    total = int64(0)
+    return scan_many(params, state, part, i, listens, queued, (first, last, other_first, other_last))
+
+
+@inlined
+def scan_many(params, state, part, i, listens, queued, stretches):
+    """Do what `scan` does where more robots are around."""
+    x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
+    first, last, other_first, other_last = stretches
+    heard, total = state.heard[part.thread], int64(0)
     for _ in range(2):
         while first < last:
-            total += popcount(near_on_square(points, first, last, x, y, sight))
-            close = near_on_square(points, first, last, x, y, radio) if listens else uint32(0)
-            place = first
-            while close:
-                queued = queue(state, part, place, close, i, queued)
-                close, place = uint32(close >> uint32(LANES)), place + LANES
-            queued = make_room(params, state, part, queued)
+            there = first_bits(last - first)
+            seen = there & within(points[Point.X], points[Point.Y], first, x, y, params.sensing.limit)
+            close = there & within(points[Point.X], points[Point.Y], first, x, y, params.radio.limit)
+            total += popcount(seen)
+            if listens and close:
+                for k in range(WORD):
+                    heard[Heard.RECEIVER, uint64(queued + k)] = int32(i)
+                own, senders = own_number(i), heard[Heard.SENDER]
+                queued += store_all_speakers(points[Point.NUMBER], first, close, own, senders, queued)
+                queued = make_room(params, state, part, queued)
             first += WORD
         first, last = other_first, other_last
     return total, queued
@@ -101,8 +112,13 @@ def queue(state, part, first, close, i, queued):
     heard, numbers = state.heard[part.thread], state.robot_cells.points[Point.NUMBER]
     for k in range(LANES):
         heard[Heard.RECEIVER, uint64(queued + k)] = int32(i)
-    own = int32(int32(i) << int32(1)) | int32(1)
-    return queued + store_speakers(numbers, first, close, own, heard[Heard.SENDER], queued)
+    return queued + store_speakers(numbers, first, close, own_number(i), heard[Heard.SENDER], queued)
+
+
+@inlined
+def own_number(i):
+    """Return what stands for a robot in the cells while it broadcasts."""
+    return int32(int32(i) << int32(1)) | int32(1)
 
 
 @inlined

@@ -178,25 +178,41 @@ def store_speakers(
 ) -> Any:
     """Store those of 8 numbers that are in a set, odd, and not one's own; return how many these are.
 
-    The numbers are those from ``first`` on. They are stored from ``place`` on, followed by anything.
+    The numbers are those from ``first`` on. They are stored from ``place`` on.
     """
+    kinds = types.int64, types.uint32, types.int32
+    return types.int64(numbers, *kinds, target, types.int64), storing_speakers(LANES)
+
+
+@intrinsic
+def store_all_speakers(
+    _typing: Any, numbers: Any, first: Any, near: Any, own: Any, target: Any, place: Any
+) -> Any:
+    """Store of 32 numbers what `store_speakers` stores of 8."""
+    kinds = types.int64, types.uint32, types.int32
+    return types.int64(numbers, *kinds, target, types.int64), storing_speakers(WORD)
+
+
+def storing_speakers(count: int) -> Any:
+    """Return the generator of `store_speakers`, for ``count`` numbers."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        truths = ir.VectorType(BIT, LANES)
-        source, kept = (
+        words, truths = ir.VectorType(INT, count), ir.VectorType(BIT, count)
+        source, target = (
             context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 4)
         )
-        found = stretch(builder, source, arguments[1])
-        chosen = builder.bitcast(builder.trunc(arguments[2], ir.IntType(LANES)), truths)
-        chosen = builder.and_(chosen, builder.trunc(found, truths))
-        chosen = builder.and_(chosen, builder.icmp_unsigned("!=", found, spread(builder, arguments[3], INTS)))
-        kind = ir.FunctionType(ir.VoidType(), [INTS, INT.as_pointer(), truths])
-        store = cgutils.get_or_insert_function(builder.module, kind, f"llvm.masked.compressstore.v{LANES}i32")
-        builder.call(store, [found, builder.gep(kept, [arguments[5]]), chosen])
-        return builder.zext(builder.ctpop(builder.bitcast(chosen, ir.IntType(LANES))), LONG)
+        start = builder.bitcast(builder.gep(source, [arguments[1]]), words.as_pointer())
+        found = builder.load(start, align=4)
+        near = arguments[2] if count == WORD else builder.trunc(arguments[2], ir.IntType(count))
+        chosen = builder.and_(builder.bitcast(near, truths), builder.trunc(found, truths))
+        own = spread(builder, arguments[3], words)
+        chosen = builder.and_(chosen, builder.icmp_unsigned("!=", found, own))
+        kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
+        store = cgutils.get_or_insert_function(builder.module, kind, f"llvm.masked.compressstore.v{count}i32")
+        builder.call(store, [found, builder.gep(target, [arguments[5]]), chosen])
+        return builder.zext(builder.ctpop(builder.bitcast(chosen, ir.IntType(count))), LONG)
 
-    kinds = types.int64, types.uint32, types.int32
-    return types.int64(numbers, *kinds, target, types.int64), generate
+    return generate
 
 
 def stretch(builder: Any, data: Any, start: Any) -> Any:

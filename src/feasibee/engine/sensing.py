@@ -60,7 +60,7 @@ def sense_together(params, state, part):
     """Sense in a swarm of at most 32 on the fast path."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
-    swarm, limit = first_bits(params.robots.count), params.sensing.limit
+    swarm = first_bits(params.robots.count)
     speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
     part.shared[part.thread, Share.BITS] = popcount(speaking) * params.radio.message_bits
     find_neighbours(xs, ys, sight, swarm, params.robots.count, params.sensing)
