@@ -26,33 +26,6 @@ def shortest(difference, side):
 
 
 @inlined
-def near(params, points, first, last, x, y, limit):
-    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near a place, on any arena.
-
-    ``points`` has the coordinates in its rows `Point.X` and `Point.Y`.
-    """
-    if params.arena.wraps:
-        return near_on_square(points, first, last, x, y, limit)
-    xs, ys, width, height = points[Point.X], points[Point.Y], params.arena.width, params.arena.height
-    if last - first <= LANES:
-        close = few_within_on(xs, ys, first, x, y, limit, width, height)
-    else:
-        close = within_on(xs, ys, first, x, y, limit, width, height)
-    return close & first_bits(last - first)
-
-
-@inlined
-def near_on_square(points, first, last, x, y, limit):
-    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near, where 32 bits wrap."""
-    xs, ys = points[Point.X], points[Point.Y]
-    if last - first <= LANES:
-        close = few_within(xs, ys, first, x, y, limit)
-    else:
-        close = within(xs, ys, first, x, y, limit)
-    return close & first_bits(last - first)
-
-
-@inlined
 def cell_of(coordinate, scale):
     """Return the column of an x or the row of a y, by the scale of that axis."""
     return int64((uint64(uint32(coordinate)) * scale) >> uint64(52))
@@ -141,24 +114,8 @@ def place_at(points, slot, x, y, number):
 @inlined
 def block(cells, grid, x, y):
     """Return first and last place (the last excluded) of both stretches of the nearest block of cells."""
-    left = int64(uint32(x)) - grid.half_width
-    low = int64(uint32(y)) - grid.half_height
-    if left < 0:
-        left += grid.width
-    if low < 0:
-        low += grid.height
-    return stretches(cells, grid, left, low)
-
-
-@inlined
-def block_on_square(cells, grid, x, y):
-    """Return what `block` returns, on a square torus, where 32 bits wrap."""
-    return stretches(cells, grid, int64(uint32(x)) - grid.half_width, int64(uint32(y)) - grid.half_height)
-
-
-@inlined
-def stretches(cells, grid, left, low):
-    """Return the stretches of the block whose first cell has a place."""
+    left = wrapped(int64(uint32(x)) - grid.half_width, grid.width)
+    low = wrapped(int64(uint32(y)) - grid.half_height, grid.height)
     column, row = cell_of(left, grid.scale_x), cell_of(low, grid.scale_y)
     next_row = row + 1
     if next_row == grid.rows:
@@ -172,28 +129,54 @@ def stretches(cells, grid, left, low):
 
 
 @inlined
-def few_near(points, first, last, x, y, limit):
-    """Return which of up to 8 points, ``first`` to ``last`` (excluded), are near, on a square torus."""
-    return few_within(points[Point.X], points[Point.Y], first, x, y, limit) & first_bits(last - first)
+def wrapped(coordinate, side):
+    """Return a coordinate that may be negative on the torus, without a branch."""
+    return coordinate + (side & (coordinate >> 63))
 
 
 @inlined
-def count_within(cells, grid, x, y, limit):
-    """Return the number of points within a range of a place on a square torus."""
-    first, last, other_first, other_last = block_on_square(cells, grid, x, y)
-    if max(last - first, other_last - other_first) <= LANES:
-        close = few_near(cells.points, first, last, x, y, limit)
-        return popcount(close | few_near(cells.points, other_first, other_last, x, y, limit) << uint32(LANES))
-    return count_in(cells.points, first, last, x, y, limit) + count_in(
-        cells.points, other_first, other_last, x, y, limit
-    )
+def are_few(first, last, other_first, other_last):
+    """Return whether both stretches of a block have up to 8 points."""
+    return max(last - first, other_last - other_first) <= LANES
 
 
 @inlined
-def count_in(points, first, last, x, y, limit):
-    """Return the number of points of a stretch within a range of a place on a square torus."""
+def few_near(params, points, first, last, x, y, limit):
+    """Return which of up to 8 points, ``first`` to ``last`` (excluded), are near."""
+    xs, ys, arena = points[Point.X], points[Point.Y], params.arena
+    if arena.wraps:
+        close = few_within(xs, ys, first, x, y, limit)
+    else:
+        close = few_within_on(xs, ys, first, x, y, limit, arena.width, arena.height)
+    return close & first_bits(last - first)
+
+
+@inlined
+def near(params, points, first, last, x, y, limit):
+    """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near.
+
+    ``points`` has the coordinates in its rows `Point.X` and `Point.Y`.
+    """
+    xs, ys, arena = points[Point.X], points[Point.Y], params.arena
+    if arena.wraps:
+        close = within(xs, ys, first, x, y, limit)
+    else:
+        close = within_on(xs, ys, first, x, y, limit, arena.width, arena.height)
+    return close & first_bits(last - first)
+
+
+@inlined
+def count_within(params, cells, grid, x, y, limit):
+    """Return the number of points within a range of a place."""
+    first, last, other_first, other_last = block(cells, grid, x, y)
+    if are_few(first, last, other_first, other_last):
+        close = few_near(params, cells.points, first, last, x, y, limit)
+        other = few_near(params, cells.points, other_first, other_last, x, y, limit)
+        return popcount(close | other << uint32(LANES))
     total = int64(0)
-    while first < last:
-        total += popcount(near_on_square(points, first, last, x, y, limit))
-        first += 32
+    for _ in range(2):
+        while first < last:
+            total += popcount(near(params, cells.points, first, last, x, y, limit))
+            first += 32
+        first, last = other_first, other_last
     return total

@@ -103,7 +103,7 @@ def near_points(points: int, square: Any) -> Any:
         for lane in range(0, points, LANES):
             start = builder.add(first, LONG(lane))
             squares = [
-                square(builder, centre[axis], stretch(builder, data, start), sides and sides[axis])
+                square(builder, centre[axis], vector_at(builder, data, start, INTS), sides and sides[axis])
                 for axis, data in enumerate(axes)
             ]
             some = builder.icmp_unsigned("<", builder.add(*squares), limits)
@@ -173,51 +173,66 @@ def few_within_on(
 
 
 @intrinsic
-def store_speakers(
-    _typing: Any, numbers: Any, first: Any, near: Any, own: Any, target: Any, place: Any
-) -> Any:
-    """Store those of 8 numbers that are in a set, odd, and not one's own; return how many these are.
+def store_few(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any) -> Any:
+    """Store the chosen ones of the 8 numbers from ``first`` on, from ``place`` on; return how many these are.
 
-    The numbers are those from ``first`` on. They are stored from ``place`` on.
+    What follows them in the target is lost.
     """
-    kinds = types.int64, types.uint32, types.int32
-    return types.int64(numbers, *kinds, target, types.int64), storing_speakers(LANES)
+    return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(LANES)
 
 
 @intrinsic
-def store_all_speakers(
-    _typing: Any, numbers: Any, first: Any, near: Any, own: Any, target: Any, place: Any
-) -> Any:
-    """Store of 32 numbers what `store_speakers` stores of 8."""
-    kinds = types.int64, types.uint32, types.int32
-    return types.int64(numbers, *kinds, target, types.int64), storing_speakers(WORD)
+def store_many(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any) -> Any:
+    """Store of 32 numbers what `store_few` stores of 8."""
+    return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(WORD)
 
 
-def storing_speakers(count: int) -> Any:
-    """Return the generator of `store_speakers`, for ``count`` numbers."""
+def storing(count: int) -> Any:
+    """Return the generator of an intrinsic that stores the chosen ones of ``count`` numbers."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         words, truths = ir.VectorType(INT, count), ir.VectorType(BIT, count)
         source, target = (
-            context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 4)
+            context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 3)
         )
-        start = builder.bitcast(builder.gep(source, [arguments[1]]), words.as_pointer())
-        found = builder.load(start, align=4)
-        near = arguments[2] if count == WORD else builder.trunc(arguments[2], ir.IntType(count))
-        chosen = builder.and_(builder.bitcast(near, truths), builder.trunc(found, truths))
-        own = spread(builder, arguments[3], words)
-        chosen = builder.and_(chosen, builder.icmp_unsigned("!=", found, own))
+        found = vector_at(builder, source, arguments[1], words)
+        bits = arguments[2] if count == WORD else builder.trunc(arguments[2], ir.IntType(count))
         kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
         store = cgutils.get_or_insert_function(builder.module, kind, f"llvm.masked.compressstore.v{count}i32")
-        builder.call(store, [found, builder.gep(target, [arguments[5]]), chosen])
-        return builder.zext(builder.ctpop(builder.bitcast(chosen, ir.IntType(count))), LONG)
+        builder.call(store, [found, builder.gep(target, [arguments[4]]), builder.bitcast(bits, truths)])
+        return builder.zext(builder.ctpop(bits), LONG)
 
     return generate
 
 
-def stretch(builder: Any, data: Any, start: Any) -> Any:
-    """Return a vector of consecutive coordinates."""
-    return builder.load(builder.bitcast(builder.gep(data, [start]), INTS.as_pointer()), align=4)
+@intrinsic
+def few_odd(_typing: Any, numbers: Any, first: Any, other: Any) -> Any:
+    """Return which of the 8 numbers from ``first`` on are odd and not a certain one."""
+    return types.uint32(numbers, types.int64, types.int32), odd_numbers(LANES)
+
+
+@intrinsic
+def many_odd(_typing: Any, numbers: Any, first: Any, other: Any) -> Any:
+    """Return of 32 numbers what `few_odd` returns of 8."""
+    return types.uint32(numbers, types.int64, types.int32), odd_numbers(WORD)
+
+
+def odd_numbers(count: int) -> Any:
+    """Return the generator of an intrinsic: the set of odd numbers but one."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        words = ir.VectorType(INT, count)
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        found = vector_at(builder, data, arguments[1], words)
+        differs = builder.icmp_unsigned("!=", found, spread(builder, arguments[2], words))
+        return as_word(builder, builder.and_(differs, builder.trunc(found, ir.VectorType(BIT, count))))
+
+    return generate
+
+
+def vector_at(builder: Any, data: Any, place: Any, vector: Any) -> Any:
+    """Return a vector of consecutive numbers."""
+    return builder.load(builder.bitcast(builder.gep(data, [place]), vector.as_pointer()), align=4)
 
 
 def spread(builder: Any, value: Any, vector: Any) -> Any:
@@ -228,7 +243,7 @@ def spread(builder: Any, value: Any, vector: Any) -> Any:
 
 @intrinsic
 def find_near(_typing: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, width: Any) -> Any:
-    """Store which of up to 32 robots are near each, by 16 bits of each coordinate; return whether all are sure.
+    """Store which of up to 32 robots are near each, by 16 bits an axis; return whether all are sure.
 
     Squared distances below ``low`` are near. Those less than ``width`` above are in doubt.
     """

@@ -27,7 +27,7 @@ TILE = 4
 BATCH = 128
 """Draws of each kind that a thread makes together in a larger swarm."""
 HEARD_ROOM = 512
-"""Entries of `State.heard`, unless messages have to be sorted."""
+"""Entries of `State.heard` from which on they are worked off."""
 PENDING_ROOM = 256
 """Entries of `State.pending`."""
 POOL = 8
@@ -113,10 +113,10 @@ class Slot(IntEnum):
 
 
 class Heard(IntEnum):
-    """Rows of `State.heard`: messages to be received, or draws to be made."""
+    """Rows of `State.heard`: messages to be received, things to be observed, or draws to be made."""
 
-    RECEIVER = 0  # place in the arrays of who receives a message, or draws
-    SENDER = 1
+    RECEIVER = 0  # place in the arrays of who receives, observes or draws
+    SENDER = 1  # or what is observed: the number that it has in the cells
     NUMBER = 1  # of the robot that draws
     COUNTER = 2  # of the draw
 
@@ -384,7 +384,7 @@ def _pool_shape(params: Params, threads: int) -> tuple[int, int, int]:
 
 
 def _heard_room(params: Params) -> int:
-    return max(HEARD_ROOM, params.robots.count if params.in_sender_order else 0)
+    return HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
 
 
 def _tile_count(grid: Grid) -> int:

@@ -14,7 +14,6 @@ from feasibee.engine.bits import (
     contains,
     first_bits,
     has_bit,
-    is_speaking,
     lowest_member,
     number_of,
     pack_label,
@@ -23,14 +22,24 @@ from feasibee.engine.bits import (
     set_member,
     without_lowest,
 )
-from feasibee.engine.cells import block, near
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.crowd import sense_in_cells
+from feasibee.engine.crowd import count_tasks, look_and_listen, queue_sights, sense_crowd
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within
 from feasibee.engine.knowledge import defer, publish, update_pending
-from feasibee.engine.layout import WORD, Clock, Count, Heard, Link, Pending, Point, Robot, Set, Share
+from feasibee.engine.layout import (
+    HEARD_ROOM,
+    WORD,
+    Clock,
+    Count,
+    Heard,
+    Link,
+    Pending,
+    Robot,
+    Set,
+    Share,
+)
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.engine.tasklists import count_listed
@@ -52,7 +61,7 @@ def sense_fast(params, state, part):
     if params.together:
         sense_together(params, state, part)
     else:
-        sense_in_cells(params, state, part)
+        sense_crowd(params, state, part)
 
 
 @spliced
@@ -103,19 +112,79 @@ def sense_general(params, state, functions, part):
     """
     publish(params, state, functions, part)
     fill_robots(params, state, part)
-    for w in range(part.first, part.last):
-        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
-        while looking:
-            observe_general(params, state, functions, lowest_member(w, looking))
-            looking = without_lowest(looking)
+    observe_crowd(params, state, functions, part)
     update_pending(params, state, functions, Action.OBSERVE)
     find_listeners(params, state, part)
-    for w in range(part.first, part.last):
-        listening = state.sets[Set.LISTENING, w]
-        while listening:
-            listen_general(params, state, functions, part, lowest_member(w, listening))
-            listening = without_lowest(listening)
+    hear_crowd(params, state, functions, part)
     update_pending(params, state, functions, Action.MERGE)
+
+
+@spliced
+def observe_crowd(params, state, functions, part):
+    """Observe the robots and tasks in sight of exploring robots.
+
+    Where all in sight count, robots are counted while listening.
+    """
+    if params.sensing.counts_all:
+        count_tasks(params, state, part)
+    else:
+        observe_all(params, state, functions, part, state.robot_cells, params.robots.grid, True)
+        observe_all(params, state, functions, part, state.task_cells, params.tasks.grid, False)
+    if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
+        for w in range(part.first, part.last):
+            left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
+            while left:
+                count_false_sightings(params, state, functions, lowest_member(w, left))
+                left = without_lowest(left)
+
+
+@called
+def observe_all(params, state, functions, part, cells, grid, are_robots):
+    """Observe each robot or each task in sight of exploring robots."""
+    queued = int64(0)
+    for w in range(part.first, part.last):
+        left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
+        while left:
+            i = uint64(lowest_member(w, left))
+            queued = queue_sights(params, state, part, cells, grid, i, queued)
+            if queued > HEARD_ROOM:
+                queued = observe_queued(params, state, functions, part, queued, are_robots)
+            left = without_lowest(left)
+    observe_queued(params, state, functions, part, queued, are_robots)
+
+
+@called
+def observe_queued(params, state, functions, part, queued, are_robots):
+    """Observe the queued sights: is it seen, is it new, which class has it (model.md 6.3); return 0."""
+    heard = state.heard[part.thread]
+    for k in range(queued):
+        i, number = int64(heard[Heard.RECEIVER, k]), int64(heard[Heard.SENDER, k])
+        if are_robots:
+            observe_robot(params, state, functions, i, number >> 1)
+        else:
+            observe_task(params, state, functions, i, number)
+    return int64(0)
+
+
+@spliced
+def hear_crowd(params, state, functions, part):
+    """Let listening robots receive messages."""
+    queued = int64(0)
+    for w in range(part.first, part.last):
+        exploring, listening = uint32(0), state.sets[Set.LISTENING, w]
+        if params.sensing.counts_all:
+            exploring = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
+        left = uint32(listening | exploring)
+        while left:
+            i = uint64(lowest_member(w, left))
+            before = queued
+            queued = look_and_listen(params, state, part, i, exploring, listening, queued)
+            if params.in_sender_order:
+                sort_by_number(state, part, before, queued)
+            if queued > HEARD_ROOM:
+                queued = receive_queued_general(params, state, functions, part, queued)
+            left = without_lowest(left)
+    receive_queued_general(params, state, functions, part, queued)
 
 
 @inlined
@@ -126,87 +195,25 @@ def label_of(state, i):
 
 
 @spliced
-def observe_general(params, state, functions, i):
-    """Observe each thing in sight of a robot: is it seen, is it new, which class has it (model.md 6.3).
-
-    Counting alone, where nothing of that matters, takes a third off a step.
-    """
-    robots = observe_robots(params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
-    tasks = observe_tasks(params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
-    if params.sensing.only_counts:
-        state.counts[Count.ROBOTS_SEEN, i] += robots
-        state.counts[Count.TASKS_SEEN, i] += tasks
-    # Tested here, since the call would cost more than the test.
-    if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
-        count_false_sightings(params, state, functions, i)
-
-
-@spliced
-def observe_robots(params, state, functions, i, x, y):
-    """Observe the robots in sight of a robot; return how many count, if counting suffices."""
-    points = state.robot_cells.points
-    total = params.sensing.count_self - 1 if params.sensing.counts_all else int64(0)  # it sees itself
-    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
-    for _ in range(2):
-        while first < last:
-            close = near(params, points, first, last, x, y, params.sensing.limit)
-            if params.sensing.counts_all:
-                total += popcount(close)
-                close = uint32(0)
-            while close:
-                other = place_of(points[Point.NUMBER, first + lowest(close)])
-                total += observe_robot(params, state, functions, i, other)
-                close = without_lowest(close)
-            first += 32
-        first, last = other_first, other_last
-    return total
-
-
-@spliced
 def observe_robot(params, state, functions, i, place):
-    """Observe a robot in sight, by its place in the arrays; return how many count, if counting suffices."""
+    """Observe a robot in sight, by its place in the arrays."""
     own, other = number_of(state.robots[Robot.LABEL, i]), number_of(state.robots[Robot.LABEL, place])
     if other == own:
         visible = params.sensing.count_self == 1
     else:
         visible = not happens(params, state, own, MISS_ROBOT + PAIR * other, params.sensing.miss)
-    new = visible and is_new(params, state, own, other)
-    if new and not params.sensing.only_counts:
+    if visible and is_new(params, state, own, other):
         count_sighting(params, state, functions, i, other, int64(state.tables.class_of[other]), True)
-    return int64(new)
-
-
-@spliced
-def observe_tasks(params, state, functions, i, x, y):
-    """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
-    points = state.task_cells.points
-    total = int64(0)
-    first, last, other_first, other_last = block(state.task_cells, params.tasks.grid, x, y)
-    for _ in range(2):
-        while first < last:
-            close = near(params, points, first, last, x, y, params.sensing.limit)
-            if params.sensing.counts_all:
-                total += popcount(close)
-                close = uint32(0)
-            while close:
-                task = int64(points[Point.NUMBER, first + lowest(close)])
-                total += observe_task(params, state, functions, i, task)
-                close = without_lowest(close)
-            first += 32
-        first, last = other_first, other_last
-    return total
 
 
 @spliced
 def observe_task(params, state, functions, i, task):
-    """Observe a task in sight; return how many count, if counting suffices."""
+    """Observe a task in sight."""
     own = number_of(state.robots[Robot.LABEL, i])
     seen = not happens(params, state, own, MISS_TASK + PAIR * task, params.sensing.miss)
-    new = seen and is_new(params, state, own, WORD * state.sets.shape[1] + task)
-    if new and not params.sensing.only_counts:
+    if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
         kind = int64(state.tables.class_of[params.robots.count + task])
         count_sighting(params, state, functions, i, task, kind, False)
-    return int64(new)
 
 
 @inlined
@@ -288,47 +295,26 @@ def find_listeners(params, state, part):
         state.sets[Set.LISTENING, w] = listening
 
 
-@spliced
-def listen_general(params, state, functions, part, i):
-    """Receive the messages of the robots in radio range of a robot, true or lies; some may be lost."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    points, number = state.robot_cells.points, int64(0)
-    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
-    for _ in range(2):
-        while first < last:
-            close = near(params, points, first, last, x, y, params.radio.limit)
-            if params.robots.count <= WORD:  # cells hold robots in their order: drop who is silent at once
-                close &= state.sets[Set.SPEAKING, 0] & ~bit(i)
-            while close:
-                numbered = points[Point.NUMBER, first + lowest(close)]
-                other = place_of(numbered)
-                if is_speaking(numbered) and other != i:
-                    if params.in_sender_order:
-                        state.heard[part.thread, Heard.SENDER, number] = int32(other)
-                        number += 1
-                    else:
-                        receive_general(params, state, functions, part, i, other)
-                close = without_lowest(close)
-            first += 32
-        first, last = other_first, other_last
-    if params.in_sender_order:
-        sort_by_number(state, part, number)
-        for k in range(number):
-            receive_general(
-                params, state, functions, part, i, int64(state.heard[part.thread, Heard.SENDER, k])
-            )
-
-
 @called
-def sort_by_number(state, part, count):
-    """Sort who has been heard by number: a few sorted runs."""
+def sort_by_number(state, part, first, last):
+    """Sort who has been heard by one robot by number: a few sorted runs."""
     heard, labels = state.heard[part.thread, Heard.SENDER], state.robots[Robot.LABEL]
-    for k in range(1, count):
+    for k in range(first + 1, last):
         other, place = heard[k], k
-        while place > 0 and number_of(labels[heard[place - 1]]) > number_of(labels[other]):
+        while place > first and labels[heard[place - 1] >> 1] >> 2 > labels[other >> 1] >> 2:
             heard[place] = heard[place - 1]
             place -= 1
         heard[place] = other
+
+
+@called
+def receive_queued_general(params, state, functions, part, queued):
+    """Let robots receive the queued messages, of which some are lost; return 0."""
+    heard = state.heard[part.thread]
+    for k in range(queued):
+        i, other = int64(heard[Heard.RECEIVER, k]), place_of(heard[Heard.SENDER, k])
+        receive_general(params, state, functions, part, i, other)
+    return int64(0)
 
 
 @inlined

@@ -86,7 +86,7 @@ def pack_place(x, y, shift):
 @inlined
 def count_listed(params, state, x, y):
     """Return the number of tasks in sight of a place: exactly, where 16 bits leave one in doubt."""
-    bits, band, limit = params.tasks.lists.bits, params.tasks.lists.band, params.sensing.limit
+    bits, band = params.tasks.lists.bits, params.tasks.lists.band
     if bits > 0:
         back = uint32(32 - bits)
         cell = uint64((uint32(uint32(y) >> back) << uint32(bits)) | uint32(uint32(x) >> back))
@@ -96,14 +96,14 @@ def count_listed(params, state, x, y):
         while first < last:
             close, doubtful = within_roughly(state.task_lists.places, first, place, band.low, band.width)
             if doubtful:
-                return count_exactly(state.task_cells, params.tasks.grid, x, y, limit)
+                return count_exactly(params, state.task_cells, x, y)
             total += popcount(close)
             first += PIECE
         return total
-    return count_exactly(state.task_cells, params.tasks.grid, x, y, limit)
+    return count_exactly(params, state.task_cells, x, y)
 
 
 @called
-def count_exactly(cells, bits, x, y, limit):
+def count_exactly(params, cells, x, y):
     """Return the number of tasks in range of a place, by the block of cells round it."""
-    return count_within(cells, bits, x, y, limit)
+    return count_within(params, cells, params.tasks.grid, x, y, params.sensing.limit)

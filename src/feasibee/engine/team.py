@@ -92,7 +92,8 @@ def parts_of(params: Params, threads: int = 1) -> list[Part]:
     shared[:threads, Share.ROW] = params.robots.grid.rows * bounds[:-1] // threads
     bounds = words * bounds // threads
     return [
-        Part(thread, threads, int(bounds[thread]), int(bounds[thread + 1]), give_way(), shared) for thread in range(threads)
+        Part(thread, threads, int(bounds[thread]), int(bounds[thread + 1]), give_way(), shared)
+        for thread in range(threads)
     ]
 
 
