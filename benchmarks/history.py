@@ -1,4 +1,7 @@
-"""The benchmarks of past releases, one JSON file each, and how today's compare with them."""
+"""The benchmarks of past releases, one JSON file each, and how today's compare with them.
+
+``python benchmarks/history.py`` prints that of the latest release, where docs/speed.md has its numbers from.
+"""
 
 from __future__ import annotations
 
@@ -63,3 +66,10 @@ def _yardstick(tables: dict[str, Any]) -> float:
 
 def _version(path: Path) -> tuple[int, ...]:
     return tuple(int(part) for part in path.stem.split(".") if part.isdigit())
+
+
+if __name__ == "__main__":
+    newest = latest()
+    if newest is None:
+        raise SystemExit(f"{FOLDER}: has no file; run `make bench SAVE=1`")
+    print(newest.read_text(encoding="utf-8"), end="")
