@@ -66,7 +66,8 @@ class Worker:
 
 
 def _paths(source: Path) -> list[str]:
-    return [str(source.resolve()), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
+    others = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    return [str(source.resolve()), *filter(None, others)]
 
 
 def print_ratios(source: Path, plan: Plan) -> None:

@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for row in figures[title]:
             print(line(row), flush=True)
     tables = as_tables(described, figures)
-    if not options.only:
+    if not (options.only or options.quick):
         compare(tables)
     if options.json:
         options.json.write_text(json.dumps(tables, indent=2) + "\n", encoding="utf-8")

@@ -61,6 +61,7 @@ class Plan:
 
     repeats: int = 9
     large_repeats: int = 5
+    vast_repeats: int = 3
     runs: int = 400
     robot_steps: int = 4_000_000
     steps: int = 50
@@ -77,6 +78,7 @@ class Plan:
 QUICK = Plan(
     repeats=3,
     large_repeats=1,
+    vast_repeats=1,
     runs=100,
     robot_steps=400_000,
     steps=20,
@@ -135,7 +137,7 @@ def _target(name: str) -> float | None:
 
 def growth(plan: Plan) -> list[Row]:
     """Measure swarms of all sizes, at the paper's density and with as many tasks as robots."""
-    taken = in_turn({_name(each): _steps(plan, world(each, each)) for each in plan.sizes}, plan.large_repeats)
+    taken = in_turn({_name(each): _steps(plan, world(each, each)) for each in plan.sizes}, plan.vast_repeats)
     rows = []
     for robots in plan.sizes:
         values, base = taken[_name(robots)], 20 if robots <= LARGE else LARGE
@@ -185,7 +187,7 @@ def threads(plan: Plan) -> list[Row]:
             )
             for count in (1, 2)
         }
-        taken = in_turn(samples, plan.large_repeats)
+        taken = in_turn(samples, plan.large_repeats if robots < VAST else plan.vast_repeats)
         one, two = taken
         row = Row.of(two, NS_OF_WALL, taken[two], robots)
         row = row.compared(ratios(taken[one], taken[two]), "as fast as 1 thread")

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from measure import NS_PER_ROBOT_STEP
+from measure import NS_OF_WALL, NS_PER_ROBOT_STEP
 
 FOLDER = Path(__file__).parent / "history"
 YARDSTICK = "brute-force loop in numba"
@@ -55,7 +55,7 @@ def changes(today: dict[str, Any], then: dict[str, Any]) -> Iterator[Change]:
         for row in rows:
             old = before.get((title, row["name"]))
             if old and old["unit"] == row["unit"] and row["name"] != YARDSTICK:
-                timed = row["unit"] in (NS_PER_ROBOT_STEP, "s")
+                timed = row["unit"] in (NS_PER_ROBOT_STEP, NS_OF_WALL, "s")
                 yield Change(title, row["name"], row["best"] / old["best"] * (scale if timed else 1.0))
 
 
