@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
-from cases import BEYOND_RUN, LARGE, QUICK, RUN, VAST, Plan
-from measure import Sample, command_cpu_seconds, quartiles, ratios
+from cases import BEYOND_RUN, LARGE, QUICK, RUN, VAST, Plan, playing
+from measure import Sample, command_cpu_seconds, peak_mebibytes, quartiles, ratios
 from worlds import BEYOND, PAPER_STEPS, Tables, paper, steps_only, whole_runs, world
 
 OURS = Path(__file__).parents[1] / "src"
@@ -74,7 +74,7 @@ def print_ratios(source: Path, plan: Plan) -> None:
     """Print how many times as fast this version is as the one in another source folder."""
     if not (source / "feasibee").is_dir():
         raise SystemExit(f"--against {source}: has no folder feasibee; pass the src folder of a working tree")
-    print(f"CPU times in turn: median and quartiles of the ratios; above 1 is faster than {source}")
+    print(f"CPU times in turn: median and quartiles of the ratios; above 1 is better than {source}")
     workers = [Worker(OURS, plan == QUICK), Worker(source, plan == QUICK)]
     for name in workloads(plan):
         repeats = 3 if name.startswith(f"{VAST:,}") else plan.repeats
@@ -82,6 +82,7 @@ def print_ratios(source: Path, plan: Plan) -> None:
     for worker in workers:
         worker.close()
     print_first_runs(source, plan)
+    print_memory(source, plan)
 
 
 def ask_in_turn(workers: Sequence[Worker], name: str, repeats: int) -> tuple[list[float], list[float]]:
@@ -113,6 +114,18 @@ def print_first_runs(source: Path, plan: Plan) -> None:
                     environment = {"FEASIBEE_CACHE": folder, "PYTHONPATH": paths}
                     values.append(command_cpu_seconds(command, environment))
         print_ratio(name, *taken, "s")
+
+
+def print_memory(source: Path, plan: Plan) -> None:
+    """Print the ratio of the memory of each robot of a large swarm."""
+    robots, each = plan.memory_robots, []
+    for path in (OURS, source):
+        environment = {"PYTHONPATH": os.pathsep.join(_paths(path))}
+        small, large = (
+            peak_mebibytes(playing(tables, 5), environment) for tables in (paper(), world(robots, robots))
+        )
+        each.append([(large - small) * 2**20 / robots])
+    print_ratio(f"memory of each of {robots:,} robots", *each, "bytes")
 
 
 def answer(plan: Plan) -> None:

@@ -227,13 +227,14 @@ def knowledge(plan: Plan) -> list[Row]:
         }
         small, large = compared(in_turn(samples, max(1, plan.large_repeats // 2)), NS_PER_ROBOT_STEP)
         rows += [small, large.aiming("ratio", most=10.0 if strategy == "census" else None)]
-        peak = peak_mebibytes(_play(many, KNOWLEDGE_STEPS)) - peak_mebibytes(_play(few, 1))
+        peak = peak_mebibytes(playing(many, KNOWLEDGE_STEPS)) - peak_mebibytes(playing(few, 1))
         row = Row.of(f"{names[1]}, memory", "MiB", [peak])
         rows.append(row.aiming("best", most=2048.0 if strategy == "census" else None))
     return rows
 
 
-def _play(tables: Tables, steps: int, runs: int = 1, curves: bool = False) -> str:
+def playing(tables: Tables, steps: int, runs: int = 1, curves: bool = False) -> str:
+    """Return code that simulates some runs on one thread."""
     return PLAY.format(tables=tables, steps=steps, runs=runs, curves=curves)
 
 
@@ -262,9 +263,9 @@ def start_up(plan: Plan) -> list[Row]:
 def memory(plan: Plan) -> list[Row]:
     """Measure the memory of processes: one run, the curves of 1,000 runs, and each robot of a large swarm."""
     peaks = partial(_peaks, plan.processes)
-    one, many = peaks(_play(paper(), PAPER_STEPS)), peaks(_play(paper(), PAPER_STEPS, 1000, True))
+    one, many = peaks(playing(paper(), PAPER_STEPS)), peaks(playing(paper(), PAPER_STEPS, 1000, True))
     robots = plan.memory_robots
-    large = peaks(_play(world(robots, robots), 5))
+    large = peaks(playing(world(robots, robots), 5))
     each = [(peak - base) * 2**20 / robots for peak, base in zip(large, one, strict=True)]
     name = f"each of {robots:,} robots, with its task"
     return [

@@ -140,9 +140,9 @@ def command_cpu_seconds(arguments: list[str], environment: Mapping[str, str] | N
     return end.ru_utime - start.ru_utime + end.ru_stime - start.ru_stime
 
 
-def peak_mebibytes(code: str) -> float:
+def peak_mebibytes(code: str, environment: Mapping[str, str] | None = None) -> float:
     """Measure the peak memory of a new Python process that runs some code, in MiB."""
-    return int(run_python(["-c", code + REPORT_PEAK]).split()[-1]) / 1024
+    return int(run_python(["-c", code + REPORT_PEAK], environment).split()[-1]) / 1024
 
 
 def run_python(arguments: list[str], environment: Mapping[str, str] | None = None) -> str:

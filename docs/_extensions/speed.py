@@ -28,16 +28,18 @@ class Look(NamedTuple):
     marker: str
     dashes: Any
     place: tuple[float, float]
-    """Offset in points of the label's right lower corner from the last point."""
+    """Offset of the label from the last point, in points; to the left of it unless positive."""
 
 
 LOOKS = (
-    Look("Other programs", "Mesa", "Mesa", "#00796B", "^", "-", (-4, -16)),
-    Look("Other programs", "brute-force", "all pairs, a loop in numba", "#D55E00", "s", "-", (10, 8)),
+    Look("Other programs", "Mesa", "Mesa", "#00796B", "^", "-", (9, -3)),
+    Look("Other programs", "brute-force", "all pairs, a loop in numba", "#D55E00", "s", "-", (9, -3)),
     Look("Growth", "", "feasibee, one thread", "#0072B2", "o", "-", (0, 9)),
-    Look("Threads", "2 threads", "two threads, wall time", "#7A3E9D", "D", "--", (0, -15)),
+    Look("Threads", "2 threads", "two threads, wall time", "#7A3E9D", "D", "--", (0, -30)),
 )
 """The programs: the beginning of the table's title, and part of the names of its rows."""
+LARGE = 10_000
+"""Smallest swarm whose time on two threads is drawn."""
 
 
 def stored() -> dict[str, Any]:
@@ -72,7 +74,7 @@ def _points(tables: dict[str, Any], look: Look) -> list[tuple[int, float]]:
     if look.table != "Threads":
         return [(row["robots"], row["median"]) for row in rows]
     one = {row["robots"]: row["median"] for row in _rows(tables, "Growth")}
-    return [(row["robots"], one[row["robots"]] / row["ratio"]) for row in rows if row["robots"] in one]
+    return [(n, one[n] / row["ratio"]) for row in rows if (n := row["robots"]) >= LARGE and n in one]
 
 
 def _rows(tables: dict[str, Any], start: str) -> list[dict[str, Any]]:
