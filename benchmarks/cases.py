@@ -62,7 +62,7 @@ class Plan:
     repeats: int = 9
     large_repeats: int = 5
     vast_repeats: int = 3
-    runs: int = 400
+    runs: int = 800
     robot_steps: int = 4_000_000
     steps: int = 50
     """Steps of a sample in the tables of growth."""
