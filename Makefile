@@ -13,7 +13,8 @@ help:
 	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the live page's JavaScript, with npm; make format-js formats it"
-	@echo "make bench   speed, start-up and memory, the ratios to Mesa and to a plain numba loop, the live arena"
+	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
+	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
 	@echo "make docs    the documentation, in docs/_build/html; runs the gallery's examples"
 	@echo "make claims  the numbers of the documentation, computed again and put right; CHECK=1 only reports, PAGE=paper"
 	@echo "make claims-short   a minute of it: the quick ones computed, all others found on their page"
@@ -46,8 +47,9 @@ format-js: node_modules/installed
 	npm run --silent format
 
 bench: $(VENV)/with-bench
-	$(BIN)/python benchmarks/bench.py
-	$(BIN)/python benchmarks/live.py
+	$(BIN)/python benchmarks/bench.py $(if $(QUICK),--quick) $(if $(SAVE),--save) $(if $(AGAINST),--against $(AGAINST))
+	$(if $(QUICK)$(AGAINST),,$(BIN)/python benchmarks/live.py)
+	$(if $(SAVE),$(BIN)/python -m claims --short speed readme)
 
 docs: $(VENV)/with-docs
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html

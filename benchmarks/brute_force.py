@@ -12,7 +12,7 @@ import math
 import numba
 import numpy as np
 
-SIDE, REACH, SPEED = 20.0, 2.0, 1.0
+REACH, SPEED = 2.0, 1.0
 MEAN_RUN = EXPLORATION = GAIN = 10.0
 FEASIBLE, INFEASIBLE, UNDECIDED, UNHEARD = 1, 0, -1, -1
 
@@ -24,18 +24,18 @@ def duration(mean: float) -> int:
 
 
 @numba.njit
-def is_near(x1: float, y1: float, x2: float, y2: float) -> bool:
+def is_near(x1: float, y1: float, x2: float, y2: float, side: float) -> bool:
     """Return whether two points of the torus are in range of each other."""
     dx, dy = abs(x1 - x2), abs(y1 - y2)
-    dx, dy = min(dx, SIDE - dx), min(dy, SIDE - dy)
+    dx, dy = min(dx, side - dx), min(dy, side - dy)
     return dx * dx + dy * dy <= REACH * REACH
 
 
 @numba.njit
-def play(robots: int, tasks: int, steps: int) -> tuple[int, int]:
+def play(robots: int, tasks: int, steps: int, side: float) -> tuple[int, int]:
     """Simulate all steps of one run; return its first decision and its step."""
-    x, y = np.random.uniform(0, SIDE, robots), np.random.uniform(0, SIDE, robots)
-    task_x, task_y = np.random.uniform(0, SIDE, tasks), np.random.uniform(0, SIDE, tasks)
+    x, y = np.random.uniform(0, side, robots), np.random.uniform(0, side, robots)
+    task_x, task_y = np.random.uniform(0, side, tasks), np.random.uniform(0, side, tasks)
     vx, vy = np.empty(robots), np.empty(robots)
     opinion = np.random.randint(0, 2, robots)
     disseminating = np.zeros(robots, np.bool_)
@@ -48,11 +48,11 @@ def play(robots: int, tasks: int, steps: int) -> tuple[int, int]:
     decision, decision_step = first_decision(opinion), 0
     for step in range(1, steps + 1):
         for i in range(robots):
-            x[i] = (x[i] + vx[i]) % SIDE
-            y[i] = (y[i] + vy[i]) % SIDE
+            x[i] = (x[i] + vx[i]) % side
+            y[i] = (y[i] + vy[i]) % side
         for i in range(robots):
             for j in range(i):
-                if is_near(x[i], y[i], x[j], y[j]):
+                if is_near(x[i], y[i], x[j], y[j], side):
                     robots_seen[i] += 1
                     robots_seen[j] += 1
                     if disseminating[i]:
@@ -61,7 +61,7 @@ def play(robots: int, tasks: int, steps: int) -> tuple[int, int]:
                         inbox[i, j] = opinion[j]
             if not disseminating[i]:
                 for k in range(tasks):
-                    tasks_seen[i] += is_near(x[i], y[i], task_x[k], task_y[k])
+                    tasks_seen[i] += is_near(x[i], y[i], task_x[k], task_y[k], side)
         for i in range(robots):
             walk_left[i] -= 1
             if walk_left[i] == 0:
@@ -115,13 +115,13 @@ def first_decision(opinion: np.ndarray) -> int:
 
 @numba.njit
 def simulate(
-    runs: int, seed: int, robots: int = 20, tasks: int = 100, steps: int = 1000
+    runs: int, seed: int, robots: int = 20, tasks: int = 100, steps: int = 1000, side: float = 20.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Simulate some runs; return the decision and the decision step of each."""
     np.random.seed(seed)
     decisions, decision_steps = np.empty(runs, np.int64), np.empty(runs, np.int64)
     for run in range(runs):
-        decisions[run], decision_steps[run] = play(robots, tasks, steps)
+        decisions[run], decision_steps[run] = play(robots, tasks, steps, side)
     return decisions, decision_steps
 
 

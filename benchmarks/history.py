@@ -1,4 +1,7 @@
-"""The benchmarks of past releases, one JSON file each, and how today's compare with them."""
+"""The benchmarks of past releases, one JSON file each, and how today's compare with them.
+
+``python benchmarks/history.py`` prints that of the latest release, where docs/speed.md has its numbers from.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from measure import NS_PER_ROBOT_STEP
+from measure import NS_OF_WALL, NS_PER_ROBOT_STEP
 
 FOLDER = Path(__file__).parent / "history"
 YARDSTICK = "brute-force loop in numba"
@@ -52,7 +55,7 @@ def changes(today: dict[str, Any], then: dict[str, Any]) -> Iterator[Change]:
         for row in rows:
             old = before.get((title, row["name"]))
             if old and old["unit"] == row["unit"] and row["name"] != YARDSTICK:
-                timed = row["unit"] in (NS_PER_ROBOT_STEP, "s")
+                timed = row["unit"] in (NS_PER_ROBOT_STEP, NS_OF_WALL, "s")
                 yield Change(title, row["name"], row["best"] / old["best"] * (scale if timed else 1.0))
 
 
@@ -63,3 +66,10 @@ def _yardstick(tables: dict[str, Any]) -> float:
 
 def _version(path: Path) -> tuple[int, ...]:
     return tuple(int(part) for part in path.stem.split(".") if part.isdigit())
+
+
+if __name__ == "__main__":
+    newest = latest()
+    if newest is None:
+        raise SystemExit(f"{FOLDER}: has no file; run `make bench SAVE=1`")
+    print(newest.read_text(encoding="utf-8"), end="")

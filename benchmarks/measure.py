@@ -14,8 +14,10 @@ from dataclasses import dataclass, replace
 from datetime import date
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import NamedTuple
 
 NS_PER_ROBOT_STEP = "ns/robot-step"
+NS_OF_WALL = "ns of wall time"
 
 REPORT_PEAK = """
 import pathlib, re, resource, sys
@@ -33,6 +35,20 @@ On Linux it reads VmHWM, because ru_maxrss starts at the size of the parent proc
 
 
 @dataclass(frozen=True)
+class Goal:
+    """A bound on one figure of a row."""
+
+    figure: str  # "ratio", "best", or "speed" in million robot-steps per second
+    limit: float
+    least: bool
+
+    def __str__(self) -> str:
+        """Return the bound as text."""
+        unit = " M" if self.figure == "speed" else ""
+        return f"{'≥' if self.least else '≤'} {self.limit:,g}{unit}"
+
+
+@dataclass(frozen=True)
 class Row:
     """A row of the benchmark's table."""
 
@@ -41,39 +57,79 @@ class Row:
     best: float
     median: float
     ratio: float | None = None
+    low: float | None = None  # quartiles of the ratio
+    high: float | None = None
     ratio_to: str = ""
-    target: float | None = None  # million robot-steps per second
+    robots: int | None = None
+    goal: Goal | None = None
 
     @classmethod
-    def of(cls, name: str, unit: str, values: list[float]) -> Row:
+    def of(cls, name: str, unit: str, values: list[float], robots: int | None = None) -> Row:
         """Return the row of repeated measurements; the smallest is the best."""
-        return cls(name, unit, min(values), statistics.median(values))
+        return cls(name, unit, min(values), statistics.median(values), robots=robots)
 
     @property
     def robot_steps_per_second(self) -> float | None:
         """Robot-steps per second of the best measurement, if the unit is a time per robot-step."""
-        return 1e9 / self.best if self.unit == NS_PER_ROBOT_STEP else None
+        return 1e9 / self.best if self.unit in (NS_PER_ROBOT_STEP, NS_OF_WALL) else None
 
-    def against(self, other: Row, label: str) -> Row:
-        """Return this row with the ratio of its best value to that of another row."""
-        return replace(self, ratio=self.best / other.best, ratio_to=label)
+    def compared(self, ratios: list[float], label: str) -> Row:
+        """Return this row with the median and the quartiles of ratios, each of two neighbours in time."""
+        low, median, high = quartiles(ratios)
+        return replace(self, ratio=median, low=low, high=high, ratio_to=label)
 
-    def aiming(self, target: float | None) -> Row:
-        """Return this row with a target speed."""
-        return replace(self, target=target)
+    def aiming(self, figure: str, *, least: float | None = None, most: float | None = None) -> Row:
+        """Return this row with a bound on its ratio, its best value or its speed."""
+        limit = least if least is not None else most
+        return replace(self, goal=Goal(figure, limit, least is not None) if limit is not None else None)
+
+    @property
+    def meets(self) -> bool | None:
+        """Whether the row is within its bound; None without one."""
+        if self.goal is None:
+            return None
+        speed = (self.robot_steps_per_second or 0.0) / 1e6
+        value = {"ratio": self.ratio, "best": self.best, "speed": speed}[self.goal.figure]
+        assert value is not None, self.name
+        return value >= self.goal.limit if self.goal.least else value <= self.goal.limit
 
 
-def speed(name: str, work: Callable[[], object], robot_steps: int, repeats: int) -> Row:
-    """Measure the CPU time per robot-step of some work in this process."""
-    work()  # loads and compiles, which isn't measured here
-    return Row.of(name, NS_PER_ROBOT_STEP, [cpu_seconds(work) / robot_steps * 1e9 for _ in range(repeats)])
+def quartiles(values: list[float]) -> tuple[float, float, float]:
+    """Return the quartiles of some values, or of one."""
+    if len(values) == 1:
+        return values[0], values[0], values[0]
+    low, median, high = statistics.quantiles(values, n=4, method="inclusive")
+    return low, median, high
 
 
-def cpu_seconds(work: Callable[[], object]) -> float:
-    """Measure the CPU time of one call, summed over all threads of this process."""
-    start = time.process_time()
+class Sample(NamedTuple):
+    """Something to measure: what loads and compiles it, and what returns one measurement."""
+
+    warm: Callable[[], object]
+    take: Callable[[], float]
+
+
+def in_turn(samples: Mapping[str, Sample], repeats: int) -> dict[str, list[float]]:
+    """Measure several things in turn, so that a change of the machine's speed changes all of them."""
+    for sample in samples.values():
+        sample.warm()
+    taken: dict[str, list[float]] = {name: [] for name in samples}
+    for _ in range(repeats):
+        for name, sample in samples.items():
+            taken[name].append(sample.take())
+    return taken
+
+
+def ratios(values: list[float], others: list[float]) -> list[float]:
+    """Return the ratio of each measurement to the other of its turn."""
+    return [value / other for value, other in zip(values, others, strict=True)]
+
+
+def seconds(work: Callable[[], object], clock: Callable[[], float] = time.process_time) -> float:
+    """Measure the time of one call, by default the CPU time of all threads of this process."""
+    start = clock()
     work()
-    return time.process_time() - start
+    return clock() - start
 
 
 def command_cpu_seconds(arguments: list[str], environment: Mapping[str, str] | None = None) -> float:
@@ -84,9 +140,9 @@ def command_cpu_seconds(arguments: list[str], environment: Mapping[str, str] | N
     return end.ru_utime - start.ru_utime + end.ru_stime - start.ru_stime
 
 
-def peak_mebibytes(code: str) -> float:
+def peak_mebibytes(code: str, environment: Mapping[str, str] | None = None) -> float:
     """Measure the peak memory of a new Python process that runs some code, in MiB."""
-    return int(run_python(["-c", code + REPORT_PEAK]).split()[-1]) / 1024
+    return int(run_python(["-c", code + REPORT_PEAK], environment).split()[-1]) / 1024
 
 
 def run_python(arguments: list[str], environment: Mapping[str, str] | None = None) -> str:
@@ -103,6 +159,7 @@ def machine() -> dict[str, str]:
     """Return date, processor, system and versions of the measurements."""
     return {
         "date": date.today().isoformat(),
+        "load": f"{os.getloadavg()[0]:.1f} processes in the minute before, {os.cpu_count()} cores",
         "processor": f"{processor_name()}, {os.cpu_count()} cores",
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),

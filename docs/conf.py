@@ -31,6 +31,7 @@ extensions = [
     "names",
     "outcomes",
     "sessions",
+    "speed",
 ]
 exclude_patterns = ["_build", "_extensions", "made", "gallery/**/*.ipynb", "gallery/*.md5", "gallery/*.py"]
 smartquotes = False  # it turns the two hyphens of an option into a dash
