@@ -9,10 +9,14 @@ from typing import Any
 
 from llvmlite import ir
 from numba import int64, types
+from numba.core import cgutils
 from numba.extending import intrinsic, overload_method
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 as_tuple: Any = types.Tuple
+allocate: Any = cgutils.alloca_once
+declared: Any = cgutils.get_or_insert_function
+WORD = 32  # robots in a set
 LANES = 8  # 64-bit squared distances in a 512-bit register
 INTS, LONGS = ir.VectorType(INT, LANES), ir.VectorType(LONG, LANES)
 
@@ -159,4 +163,101 @@ def stretch(builder: Any, data: Any, start: Any) -> Any:
 def spread(builder: Any, value: Any, vector: Any) -> Any:
     """Return a vector with the same value in all lanes."""
     one = builder.insert_element(ir.Constant(vector, ir.Undefined), value, INT(0))
-    return builder.shuffle_vector(one, one, ir.Constant(INTS, None))
+    return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(INT, vector.count), None))
+
+
+@intrinsic
+def find_near(_typing: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, width: Any) -> Any:
+    """Store which of up to 32 robots are near each, by 16 bits an axis; return whether all are sure.
+
+    Squared distances below ``low`` are near. Those less than ``width`` above are in doubt.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        words = ir.VectorType(INT, WORD)
+        x, y, sight = (
+            builder.bitcast(context.make_array(kind)(context, builder, each).data, words.as_pointer())
+            for kind, each in zip(signature.args[:3], arguments[:3], strict=True)
+        )
+        places = upper_halves(builder, builder.load(x, align=4), builder.load(y, align=4))
+        lows = spread(builder, arguments[4], words)
+        stored, near, least = (allocate(builder, words) for _ in range(3))
+        builder.store(places, stored)
+        builder.store(ir.Constant(words, None), near)
+        builder.store(constants(words, [-1] * WORD), least)
+        with cgutils.for_range(builder, arguments[3]) as loop:
+            # The last robot first: each shift moves the robots before it to higher bits.
+            robot = builder.sub(builder.sub(arguments[3], LONG(1)), loop.index)
+            here = builder.load(builder.gep(builder.bitcast(stored, INT.as_pointer()), [robot]))
+            beyond = builder.sub(squared_ways(builder, places, here), lows)
+            builder.store(vector_call(builder, "umin", builder.load(least), beyond), least)
+            # The highest bit of what is below ``low`` is 1.
+            shifted = vector_call(builder, "fshl", builder.load(near), beyond, constants(words, [1] * WORD))
+            builder.store(shifted, near)
+        others = constants(words, [~(1 << lane) for lane in range(WORD)])
+        builder.store(builder.and_(builder.load(near), others), sight, align=4)
+        doubtful = builder.icmp_unsigned("<", builder.load(least), spread(builder, arguments[5], words))
+        return builder.icmp_unsigned("==", as_word(builder, doubtful), INT(0))
+
+    return types.boolean(xs, ys, sight, types.int64, types.uint32, types.uint32), generate
+
+
+@intrinsic
+def within_roughly(_typing: Any, places: Any, first: Any, place: Any, low: Any, width: Any) -> Any:
+    """Return which of the 16 places from ``first`` on are near a place, and which are in doubt, as words."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        words = ir.VectorType(INT, 16)
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        start = builder.bitcast(builder.gep(data, [arguments[1]]), words.as_pointer())
+        squared = squared_ways(builder, builder.load(start, align=4), arguments[2])
+        low = spread(builder, arguments[3], words)
+        near = builder.icmp_unsigned("<", squared, low)
+        beyond = builder.sub(squared, low)
+        doubtful = builder.icmp_unsigned("<", beyond, spread(builder, arguments[4], words))
+        sets = [as_word(builder, each) for each in (near, doubtful)]
+        return context.make_tuple(builder, signature.return_type, sets)
+
+    sets = as_tuple((types.uint32, types.uint32))
+    return sets(places, types.int64, types.uint32, types.uint32, types.uint32), generate
+
+
+def upper_halves(builder: Any, x: Any, y: Any) -> Any:
+    """Return a vector of places, words of the upper 16 bits of x and, above them, of y."""
+    half, upper = spread(builder, INT(16), x.type), spread(builder, INT(0xFFFF0000), x.type)
+    return builder.or_(builder.lshr(x, half), builder.and_(y, upper))
+
+
+def squared_ways(builder: Any, places: Any, here: Any) -> Any:
+    """Return the squared distances of a vector of places from one; differences wrap in 16 bits.
+
+    LLVM finds the instruction of x86 that adds two products of 16 bits: in this order, not if the axes are
+    separated before they are multiplied.
+    """
+    words, shorts = places.type, ir.VectorType(ir.IntType(16), 2 * places.type.count)
+    here = builder.bitcast(spread(builder, here, words), shorts)
+    way = builder.sext(builder.sub(builder.bitcast(places, shorts), here), ir.VectorType(INT, shorts.count))
+    products = builder.mul(way, way)
+    x, y = (constants(words, range(axis, shorts.count, 2)) for axis in range(2))
+    return builder.add(
+        builder.shuffle_vector(products, products, x), builder.shuffle_vector(products, products, y)
+    )
+
+
+def vector_call(builder: Any, name: str, *arguments: Any) -> Any:
+    """Call LLVM's own function of vectors."""
+    kind = arguments[0].type
+    function = ir.FunctionType(kind, [each.type for each in arguments])
+    full_name = f"llvm.{name}.v{kind.count}i{kind.element.width}"
+    return builder.call(declared(builder.module, function, full_name), arguments)
+
+
+def constants(vector: Any, values: Any) -> Any:
+    """Return a vector of constants."""
+    return ir.Constant(vector, [vector.element(value) for value in values])
+
+
+def as_word(builder: Any, truths: Any) -> Any:
+    """Return a vector of up to 32 truths as a word."""
+    bits = builder.bitcast(truths, ir.IntType(truths.type.count))
+    return bits if truths.type.count == WORD else builder.zext(bits, INT)

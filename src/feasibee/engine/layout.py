@@ -136,6 +136,13 @@ class Point(IntEnum):
     LABEL = 2  # number of the task, or label of the robot: see `feasibee.engine.bits.pack_label`
 
 
+class Bound(IntEnum):
+    """Rows of `TaskLists.bounds`."""
+
+    FIRST = 0  # place of the list of a cell
+    LAST = 1  # place (excluded)
+
+
 class Clock(IntEnum):
     """Places in `State.clock`."""
 
@@ -157,6 +164,13 @@ class Cells(NamedTuple):
 
     points: Annotated[Int32s, "Point", "place"]
     start: Annotated[Int64s, "cell"]  # first place of each cell; two more than there are cells
+
+
+class TaskLists(NamedTuple):
+    """The tasks in sight of each cell; see `feasibee.engine.tasklists`."""
+
+    places: Annotated[Words, "place"]
+    bounds: Annotated[Int64s, "Bound", "cell"]
 
 
 class Tables(NamedTuple):
@@ -188,6 +202,7 @@ class State(NamedTuple):
     pools: Annotated[Floats, "robot", "Pool", "draw"]  # no rows in large swarms
     tasks: Annotated[Int32s, "Point", "task"]
     task_cells: Cells
+    task_lists: TaskLists
     robot_cells: Cells
     tables: Tables
     clock: Annotated[Int64s, "Clock"]
@@ -258,10 +273,10 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
     knowledge = params.strategy.knowledge
     values = params.strategy.value_scale > 0
     state = State(
-        robots=np.zeros((len(Robot), padded), np.int32),
+        robots=aligned((len(Robot), padded), np.int32),
         sets=np.zeros((len(Set), words), np.uint32),
-        counts=np.zeros((len(Count), padded), np.int64),
-        links=np.zeros((len(Link), WORD), np.uint32),
+        counts=aligned((len(Count), padded), np.int64),
+        links=aligned((len(Link), WORD), np.uint32),
         seen=np.zeros((padded if params.sensing.by_class or knowledge.enabled else 0, classes), np.int64),
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, padded, slots, values), -1, np.int32),
@@ -269,9 +284,10 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
         pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
-        pools=np.zeros((padded if params.robots.count <= POOLED else 0, len(Pool), POOL), np.float64),
+        pools=aligned((padded if params.robots.count <= POOLED else 0, len(Pool), POOL), np.float64),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid.bits),
+        task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid.bits),
         tables=tables,
         clock=np.zeros(len(Clock), np.int64),
@@ -307,3 +323,19 @@ def empty_cells(points: int, bits: int) -> Cells:
     room = 4 * points + WORD
     cells = (2**bits + 1) * 2**bits
     return Cells(np.zeros((len(Point), room), np.int32), np.zeros(cells + 2, np.int64))
+
+
+def aligned(shape: tuple[int, ...], kind: Any) -> Any:
+    """Return zeros that begin at a multiple of 64 bytes, so that no vector lies in two lines of the cache."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    room = np.zeros(size + 64, np.uint8)
+    start = -room.ctypes.data % 64
+    return room[start : start + size].view(kind).reshape(shape)
+
+
+def empty_lists(tasks: int, bits: int) -> TaskLists:
+    """Allocate lists with room for every task in nine, each padded to 16 places."""
+    cells = 4**bits if bits else 0
+    return TaskLists(
+        aligned((9 * tasks + 16 * cells + 1,), np.uint32), aligned((len(Bound), cells), np.int64)
+    )

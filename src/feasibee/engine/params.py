@@ -53,6 +53,13 @@ class Grid(NamedTuple):
     scale_y: np.uint64
 
 
+class Band(NamedTuple):
+    """Squared distances in coarse units of which the exact one may lie on either side of a range."""
+
+    low: np.uint32  # surely in range if the squared distance is below this
+    width: np.uint32  # surely not, if it is at least this much above
+
+
 class PlacementParams(NamedTuple):
     """Placement of robots or tasks at the start (model.md 6.4)."""
 
@@ -103,12 +110,21 @@ class RobotParams(NamedTuple):
     grid: Grid
 
 
+class ListParams(NamedTuple):
+    """The lists of tasks by cell; see `feasibee.engine.tasklists`."""
+
+    bits: int  # 2**bits cells a side; 0: no lists
+    shift: np.uint32  # bits of a coordinate below those of a place in a list
+    band: Band  # in units of 2**shift
+
+
 class TaskParams(NamedTuple):
     """The tasks (model.md 1.3, 6.7)."""
 
     count: int  # type: ignore[assignment]  # hides tuple.count
     placement: PlacementParams
     grid: Grid
+    lists: ListParams
 
 
 class WalkParams(NamedTuple):
@@ -122,6 +138,7 @@ class SensingParams(NamedTuple):
 
     range: float  # units of length
     limit: np.uint64  # in sight if the squared distance is below this
+    band: Band  # in units of 2**16
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
     for_life: bool  # whether a thing counts once in a run, else once in an exploration
@@ -138,6 +155,7 @@ class RadioParams(NamedTuple):
 
     range: float  # units of length
     limit: np.uint64  # in radio range if the squared distance is below this
+    band: Band  # in units of 2**16
     loss: np.uint64  # probability times 2**32
     id_bits: int  # length of an id
     random_ids: bool  # whether ids are random, and may collide

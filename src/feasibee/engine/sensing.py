@@ -25,10 +25,11 @@ from feasibee.engine.cells import block, block_on_torus, count_within, near, nea
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
-from feasibee.engine.intrinsics import lowest, popcount, within
+from feasibee.engine.intrinsics import find_near, lowest, popcount, within
 from feasibee.engine.knowledge import defer, publish, sent_opinion, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Link, Pending, Point, Robot, Set
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
+from feasibee.engine.tasklists import count_listed
 from feasibee.model.purposes import (
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
@@ -55,20 +56,20 @@ def sense_together(params, state):
     """Sense in a swarm of at most 32 on the fast path."""
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
-    swarm, limit, bits = first_bits(params.robots.count), params.sensing.limit, params.tasks.grid.bits
+    swarm = first_bits(params.robots.count)
     speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
     state.clock[Clock.BITS] += popcount(speaking) * params.radio.message_bits
-    find_neighbours(xs, ys, sight, swarm, params.robots.count, limit)
+    find_neighbours(xs, ys, sight, swarm, params.robots.count, params.sensing)
     looking = uint32(swarm & ~disseminating)
     while looking:
         i = lowest(looking)
-        state.counts[Count.TASKS_SEEN, i] += count_within(state.task_cells, bits, xs[i], ys[i], limit)
+        state.counts[Count.TASKS_SEEN, i] += count_listed(params, state, xs[i], ys[i])
         looking = without_lowest(looking)
     for i in range(32):
         explores = int64(has_bit(~disseminating, i))
         seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
     if params.radio.limit != params.sensing.limit:
-        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio.limit)
+        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio)
     if params.decision.listens_for != ALWAYS:
         for i in range(params.robots.count):
             if not has_bit(disseminating, i):
@@ -77,8 +78,15 @@ def sense_together(params, state):
 
 
 @inlined
-def find_neighbours(xs, ys, sight, swarm, robots, limit):
-    """Store the set of robots within a range of each robot."""
+def find_neighbours(xs, ys, sight, swarm, robots, reach):
+    """Store the set of robots within a range of each robot; ``reach`` has its limit and band."""
+    if not find_near(xs, ys, sight, robots, reach.band.low, reach.band.width):
+        find_exactly(xs, ys, sight, swarm, robots, reach.limit)
+
+
+@called
+def find_exactly(xs, ys, sight, swarm, robots, limit):
+    """Store the same sets where 16 bits leave a distance in doubt: in 1 of 100 steps of 20 robots."""
     for i in range(robots):
         sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
 

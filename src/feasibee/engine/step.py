@@ -19,6 +19,7 @@ from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.pools import draw_phase, phase_duration
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
+from feasibee.engine.tasklists import fill_lists
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
@@ -32,6 +33,16 @@ def start_fast(params, state, run):
     clear(params, state, run)
     scatter(params, state)
     prepare_robots(params, state)
+    if params.tasks.lists.bits > 0:
+        fill_lists(
+            state.task_lists,
+            params.tasks.lists.bits,
+            params.tasks.lists.shift,
+            params.sensing.limit,
+            state.tasks[Point.X],
+            state.tasks[Point.Y],
+            params.tasks.count,
+        )
 
 
 @spliced

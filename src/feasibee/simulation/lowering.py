@@ -13,12 +13,14 @@ from feasibee.engine.params import (
     ALWAYS,
     WHILE_DISSEMINATING,
     ArenaParams,
+    Band,
     CommitParams,
     DecisionParams,
     FaultParams,
     Grid,
     KnowledgeParams,
     Lie,
+    ListParams,
     Params,
     Placement,
     PlacementParams,
@@ -54,7 +56,7 @@ def lower(scenario: Scenario, seed: int) -> Lowered:
 def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
     """Return the numbers of a scenario and a seed."""
     unit, setting, faulty = unit_of(scenario), scenario.setting, scenario.faulty
-    arena = _arena(scenario, unit)
+    arena, together = _arena(scenario, unit), fast and scenario.robots.count <= WORD
     sight, radio = (_squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
     return Params(
         seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
@@ -64,6 +66,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
             count=scenario.tasks.count,
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
+            lists=_lists(scenario.tasks.count if together else 0, sight + 1),
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
@@ -72,7 +75,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
         decision=_decision(scenario, faulty),
         faults=_faults(scenario, faulty),
         run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
-        together=fast and scenario.robots.count <= WORD,
+        together=together,
     )
 
 
@@ -117,6 +120,7 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
     return SensingParams(
         range=sensing.range,
         limit=_limit(squared_range + 1),
+        band=_band(squared_range + 1, 16),
         count_self=int(sensing.count_self),
         unique=sensing.observation == "unique",
         for_life=sensing.memory == "life",
@@ -134,6 +138,7 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
     return RadioParams(
         range=radio.range,
         limit=_limit(squared_range + 1),
+        band=_band(squared_range + 1, 16),
         loss=_probability(radio.loss),
         id_bits=id_bits,
         random_ids=radio.id_bits is not None,
@@ -242,6 +247,17 @@ def _limit(squared: int) -> np.uint64:
     return np.uint64(min(squared, 2**63 + 1))
 
 
+def _band(limit: int, shift: int) -> Band:
+    """Return the squared distances that leave open whether a point is in range, without ``shift`` bits.
+
+    A rounded coordinate is off by less than 1, a difference of two likewise, and a distance by less than 1.5.
+    """
+    reach = math.sqrt(limit) / 2**shift
+    low = math.floor(max(reach - 1.5, 0) ** 2)
+    high = math.ceil((reach + 1.5) ** 2)
+    return Band(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
+
+
 def _probability(share: float) -> np.uint64:
     return np.uint64(math.ceil(exact(share) * TURN))
 
@@ -270,6 +286,18 @@ def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
         np.uint64(2 ** (52 + bits) // (side + arena.walls)) for side in (arena.width, arena.height)
     )
     return Grid(bits=bits, width=arena.width, height=arena.height, scale_x=scale_x, scale_y=scale_y)
+
+
+def _lists(tasks: int, limit: int) -> ListParams:
+    """Return the finest grid whose cells are longer than the range, and not more cells than tasks.
+
+    It has no lists if it would have less than four cells a side: places in a list span four.
+    """
+    by_range = (TURN // (math.isqrt(limit) + 1)).bit_length() - 1
+    bits = min(by_range, tasks.bit_length() // 2)
+    bits = bits if bits >= 2 else 0
+    shift = 18 - bits
+    return ListParams(bits, np.uint32(shift), _band(limit, shift))
 
 
 def _tables(scenario: Scenario, params: Params) -> Tables:
