@@ -194,7 +194,7 @@ class State(NamedTuple):
     links: Annotated[Words, "Link", "robot"]  # up to 32 robots
     seen: Annotated[Int64s, "robot", "class of robots, then of tasks"]  # no rows unless there are several
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
-    inbox: Annotated[Int32s, "Slot", "robot", "slot"]  # hash tables; if together, VALUE by sender
+    inbox: Annotated[Int32s, "Slot", "robot", "slot"]  # hash tables; if inboxes are sets, VALUE by sender
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
     pending: Annotated[Int32s, "Pending", "entry"]  # calls of the functions of a strategy's knowledge
@@ -306,7 +306,7 @@ def size_of(params: Params, tables: Tables, slots: int) -> int:
 
 
 def _inbox_shape(params: Params, padded: int, slots: int, values: bool) -> tuple[int, int, int]:
-    if params.together:
+    if params.decision.inbox_is_set:
         return (2, padded, WORD) if values else (1, 0, 1)
     if params.decision.inbox_size:
         return (3, padded, slots)

@@ -204,6 +204,7 @@ class DecisionParams(NamedTuple):
     listens_for: int  # last steps of dissemination, or ALWAYS or WHILE_DISSEMINATING
     every_message: bool  # whether the inbox keeps every message, else the latest of each robot
     inbox_size: int  # senders kept, the newest; 0: all
+    inbox_is_set: bool  # up to 32 robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
     commit: CommitParams
     quorum: int  # least number of counted robots of one opinion for a decision
@@ -244,7 +245,7 @@ class Params(NamedTuple):
     decision: DecisionParams
     faults: FaultParams
     run: RunParams
-    together: bool  # whether all robots sense at once: on the fast path, up to 32 robots
+    together: bool  # whether all robots sense at once: up to 32 robots
 
 
 NUMBERS: Final = {

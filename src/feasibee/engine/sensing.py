@@ -26,7 +26,7 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within
-from feasibee.engine.knowledge import defer, publish, sent_opinion, update_pending
+from feasibee.engine.knowledge import defer, sent_opinion
 from feasibee.engine.layout import WORD, Clock, Count, Link, Pending, Point, Robot, Set
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.engine.tasklists import count_listed
@@ -74,7 +74,7 @@ def sense_together(params, state):
         for i in range(params.robots.count):
             if not has_bit(disseminating, i):
                 sight[i] = uint32(0)
-    receive_together(params, state, speaking)
+    receive_together(params, state, speaking, state.sets[Set.SAYS_FEASIBLE, 0])
 
 
 @inlined
@@ -110,26 +110,24 @@ def sense_in_cells(params, state):
 
 
 @spliced
-def sense_general(params, state, functions):
-    """Sense in the general engine (model.md 6.3, 6.5, 6.6).
-
-    What a robot observes in a step it knows before it receives messages.
-    """
-    publish(params, state, functions)
+def observe_in_cells(params, state, functions):
+    """Observe the robots and tasks in sight of the exploring robots, in a swarm of more than 32."""
     fill_robots(params, state)
     for w in range(state.sets.shape[1]):
         looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while looking:
             observe_general(params, state, functions, lowest_member(w, looking))
             looking = without_lowest(looking)
-    update_pending(params, state, functions, Action.OBSERVE)
-    find_listeners(params, state)
+
+
+@spliced
+def hear_in_cells(params, state, functions):
+    """Send the messages of the speaking robots, in a swarm of more than 32."""
     for w in range(state.sets.shape[1]):
         speaking = state.sets[Set.SPEAKING, w]
         while speaking:
             broadcast_with_loss(params, state, functions, lowest_member(w, speaking))
             speaking = without_lowest(speaking)
-    update_pending(params, state, functions, Action.MERGE)
 
 
 @inlined
@@ -205,7 +203,7 @@ def observe_robots(params, state, functions, i, x, y):
     return total
 
 
-@spliced
+@called
 def observe_tasks(params, state, functions, i, x, y):
     """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
     points = state.task_cells.points
@@ -335,8 +333,6 @@ def broadcast_with_loss(params, state, functions, i):
     first, last = block(state.robot_cells, params.robots.grid, x, y)
     while first < last:
         close = near(params, points, first, last, x, y, params.radio.limit)
-        if params.robots.count <= WORD:  # cells hold robots in their order: drop who does not listen at once
-            close &= state.sets[Set.LISTENING, 0] & ~bit(i)
         while close:
             j = sender_of(points[Point.LABEL, first + lowest(close)])
             can_hear = j != i and contains(state.sets[Set.LISTENING], j)

@@ -9,16 +9,26 @@ from feasibee.engine.bits import contains, first_bits, lowest_member, set_member
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw, shuffle
+from feasibee.engine.few import hear_few, move_few, observe_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import popcount
-from feasibee.engine.knowledge import defer, update_pending
+from feasibee.engine.knowledge import defer, publish, update_pending
 from feasibee.engine.layout import Clock, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.pools import draw_phase, phase_duration
-from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
+from feasibee.engine.sensing import (
+    clear_counts,
+    fill_robots,
+    find_listeners,
+    forget,
+    hear_in_cells,
+    label_of,
+    observe_in_cells,
+    sense_fast,
+)
 from feasibee.engine.tasklists import fill_lists
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION
@@ -58,7 +68,8 @@ def start_general(params, state, run):
         state.remembered[:] = uint32(0)
     if params.faults.stop_step == 0:
         stop(params, state)
-    fill_robots(params, state)
+    if not params.together:
+        fill_robots(params, state)
 
 
 @called
@@ -163,7 +174,10 @@ def advance_general(params, state, functions):
     if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.START)
-    move_where_clear(params, state)
+    if params.together:
+        move_few(params, state)
+    else:
+        move_where_clear(params, state)
     tick(state)
     sense_general(params, state, functions)
     if params.strategy.declares:
@@ -171,6 +185,26 @@ def advance_general(params, state, functions):
         update_pending(params, state, functions, Action.DECLARE)
     rate_general(params, state, functions)
     finish(params, state, functions)
+
+
+@spliced
+def sense_general(params, state, functions):
+    """Let exploring robots observe and listening robots receive (model.md 6.3, 6.5, 6.6).
+
+    What a robot observes in a step it knows before it receives messages.
+    """
+    publish(params, state, functions)
+    if params.together:
+        observe_few(params, state, functions)
+    else:
+        observe_in_cells(params, state, functions)
+    update_pending(params, state, functions, Action.OBSERVE)
+    find_listeners(params, state)
+    if params.together:
+        hear_few(params, state, functions)
+    else:
+        hear_in_cells(params, state, functions)
+    update_pending(params, state, functions, Action.MERGE)
 
 
 @spliced

@@ -56,7 +56,7 @@ def lower(scenario: Scenario, seed: int) -> Lowered:
 def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
     """Return the numbers of a scenario and a seed."""
     unit, setting, faulty = unit_of(scenario), scenario.setting, scenario.faulty
-    arena, together = _arena(scenario, unit), fast and scenario.robots.count <= WORD
+    arena, together = _arena(scenario, unit), scenario.robots.count <= WORD
     sight, radio = (_squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
     return Params(
         seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
@@ -66,7 +66,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
             count=scenario.tasks.count,
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
-            lists=_lists(scenario.tasks.count if together else 0, sight + 1),
+            lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
@@ -190,6 +190,7 @@ def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParam
         listens_for=_listens_for(decision.listen),
         every_message=decision.inbox == "every-message",
         inbox_size=decision.inbox_size or 0,
+        inbox_is_set=_inbox_is_set(scenario),
         own_vote=int(decision.own_vote),
         commit=CommitParams(
             enabled=rule is not None,
@@ -206,6 +207,11 @@ def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParam
 def _listens_for(listen: Any) -> int:
     words = {"always": ALWAYS, "dissemination": WHILE_DISSEMINATING}
     return words[listen] if isinstance(listen, str) else int(listen["last"])
+
+
+def _inbox_is_set(scenario: Scenario) -> bool:
+    all_kept = scenario.decision.inbox_size is None and scenario.radio.id_bits is None
+    return scenario.robots.count <= WORD and all_kept
 
 
 def _quorum(scenario: Scenario, counted: int) -> int:

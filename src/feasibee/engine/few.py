@@ -1,0 +1,240 @@
+"""Up to 32 robots beyond the paper: their neighbours as sets, found at once (model.md 6.1 to 6.6).
+
+`feasibee.engine.motion` and `feasibee.engine.sensing` do the same for larger swarms, robot by robot.
+"""
+
+from __future__ import annotations
+
+from numba import float64, int32, int64, uint32, uint64
+
+from feasibee.engine.bits import bit, bit_if, has_bit, pack_label, without_lowest
+from feasibee.engine.cells import near, shortest
+from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.inbox import receive, receive_together
+from feasibee.engine.intrinsics import lowest, popcount
+from feasibee.engine.knowledge import defer, sent_opinion
+from feasibee.engine.layout import Count, Link, Robot, Set
+from feasibee.engine.motion import around, meet, move_freely
+from feasibee.engine.params import Action
+from feasibee.engine.sensing import (
+    count_false_sightings,
+    count_sighting,
+    happens,
+    observe_tasks,
+)
+from feasibee.model.purposes import LOSS, MISS_ROBOT, PAIR
+
+SURELY = 1e-14
+"""More than the relative error of a product of four numbers, each rounded once."""
+
+
+@spliced
+def move_few(params, state):
+    """Move each robot whose way is clear; the others stay and will turn (model.md 6.1, 6.2)."""
+    blocked = uint32(0)
+    if params.arena.walls:
+        blocked |= find_beyond_walls(params, state)
+    if params.robots.avoid_collisions:
+        blocked |= find_colliding(params, state)
+    blocked &= state.sets[Set.WORKING, 0]
+    state.sets[Set.BLOCKED, 0] = blocked
+    if blocked == 0 and params.arena.wraps:
+        move_freely(state)
+    else:
+        move_unless(params, state, blocked)
+
+
+@called
+def find_beyond_walls(params, state):
+    """Return the set of robots whose step leads beyond a wall."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
+    low, right = params.robots.radius, params.arena.width - params.robots.radius
+    top = params.arena.height - params.robots.radius
+    found = uint32(0)
+    for i in range(32):
+        x, y = int64(uint32(xs[i])) + int64(steps_x[i]), int64(uint32(ys[i])) + int64(steps_y[i])
+        found |= bit_if((x < low) | (y < low) | (x > right) | (y > top), i)
+    return found
+
+
+@called
+def move_unless(params, state, blocked):
+    """Move all robots but those of a set; a torus whose sides differ doesn't wrap by itself."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
+    wraps, width, height = params.arena.wraps, params.arena.width, params.arena.height
+    for i in range(32):
+        moves = -int32(has_bit(~blocked, i))
+        step_x, step_y = steps_x[i] & moves, steps_y[i] & moves
+        x, y = int64(uint32(xs[i])) + int64(step_x), int64(uint32(ys[i])) + int64(step_y)
+        xs[i] = int32(uint32(x if wraps else around(x, width)))
+        ys[i] = int32(uint32(y if wraps else around(y, height)))
+
+
+@called
+def find_colliding(params, state):
+    """Return the set of robots whose step meets another robot, which may move too or stay."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    found = uint32(0)
+    for i in range(1, params.robots.count):
+        close = near(params, state.robots, 0, i, xs[i], ys[i], params.robots.meet_limit)
+        while close:
+            j = lowest(close)
+            found |= bit_if(collides(params, state.robots, i, j), i)
+            found |= bit_if(collides(params, state.robots, j, i), j)
+            close = without_lowest(close)
+    return found
+
+
+@inlined
+def collides(params, robots, i, other):
+    """Return whether a robot's step meets another, which may move too or stay; a stopped one has step 0."""
+    way_x = int64(uint32(robots[Robot.X, other])) - int64(uint32(robots[Robot.X, i]))
+    way_y = int64(uint32(robots[Robot.Y, other])) - int64(uint32(robots[Robot.Y, i]))
+    if not params.arena.walls:
+        way_x, way_y = shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
+    dx, dy = -int64(robots[Robot.STEP_X, i]), -int64(robots[Robot.STEP_Y, i])
+    both_x, both_y = dx + int64(robots[Robot.STEP_X, other]), dy + int64(robots[Robot.STEP_Y, other])
+    return meets(params, way_x, way_y, dx, dy) | meets(params, way_x, way_y, both_x, both_y)
+
+
+@inlined
+def meets(params, way_x, way_y, dx, dy):
+    """Return what `meet` returns, without a branch on the way unless floats leave it in doubt."""
+    limit = params.robots.apart_limit
+    along = way_x * dx + way_y * dy
+    length = dx * dx + dy * dy
+    end_x, end_y = way_x + dx, way_y + dy
+    start, end = uint64(way_x * way_x + way_y * way_y), uint64(end_x * end_x + end_y * end_y)
+    across = float64(way_x * dy - way_y * dx)
+    squared, least = across * across, float64(limit) * float64(length)
+    passes = (along < 0) & (-along < length)
+    if passes & (abs(squared - least) <= SURELY * least):
+        return meet(params, way_x, way_y, dx, dy)
+    at_ends = (start if along >= 0 else end) < limit
+    return (passes & (squared < least)) | (~passes & at_ends)
+
+
+@inlined
+def find_near(params, state, limit):
+    """Store the set of robots within a range of each robot."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    for i in range(params.robots.count):
+        close = near(params, state.robots, 0, params.robots.count, xs[i], ys[i], limit)
+        state.links[Link.SIGHT, i] = close & ~bit(i)
+
+
+@spliced
+def observe_few(params, state, functions):
+    """Observe the robots and tasks in sight of the exploring robots (model.md 6.3)."""
+    find_near(params, state, params.sensing.limit)
+    looking = uint32(~state.sets[Set.DISSEMINATING, 0] & state.sets[Set.WORKING, 0])
+    if params.sensing.counts_all:
+        sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
+        for i in range(32):
+            seen[i] += -int64(has_bit(looking, i)) & (popcount(sight[i]) + params.sensing.count_self)
+    while looking:
+        i = lowest(looking)
+        if not params.sensing.counts_all:
+            observe_neighbours(params, state, functions, i)
+        tasks = observe_tasks(params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+        if params.sensing.only_counts:
+            state.counts[Count.TASKS_SEEN, i] += tasks
+        if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
+            count_false_sightings(params, state, functions, i)
+        looking = without_lowest(looking)
+
+
+@inlined
+def observe_neighbours(params, state, functions, i):
+    """Observe the robots in sight of a robot: those not missed, and new if they count once."""
+    seen = state.links[Link.SIGHT, i]
+    if params.sensing.miss > 0:
+        seen = without_unlucky(params, state, i, seen, int64(MISS_ROBOT), params.sensing.miss)
+    if params.sensing.count_self == 1:
+        seen |= bit(i)
+    if params.sensing.unique:
+        remembered = state.remembered[i, 0]
+        state.remembered[i, 0] = remembered | seen
+        seen &= ~remembered
+    if params.sensing.only_counts:
+        state.counts[Count.ROBOTS_SEEN, i] += popcount(seen)
+        return
+    while seen:
+        other = lowest(seen)
+        kind = int64(state.tables.class_of[other])
+        count_sighting(params, state, functions, i, other, kind, True)
+        seen = without_lowest(seen)
+
+
+@called
+def without_unlucky(params, state, i, others, purpose, probability):
+    """Return a set without those for which an event happens to a robot in this step."""
+    left = others
+    while left:
+        other = lowest(left)
+        if happens(params, state, i, purpose + PAIR * other, probability):
+            others &= ~bit(other)
+        left = without_lowest(left)
+    return others
+
+
+@spliced
+def hear_few(params, state, functions):
+    """Let the listening robots receive what the robots in radio range of them send (model.md 6.5, 6.6)."""
+    speaking = state.sets[Set.SPEAKING, 0]
+    if speaking == 0:
+        return
+    if params.radio.limit != params.sensing.limit:
+        find_near(params, state, params.radio.limit)
+    heard = state.links[Link.SIGHT]
+    for i in range(32):
+        heard[i] &= speaking & -uint32(has_bit(state.sets[Set.LISTENING, 0], i))
+    if params.radio.loss > 0:
+        for i in range(params.robots.count):
+            heard[i] = without_unlucky(params, state, i, heard[i], int64(LOSS), params.radio.loss)
+    if params.strategy.knowledge.enabled:
+        merge_heard(params, state, functions)
+    if params.decision.commit.enabled or not params.strategy.knowledge.enabled:
+        receive_heard(params, state)
+
+
+@inlined
+def merge_heard(params, state, functions):
+    """Let robots that pass on knowledge merge what they hear."""
+    for i in range(params.robots.count):
+        heard = state.links[Link.SIGHT, i]
+        while heard:
+            defer(params, state, functions, Action.MERGE, int64(i), lowest(heard), int64(0))
+            heard = without_lowest(heard)
+
+
+@inlined
+def receive_heard(params, state):
+    """Add what robots hear to their inboxes."""
+    said = sent_opinions(params, state)
+    if params.decision.inbox_is_set:
+        receive_together(params, state, state.sets[Set.SPEAKING, 0], said)
+        return
+    for i in range(params.robots.count):
+        heard = state.links[Link.SIGHT, i]
+        while heard:
+            j = lowest(heard)
+            message = pack_label(state.robots[Robot.IDENTITY, j], has_bit(said, j), True)
+            receive(params, state, i, message, state.robots[Robot.SENT_VALUE, j])
+            heard = without_lowest(heard)
+
+
+@inlined
+def sent_opinions(params, state):
+    """Return the set of robots whose messages say *feasible*; store the values that liars send."""
+    said = state.sets[Set.SAYS_FEASIBLE, 0]
+    lying = uint32(state.sets[Set.BYZANTINE, 0] & state.sets[Set.SPEAKING, 0])
+    while lying:
+        i = lowest(lying)
+        feasible = sent_opinion(params, state, i) == 1
+        said = uint32(said & ~bit(i)) | bit_if(feasible, i)
+        state.robots[Robot.SENT_VALUE, i] = int32(params.strategy.value_scale) if feasible else int32(0)
+        lying = without_lowest(lying)
+    return said
