@@ -10,16 +10,16 @@ from numba import float64, int32, int64, uint32, uint64
 from feasibee.engine.bits import bit, bit_if, has_bit, pack_label, without_lowest
 from feasibee.engine.cells import near, shortest
 from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.draws import draw
 from feasibee.engine.inbox import receive, receive_together
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.knowledge import defer, sent_opinion
-from feasibee.engine.layout import Count, Link, Robot, Set
+from feasibee.engine.layout import Clock, Count, Link, Robot, Set
 from feasibee.engine.motion import around, meet, move_freely
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import (
     count_false_sightings,
     count_sighting,
-    happens,
     observe_tasks,
 )
 from feasibee.model.purposes import LOSS, MISS_ROBOT, PAIR
@@ -33,22 +33,22 @@ def move_few(params, state):
     """Move each robot whose way is clear; the others stay and will turn (model.md 6.1, 6.2)."""
     blocked = uint32(0)
     if params.arena.walls:
-        blocked |= find_beyond_walls(params, state)
+        blocked |= find_beyond_walls(params, state.robots)
     if params.robots.avoid_collisions:
-        blocked |= find_colliding(params, state)
+        blocked |= find_colliding(params, state.robots)
     blocked &= state.sets[Set.WORKING, 0]
     state.sets[Set.BLOCKED, 0] = blocked
     if blocked == 0 and params.arena.wraps:
         move_freely(state)
     else:
-        move_unless(params, state, blocked)
+        move_unless(params, state.robots, blocked)
 
 
 @called
-def find_beyond_walls(params, state):
+def find_beyond_walls(params, robots):
     """Return the set of robots whose step leads beyond a wall."""
-    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
-    steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
     low, right = params.robots.radius, params.arena.width - params.robots.radius
     top = params.arena.height - params.robots.radius
     found = uint32(0)
@@ -59,10 +59,10 @@ def find_beyond_walls(params, state):
 
 
 @called
-def move_unless(params, state, blocked):
+def move_unless(params, robots, blocked):
     """Move all robots but those of a set; a torus whose sides differ doesn't wrap by itself."""
-    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
-    steps_x, steps_y = state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
     wraps, width, height = params.arena.wraps, params.arena.width, params.arena.height
     for i in range(32):
         moves = -int32(has_bit(~blocked, i))
@@ -73,16 +73,16 @@ def move_unless(params, state, blocked):
 
 
 @called
-def find_colliding(params, state):
+def find_colliding(params, robots):
     """Return the set of robots whose step meets another robot, which may move too or stay."""
-    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    xs, ys = robots[Robot.X], robots[Robot.Y]
     found = uint32(0)
     for i in range(1, params.robots.count):
-        close = near(params, state.robots, 0, i, xs[i], ys[i], params.robots.meet_limit)
+        close = near(params, robots, 0, i, xs[i], ys[i], params.robots.meet_limit)
         while close:
             j = lowest(close)
-            found |= bit_if(collides(params, state.robots, i, j), i)
-            found |= bit_if(collides(params, state.robots, j, i), j)
+            found |= bit_if(collides(params, robots, i, j), i)
+            found |= bit_if(collides(params, robots, j, i), j)
             close = without_lowest(close)
     return found
 
@@ -151,7 +151,8 @@ def observe_neighbours(params, state, functions, i):
     """Observe the robots in sight of a robot: those not missed, and new if they count once."""
     seen = state.links[Link.SIGHT, i]
     if params.sensing.miss > 0:
-        seen = without_unlucky(params, state, i, seen, int64(MISS_ROBOT), params.sensing.miss)
+        run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
+        seen = without_unlucky(params, run, now, i, seen, int64(MISS_ROBOT), params.sensing.miss)
     if params.sensing.count_self == 1:
         seen |= bit(i)
     if params.sensing.unique:
@@ -169,12 +170,13 @@ def observe_neighbours(params, state, functions, i):
 
 
 @called
-def without_unlucky(params, state, i, others, purpose, probability):
+def without_unlucky(params, run, now, i, others, purpose, probability):
     """Return a set without those for which an event happens to a robot in this step."""
     left = others
     while left:
         other = lowest(left)
-        if happens(params, state, i, purpose + PAIR * other, probability):
+        word = draw(params, run, i, now, purpose + PAIR * other)
+        if uint64(word) < probability:
             others &= ~bit(other)
         left = without_lowest(left)
     return others
@@ -192,8 +194,9 @@ def hear_few(params, state, functions):
     for i in range(32):
         heard[i] &= speaking & -uint32(has_bit(state.sets[Set.LISTENING, 0], i))
     if params.radio.loss > 0:
+        run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
         for i in range(params.robots.count):
-            heard[i] = without_unlucky(params, state, i, heard[i], int64(LOSS), params.radio.loss)
+            heard[i] = without_unlucky(params, run, now, int64(i), heard[i], int64(LOSS), params.radio.loss)
     if params.strategy.knowledge.enabled:
         merge_heard(params, state, functions)
     if params.decision.commit.enabled or not params.strategy.knowledge.enabled:

@@ -203,7 +203,7 @@ def observe_robots(params, state, functions, i, x, y):
     return total
 
 
-@called
+@inlined
 def observe_tasks(params, state, functions, i, x, y):
     """Observe the tasks in sight of a robot; return how many count, if counting suffices."""
     points = state.task_cells.points
