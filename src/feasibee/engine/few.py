@@ -75,45 +75,72 @@ def move_unless(params, robots, blocked):
 @called
 def find_colliding(params, robots):
     """Return the set of robots whose step meets another robot, which may move too or stay."""
-    xs, ys = robots[Robot.X], robots[Robot.Y]
+    xs, ys, limit = robots[Robot.X], robots[Robot.Y], params.robots.meet_limit
     found = uint32(0)
     for i in range(1, params.robots.count):
-        close = near(params, robots, 0, i, xs[i], ys[i], params.robots.meet_limit)
+        close = near(params, robots, 0, i, xs[i], ys[i], limit)
         while close:
             j = lowest(close)
-            found |= bit_if(collides(params, robots, i, j), i)
-            found |= bit_if(collides(params, robots, j, i), j)
+            found |= who_collides(params, robots, i, j)
             close = without_lowest(close)
     return found
 
 
 @inlined
-def collides(params, robots, i, other):
-    """Return whether a robot's step meets another, which may move too or stay; a stopped one has step 0."""
-    way_x = int64(uint32(robots[Robot.X, other])) - int64(uint32(robots[Robot.X, i]))
-    way_y = int64(uint32(robots[Robot.Y, other])) - int64(uint32(robots[Robot.Y, i]))
-    if not params.arena.walls:
-        way_x, way_y = shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
-    dx, dy = -int64(robots[Robot.STEP_X, i]), -int64(robots[Robot.STEP_Y, i])
-    both_x, both_y = dx + int64(robots[Robot.STEP_X, other]), dy + int64(robots[Robot.STEP_Y, other])
-    return meets(params, way_x, way_y, dx, dy) | meets(params, way_x, way_y, both_x, both_y)
+def who_collides(params, robots, i, j):
+    """Return the set of those of two robots whose step meets the other, which may move too or stay.
+
+    Without a branch, unless floats leave it in doubt. A stopped robot has step 0.
+    """
+    way_x, way_y = way_between(params, robots, i, j)
+    ix, iy = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
+    jx, jy = int64(robots[Robot.STEP_X, j]), int64(robots[Robot.STEP_Y, j])
+    apart = way_x * way_x + way_y * way_y
+    along_i, along_j = -(way_x * ix + way_y * iy), way_x * jx + way_y * jy
+    across_i, across_j = way_y * ix - way_x * iy, way_x * jy - way_y * jx
+    length_i, length_j = ix * ix + iy * iy, jx * jx + jy * jy
+    length_both = length_i + length_j - 2 * (ix * jx + iy * jy)
+    meets_i, sure_i = meets(params, apart, along_i, across_i, length_i)
+    meets_j, sure_j = meets(params, apart, along_j, across_j, length_j)
+    meets_both, sure_both = meets(params, apart, along_i + along_j, across_i + across_j, length_both)
+    # Opposite to each other on the torus, both take the way round in the same direction.
+    is_opposite = (2 * abs(way_x) == params.arena.width) | (2 * abs(way_y) == params.arena.height)
+    if sure_i & sure_j & sure_both & ~is_opposite:
+        return bit_if(meets_i | meets_both, i) | bit_if(meets_j | meets_both, j)
+    return bit_if(collides(params, robots, i, j), i) | bit_if(collides(params, robots, j, i), j)
 
 
 @inlined
-def meets(params, way_x, way_y, dx, dy):
-    """Return what `meet` returns, without a branch on the way unless floats leave it in doubt."""
-    limit = params.robots.apart_limit
-    along = way_x * dx + way_y * dy
-    length = dx * dx + dy * dy
-    end_x, end_y = way_x + dx, way_y + dy
-    start, end = uint64(way_x * way_x + way_y * way_y), uint64(end_x * end_x + end_y * end_y)
-    across = float64(way_x * dy - way_y * dx)
-    squared, least = across * across, float64(limit) * float64(length)
+def way_between(params, robots, i, j):
+    """Return the way from a robot to another, along x and y."""
+    way_x = int64(uint32(robots[Robot.X, j])) - int64(uint32(robots[Robot.X, i]))
+    way_y = int64(uint32(robots[Robot.Y, j])) - int64(uint32(robots[Robot.Y, i]))
+    if params.arena.walls:
+        return way_x, way_y
+    return shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
+
+
+@inlined
+def meets(params, apart, along, across, length):
+    """Return whether two discs overlap at some moment of a step, as `meet` does, and whether that is sure.
+
+    The squared distance is ``apart`` at the start and ``apart + 2 along + length`` at the end.
+    """
+    limit = int64(params.robots.apart_limit)
     passes = (along < 0) & (-along < length)
-    if passes & (abs(squared - least) <= SURELY * least):
-        return meet(params, way_x, way_y, dx, dy)
-    at_ends = (start if along >= 0 else end) < limit
-    return (passes & (squared < least)) | (~passes & at_ends)
+    at_ends = apart + (int64(0) if along >= 0 else 2 * along + length) < limit
+    squared, least = float64(across) * float64(across), float64(limit) * float64(length)
+    sure = (abs(squared - least) > SURELY * least) | ~passes
+    return (passes & (squared < least)) | (~passes & at_ends), sure
+
+
+@called
+def collides(params, robots, i, other):
+    """Return whether a robot's step meets another, by exact arithmetic."""
+    way_x, way_y = way_between(params, robots, i, other)
+    dx, dy = -int64(robots[Robot.STEP_X, i]), -int64(robots[Robot.STEP_Y, i])
+    both_x, both_y = dx + int64(robots[Robot.STEP_X, other]), dy + int64(robots[Robot.STEP_Y, other])
+    return meet(params, way_x, way_y, dx, dy) or meet(params, way_x, way_y, both_x, both_y)
 
 
 @inlined
