@@ -1,4 +1,4 @@
-"""Collisions of up to 32 robots: the quick test by floats equals exact integers, also where floats can't tell."""
+"""Collisions of up to 32 robots: floats find what exact integers find, also where floats can't tell."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def found_and_expected(scenario, places, steps):
         state.robots[row, :count] = values.astype(np.uint32).view(np.int32)
     for row, values in zip((Robot.STEP_X, Robot.STEP_Y), np.array(steps).T, strict=True):
         state.robots[row, :count] = values
-    word = int(few.find_colliding(packed(lowered.params), state.robots))
+    word = int(few.find_colliding(packed(lowered.params), state.robots, state.links))
     found = {i for i in range(32) if word >> i & 1}
     expected = set()
     for i in range(count):

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.bits import bit, bit_if, has_bit, pack_label, without_lowest
+from feasibee.engine.bits import bit, bit_if, first_bits, has_bit, lowest_member, pack_label, without_lowest
 from feasibee.engine.cells import near, shortest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import draw
 from feasibee.engine.inbox import receive, receive_together
-from feasibee.engine.intrinsics import lowest, popcount
+from feasibee.engine.intrinsics import find_near, lowest, popcount, within_roughly
 from feasibee.engine.knowledge import defer, sent_opinion
-from feasibee.engine.layout import Clock, Count, Link, Robot, Set
+from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
 from feasibee.engine.motion import around, meet, move_freely
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import (
@@ -22,7 +22,8 @@ from feasibee.engine.sensing import (
     count_sighting,
     observe_tasks,
 )
-from feasibee.model.purposes import LOSS, MISS_ROBOT, PAIR
+from feasibee.engine.tasklists import pack_place
+from feasibee.model.purposes import LOSS, MISS_ROBOT, MISS_TASK, PAIR
 
 SURELY = 1e-14
 """More than the relative error of a product of four numbers, each rounded once."""
@@ -35,7 +36,7 @@ def move_few(params, state):
     if params.arena.walls:
         blocked |= find_beyond_walls(params, state.robots)
     if params.robots.avoid_collisions:
-        blocked |= find_colliding(params, state.robots)
+        blocked |= find_colliding(params, state.robots, state.links)
     blocked &= state.sets[Set.WORKING, 0]
     state.sets[Set.BLOCKED, 0] = blocked
     if blocked == 0 and params.arena.wraps:
@@ -73,12 +74,17 @@ def move_unless(params, robots, blocked):
 
 
 @called
-def find_colliding(params, robots):
+def find_colliding(params, robots, links):
     """Return the set of robots whose step meets another robot, which may move too or stay."""
-    xs, ys, limit = robots[Robot.X], robots[Robot.Y], params.robots.meet_limit
+    band, close_by = params.robots.meet_band, links[Link.CLOSE]
+    if params.arena.wraps and band.low > 0:  # some that are too far do no harm
+        high = uint32(band.low + band.width)
+        find_near(robots[Robot.X], robots[Robot.Y], close_by, params.robots.count, high, uint32(0))
+    else:
+        find_exactly(params, robots, close_by, params.robots.meet_limit)
     found = uint32(0)
     for i in range(1, params.robots.count):
-        close = near(params, robots, 0, i, xs[i], ys[i], limit)
+        close = close_by[i] & first_bits(i)
         while close:
             j = lowest(close)
             found |= who_collides(params, robots, i, j)
@@ -144,18 +150,32 @@ def collides(params, robots, i, other):
 
 
 @inlined
-def find_near(params, state, limit):
-    """Store the set of robots within a range of each robot."""
-    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+def find_sight(params, state, reach):
+    """Store the set of robots within a range of each robot; ``reach`` has its limit and band."""
+    low, width, sight = reach.band.low, reach.band.width, state.links[Link.SIGHT]
+    sure = params.arena.wraps and find_roughly(state.robots, sight, params.robots.count, low, width)
+    if not sure:
+        find_exactly(params, state.robots, sight, reach.limit)
+
+
+@called
+def find_roughly(robots, sight, count, low, width):
+    """Store who is near each robot by 16 bits of each coordinate; return whether all are sure."""
+    return find_near(robots[Robot.X], robots[Robot.Y], sight, count, low, width)
+
+
+@called
+def find_exactly(params, robots, sight, limit):
+    """Store who is near each robot."""
     for i in range(params.robots.count):
-        close = near(params, state.robots, 0, params.robots.count, xs[i], ys[i], limit)
-        state.links[Link.SIGHT, i] = close & ~bit(i)
+        x, y = robots[Robot.X, i], robots[Robot.Y, i]
+        sight[i] = near(params, robots, 0, params.robots.count, x, y, limit) & ~bit(i)
 
 
 @spliced
 def observe_few(params, state, functions):
     """Observe the robots and tasks in sight of the exploring robots (model.md 6.3)."""
-    find_near(params, state, params.sensing.limit)
+    find_sight(params, state, params.sensing)
     looking = uint32(~state.sets[Set.DISSEMINATING, 0] & state.sets[Set.WORKING, 0])
     if params.sensing.counts_all:
         sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
@@ -165,7 +185,12 @@ def observe_few(params, state, functions):
         i = lowest(looking)
         if not params.sensing.counts_all:
             observe_neighbours(params, state, functions, i)
-        tasks = observe_tasks(params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+        if params.tasks.numbered:
+            tasks = observe_numbered(params, state, functions, i)
+        else:
+            tasks = observe_tasks(
+                params, state, functions, i, state.robots[Robot.X, i], state.robots[Robot.Y, i]
+            )
         if params.sensing.only_counts:
             state.counts[Count.TASKS_SEEN, i] += tasks
         if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
@@ -175,25 +200,80 @@ def observe_few(params, state, functions):
 
 @inlined
 def observe_neighbours(params, state, functions, i):
-    """Observe the robots in sight of a robot: those not missed, and new if they count once."""
-    seen = state.links[Link.SIGHT, i]
-    if params.sensing.miss > 0:
-        run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
-        seen = without_unlucky(params, run, now, i, seen, int64(MISS_ROBOT), params.sensing.miss)
+    """Observe the robots in sight of a robot."""
+    seen = not_missed(params, state, i, state.links[Link.SIGHT, i], int64(MISS_ROBOT))
     if params.sensing.count_self == 1:
         seen |= bit(i)
-    if params.sensing.unique:
-        remembered = state.remembered[i, 0]
-        state.remembered[i, 0] = remembered | seen
-        seen &= ~remembered
+    seen = new_ones(params, state, i, 0, seen)
     if params.sensing.only_counts:
         state.counts[Count.ROBOTS_SEEN, i] += popcount(seen)
         return
     while seen:
         other = lowest(seen)
-        kind = int64(state.tables.class_of[other])
-        count_sighting(params, state, functions, i, other, kind, True)
+        count_sighting(params, state, functions, i, other, int64(state.tables.class_of[other]), True)
         seen = without_lowest(seen)
+
+
+@inlined
+def observe_numbered(params, state, functions, i):
+    """Observe the tasks in sight of a robot, 32 at a time by number; return how many count."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    total = int64(0)
+    for w in range(-(-params.tasks.count // WORD)):
+        seen = tasks_near(params, state, w, x, y)
+        if params.sensing.counts_all:
+            total += popcount(seen)
+            continue
+        seen = not_missed(params, state, i, seen, int64(MISS_TASK + PAIR * WORD * w))
+        seen = new_ones(params, state, i, 1 + w, seen)
+        if params.sensing.only_counts:
+            total += popcount(seen)
+            continue
+        while seen:
+            task = lowest_member(w, seen)
+            kind = int64(state.tables.class_of[params.robots.count + task])
+            count_sighting(params, state, functions, i, task, kind, False)
+            seen = without_lowest(seen)
+    return total
+
+
+@inlined
+def tasks_near(params, state, w, x, y):
+    """Return which of the tasks of a word are in sight of a place."""
+    places, low, width = state.task_lists.places, params.sensing.band.low, params.sensing.band.width
+    place = pack_place(x, y, uint32(16))
+    first, doubtful_first = within_roughly(places, WORD * w, place, low, width)
+    second, doubtful_second = within_roughly(places, WORD * w + 16, place, low, width)
+    members = first_bits(params.tasks.count - WORD * w)
+    close = uint32(first | uint32(second << uint32(16))) & members
+    doubtful = uint32(doubtful_first | uint32(doubtful_second << uint32(16))) & members
+    while doubtful:
+        task = lowest_member(w, doubtful)
+        way_x = int64(int32(x - state.tasks[Point.X, task]))
+        way_y = int64(int32(y - state.tasks[Point.Y, task]))
+        is_near = uint64(way_x * way_x + way_y * way_y) < params.sensing.limit
+        close = uint32(close & ~bit(task)) | bit_if(is_near, task)
+        doubtful = without_lowest(doubtful)
+    return close
+
+
+@inlined
+def not_missed(params, state, i, things, purpose):
+    """Return the set of things in sight that a robot doesn't miss; ``purpose`` is that of the first thing."""
+    if params.sensing.miss == 0:
+        return things
+    run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
+    return without_unlucky(params, run, now, i, things, purpose, params.sensing.miss)
+
+
+@inlined
+def new_ones(params, state, i, w, things):
+    """Return the set of things that count, if things count once: those not remembered; remember them."""
+    if not params.sensing.unique:
+        return things
+    remembered = state.remembered[i, w]
+    state.remembered[i, w] = remembered | things
+    return uint32(things & ~remembered)
 
 
 @called
@@ -216,7 +296,7 @@ def hear_few(params, state, functions):
     if speaking == 0:
         return
     if params.radio.limit != params.sensing.limit:
-        find_near(params, state, params.radio.limit)
+        find_sight(params, state, params.radio)
     heard = state.links[Link.SIGHT]
     for i in range(32):
         heard[i] &= speaking & -uint32(has_bit(state.sets[Set.LISTENING, 0], i))
@@ -268,3 +348,10 @@ def sent_opinions(params, state):
         state.robots[Robot.SENT_VALUE, i] = int32(params.strategy.value_scale) if feasible else int32(0)
         lying = without_lowest(lying)
     return said
+
+
+@called
+def number_tasks(places, xs, ys, count):
+    """Store 16 bits of each coordinate of the tasks, in the order of their numbers."""
+    for task in range(count):
+        places[task] = pack_place(xs[task], ys[task], uint32(16))

@@ -89,6 +89,7 @@ class Link(IntEnum):
     SIGHT = 0  # robots in sight
     HEARD = 1  # senders in the inbox
     HEARD_FEASIBLE = 2  # senders in the inbox with opinion 1
+    CLOSE = 3  # robots that it may meet within a step
 
 
 class Slot(IntEnum):
@@ -167,7 +168,7 @@ class Cells(NamedTuple):
 
 
 class TaskLists(NamedTuple):
-    """The tasks in sight of each cell; see `feasibee.engine.tasklists`."""
+    """The tasks in sight of each cell, see `feasibee.engine.tasklists`; or all of them by number."""
 
     places: Annotated[Words, "place"]
     bounds: Annotated[Int64s, "Bound", "cell"]
@@ -334,8 +335,7 @@ def aligned(shape: tuple[int, ...], kind: Any) -> Any:
 
 
 def empty_lists(tasks: int, bits: int) -> TaskLists:
-    """Allocate lists with room for every task in nine, each padded to 16 places."""
+    """Allocate lists where every task may be in nine, each padded to 16 places; or one list of all."""
     cells = 4**bits if bits else 0
-    return TaskLists(
-        aligned((9 * tasks + 16 * cells + 1,), np.uint32), aligned((len(Bound), cells), np.int64)
-    )
+    room = 9 * tasks + 16 * cells + 1 if bits else tasks + WORD
+    return TaskLists(aligned((room,), np.uint32), aligned((len(Bound), cells), np.int64))

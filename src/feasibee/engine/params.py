@@ -106,6 +106,7 @@ class RobotParams(NamedTuple):
     speed: float  # units of length per step
     apart_limit: np.uint64  # discs overlap if the squared distance is below this
     meet_limit: np.uint64  # discs can't meet within a step unless the squared distance is below this
+    meet_band: Band  # in units of 2**16
     placement: PlacementParams
     grid: Grid
 
@@ -125,6 +126,7 @@ class TaskParams(NamedTuple):
     placement: PlacementParams
     grid: Grid
     lists: ListParams
+    numbered: bool  # whether up to 32 robots look through all tasks by number (general engine)
 
 
 class WalkParams(NamedTuple):

@@ -9,7 +9,7 @@ from feasibee.engine.bits import contains, first_bits, lowest_member, set_member
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw, shuffle
-from feasibee.engine.few import hear_few, move_few, observe_few
+from feasibee.engine.few import hear_few, move_few, number_tasks, observe_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, publish, update_pending
@@ -68,6 +68,8 @@ def start_general(params, state, run):
         state.remembered[:] = uint32(0)
     if params.faults.stop_step == 0:
         stop(params, state)
+    if params.tasks.numbered:
+        number_tasks(state.task_lists.places, state.tasks[Point.X], state.tasks[Point.Y], params.tasks.count)
     if not params.together:
         fill_robots(params, state)
 

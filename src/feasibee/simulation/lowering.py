@@ -44,6 +44,8 @@ from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting, Strategy
 
 TURN = 2**32
+NUMBERED = 128
+"""Tasks that a few robots look through by number; among more, cells find those in sight sooner."""
 
 
 def lower(scenario: Scenario, seed: int) -> Lowered:
@@ -67,6 +69,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
             lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
+            numbered=together and not fast and arena.wraps and scenario.tasks.count <= NUMBERED,
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
@@ -108,6 +111,7 @@ def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: i
         speed=robots.speed,
         apart_limit=_limit((2 * radius) ** 2),
         meet_limit=_limit(meeting**2),
+        meet_band=_band(meeting**2, 16),
         placement=_placement(robots, unit, radius if arena.walls else 0),
         grid=_grid(robots.count, widest, arena),
     )
@@ -257,10 +261,13 @@ def _band(limit: int, shift: int) -> Band:
     """Return the squared distances that leave open whether a point is in range, without ``shift`` bits.
 
     A rounded coordinate is off by less than 1, a difference of two likewise, and a distance by less than 1.5.
+    All points are in doubt for a range too short or too long for 16 bits.
     """
     reach = math.sqrt(limit) / 2**shift
     low = math.floor(max(reach - 1.5, 0) ** 2)
     high = math.ceil((reach + 1.5) ** 2)
+    if low == 0 or high > TURN // 2:
+        return Band(np.uint32(0), np.uint32(TURN - 1))
     return Band(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
 
 
