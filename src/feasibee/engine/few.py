@@ -1,6 +1,8 @@
-"""Up to 32 robots beyond the paper: their neighbours as sets, found at once (model.md 6.1 to 6.6).
+"""Up to 32 robots in the general engine: their neighbours as sets, found at once (model.md 6.1 to 6.6).
 
-`feasibee.engine.motion` and `feasibee.engine.sensing` do the same for larger swarms, robot by robot.
+Places are compared in 16 bits first, and exactly where these leave a range in doubt. Larger swarms move and
+sense robot by robot: see `feasibee.engine.motion` and `feasibee.engine.sensing`. What takes the state is
+inlined, since passing it 20 times a step took a fifth of the time.
 """
 
 from __future__ import annotations
@@ -13,13 +15,16 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import draw
 from feasibee.engine.inbox import receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within_roughly
-from feasibee.engine.knowledge import defer, sent_opinion
+from feasibee.engine.knowledge import defer, publish, sent_opinion, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
 from feasibee.engine.motion import around, meet, move_freely
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import (
     count_false_sightings,
     count_sighting,
+    find_listeners,
+    hear_in_cells,
+    observe_in_cells,
     observe_tasks,
 )
 from feasibee.engine.tasklists import pack_place
@@ -147,6 +152,26 @@ def collides(params, robots, i, other):
     dx, dy = -int64(robots[Robot.STEP_X, i]), -int64(robots[Robot.STEP_Y, i])
     both_x, both_y = dx + int64(robots[Robot.STEP_X, other]), dy + int64(robots[Robot.STEP_Y, other])
     return meet(params, way_x, way_y, dx, dy) or meet(params, way_x, way_y, both_x, both_y)
+
+
+@spliced
+def sense_general(params, state, functions):
+    """Let exploring robots observe and listening robots receive (model.md 6.3, 6.5, 6.6).
+
+    What a robot observes in a step it knows before it receives messages.
+    """
+    publish(params, state, functions)
+    if params.together:
+        observe_few(params, state, functions)
+    else:
+        observe_in_cells(params, state, functions)
+    update_pending(params, state, functions, Action.OBSERVE)
+    find_listeners(params, state)
+    if params.together:
+        hear_few(params, state, functions)
+    else:
+        hear_in_cells(params, state, functions)
+    update_pending(params, state, functions, Action.MERGE)
 
 
 @inlined

@@ -9,26 +9,17 @@ from feasibee.engine.bits import contains, first_bits, lowest_member, set_member
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw, shuffle
-from feasibee.engine.few import hear_few, move_few, number_tasks, observe_few
+from feasibee.engine.few import move_few, number_tasks, sense_general
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import popcount
-from feasibee.engine.knowledge import defer, publish, update_pending
+from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.pools import draw_phase, phase_duration
-from feasibee.engine.sensing import (
-    clear_counts,
-    fill_robots,
-    find_listeners,
-    forget,
-    hear_in_cells,
-    label_of,
-    observe_in_cells,
-    sense_fast,
-)
+from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast
 from feasibee.engine.tasklists import fill_lists
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION
@@ -187,26 +178,6 @@ def advance_general(params, state, functions):
         update_pending(params, state, functions, Action.DECLARE)
     rate_general(params, state, functions)
     finish(params, state, functions)
-
-
-@spliced
-def sense_general(params, state, functions):
-    """Let exploring robots observe and listening robots receive (model.md 6.3, 6.5, 6.6).
-
-    What a robot observes in a step it knows before it receives messages.
-    """
-    publish(params, state, functions)
-    if params.together:
-        observe_few(params, state, functions)
-    else:
-        observe_in_cells(params, state, functions)
-    update_pending(params, state, functions, Action.OBSERVE)
-    find_listeners(params, state)
-    if params.together:
-        hear_few(params, state, functions)
-    else:
-        hear_in_cells(params, state, functions)
-    update_pending(params, state, functions, Action.MERGE)
 
 
 @spliced
