@@ -1,4 +1,4 @@
-"""Inboxes (model.md 4.5): sets for up to 32 robots on the fast path, else a small hash table per robot.
+"""Inboxes (model.md 4.5): sets for up to 32 robots with ids of their own, else a small hash table per robot.
 
 Each robot has a line of 8 slots, in the order of the robots. An inbox that outgrows it takes one of the
 tables that lie behind all lines. Most never do: so a large swarm needs little memory.
@@ -12,15 +12,14 @@ from feasibee.engine.bits import says_feasible, sender_of, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
 from feasibee.engine.intrinsics import lowest, popcount
-from feasibee.engine.layout import LINE, WORD, Clock, Count, Lack, Link, Robot, Set, Slot
+from feasibee.engine.layout import LINE, WORD, Clock, Count, Lack, Link, Robot, Slot
 from feasibee.model.codes import NO_OPINION
 
 
 @spliced
-def receive_together(params, state, speaking):
-    """Add the messages of the robots in each robot's sight to its inbox."""
+def receive_together(params, state, speaking, said):
+    """Add the messages of the speaking robots in each robot's sight, those ``said`` to be for *feasible*."""
     sight = state.links[Link.SIGHT]
-    said = state.sets[Set.SAYS_FEASIBLE, 0]
     if params.decision.every_message:
         votes, feasible_votes = state.counts[Count.VOTES], state.counts[Count.FEASIBLE_VOTES]
         for i in range(32):
@@ -127,7 +126,7 @@ def take_table(params, state, part, i):
 def empty(params, state, part, i):
     """Empty a robot's inbox (model.md 4.6); its table is free again."""
     table = state.robots[Robot.TABLE, i]
-    if state.counts[Count.VOTES, i] > 0 or params.together:
+    if state.counts[Count.VOTES, i] > 0 or params.decision.inbox_is_set:
         clear_inbox(params, state, i)
     if table > 0:
         free = state.free_tables[part.thread]
@@ -138,7 +137,7 @@ def empty(params, state, part, i):
 @inlined
 def clear_inbox(params, state, i):
     """Clear a robot's inbox, which then has no table."""
-    if params.together:
+    if params.decision.inbox_is_set:
         state.links[Link.HEARD, i] = uint32(0)
         state.links[Link.HEARD_FEASIBLE, i] = uint32(0)
     elif not params.decision.every_message:
@@ -170,7 +169,7 @@ def read(params, state, i, word):
     These are the votes for *feasible*, all votes, the opinion and value of a message drawn at random, and the
     sum of all values. The messages for *feasible* come first in the draw, each group by its senders.
     """
-    if params.together and not params.decision.every_message:
+    if params.decision.inbox_is_set and not params.decision.every_message:
         return read_together(params, state, i, word)
     if params.decision.inbox_size > 0 or params.strategy.value_scale > 0.0:
         return read_slots(params, state, i, word)
@@ -181,7 +180,7 @@ def read(params, state, i, word):
 
 @inlined
 def read_together(params, state, i, word):
-    """Read an inbox in a swarm of at most 32 on the fast path."""
+    """Read an inbox that is a set."""
     heard, feasible = state.links[Link.HEARD, i], state.links[Link.HEARD_FEASIBLE, i]
     votes, feasible_votes = popcount(heard), popcount(feasible)
     opinion, drawn = draw_message(word, feasible_votes, votes)

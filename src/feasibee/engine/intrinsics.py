@@ -14,6 +14,8 @@ from numba.extending import intrinsic, overload_method
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 as_tuple: Any = types.Tuple
+allocate: Any = cgutils.alloca_once
+declared: Any = cgutils.get_or_insert_function
 WORD = 32  # robots in a set
 LANES = 8  # 64-bit squared distances in a 512-bit register
 INTS, LONGS = ir.VectorType(INT, LANES), ir.VectorType(LONG, LANES)
@@ -198,7 +200,7 @@ def storing(count: int) -> Any:
         found = vector_at(builder, source, arguments[1], words)
         bits = arguments[2] if count == WORD else builder.trunc(arguments[2], ir.IntType(count))
         kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
-        store = cgutils.get_or_insert_function(builder.module, kind, f"llvm.masked.compressstore.v{count}i32")
+        store = declared(builder.module, kind, f"llvm.masked.compressstore.v{count}i32")
         builder.call(store, [found, builder.gep(target, [arguments[4]]), builder.bitcast(bits, truths)])
         return builder.zext(builder.ctpop(bits), LONG)
 
@@ -254,9 +256,9 @@ def find_near(_typing: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, 
             builder.bitcast(context.make_array(kind)(context, builder, each).data, words.as_pointer())
             for kind, each in zip(signature.args[:3], arguments[:3], strict=True)
         )
-        places = pack(builder, builder.load(x, align=4), builder.load(y, align=4), INT(16))
+        places = upper_halves(builder, builder.load(x, align=4), builder.load(y, align=4))
         lows = spread(builder, arguments[4], words)
-        stored, near, least = (cgutils.alloca_once(builder, words) for _ in range(3))
+        stored, near, least = (allocate(builder, words) for _ in range(3))
         builder.store(places, stored)
         builder.store(ir.Constant(words, None), near)
         builder.store(constants(words, [-1] * WORD), least)
@@ -293,15 +295,14 @@ def within_roughly(_typing: Any, places: Any, first: Any, place: Any, low: Any, 
         sets = [as_word(builder, each) for each in (near, doubtful)]
         return context.make_tuple(builder, signature.return_type, sets)
 
-    sets = types.UniTuple(types.uint32, 2)
+    sets = as_tuple((types.uint32, types.uint32))
     return sets(places, types.int64, types.uint32, types.uint32, types.uint32), generate
 
 
-def pack(builder: Any, x: Any, y: Any, shift: Any) -> Any:
-    """Return a vector of places: 16 bits of each coordinate from bit ``shift`` on, those of x below."""
-    shifts, half = spread(builder, shift, x.type), spread(builder, INT(16), x.type)
-    low = builder.and_(builder.lshr(x, shifts), spread(builder, INT(0xFFFF), x.type))
-    return builder.or_(low, builder.shl(builder.lshr(y, shifts), half))
+def upper_halves(builder: Any, x: Any, y: Any) -> Any:
+    """Return a vector of places, words of the upper 16 bits of x and, above them, of y."""
+    half, upper = spread(builder, INT(16), x.type), spread(builder, INT(0xFFFF0000), x.type)
+    return builder.or_(builder.lshr(x, half), builder.and_(y, upper))
 
 
 def squared_ways(builder: Any, places: Any, here: Any) -> Any:
@@ -325,7 +326,7 @@ def vector_call(builder: Any, name: str, *arguments: Any) -> Any:
     kind = arguments[0].type
     function = ir.FunctionType(kind, [each.type for each in arguments])
     full_name = f"llvm.{name}.v{kind.count}i{kind.element.width}"
-    return builder.call(cgutils.get_or_insert_function(builder.module, function, full_name), arguments)
+    return builder.call(declared(builder.module, function, full_name), arguments)
 
 
 def constants(vector: Any, values: Any) -> Any:

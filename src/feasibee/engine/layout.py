@@ -102,6 +102,7 @@ class Link(IntEnum):
     SIGHT = 0  # robots in sight
     HEARD = 1  # senders in the inbox
     HEARD_FEASIBLE = 2  # senders in the inbox with opinion 1
+    CLOSE = 3  # robots that it may meet within a step
 
 
 class Slot(IntEnum):
@@ -156,6 +157,13 @@ class Point(IntEnum):
     X = 0
     Y = 1
     NUMBER = 2  # of the task; for a robot see `feasibee.engine.order.numbered`
+
+
+class Bound(IntEnum):
+    """Rows of `TaskLists.bounds`."""
+
+    FIRST = 0  # place of the list of a cell
+    LAST = 1  # place (excluded)
 
 
 class Clock(IntEnum):
@@ -220,10 +228,10 @@ class Cells(NamedTuple):
 
 
 class TaskLists(NamedTuple):
-    """The tasks in sight of each cell; see `feasibee.engine.tasklists`."""
+    """The tasks in sight of each cell, see `feasibee.engine.tasklists`; or all of them by number."""
 
     places: Annotated[Words, "place"]
-    start: Annotated[Int64s, "cell"]  # first place of each cell; two more than there are cells
+    bounds: Annotated[Int64s, "Bound", "cell"]
 
 
 class Tables(NamedTuple):
@@ -358,7 +366,7 @@ class Room(NamedTuple):
 def first_room(params: Params) -> Room:
     """Return the room that a swarm gets at first: few inboxes of a large swarm need a table."""
     robots = params.robots.count
-    return Room(64, 0 if params.together else min(robots, 1024 + robots // 16))
+    return Room(64, 0 if params.decision.inbox_is_set else min(robots, 1024 + robots // 16))
 
 
 def size_of(params: Params, tables: Tables, room: Room) -> int:
@@ -372,7 +380,7 @@ def size_of(params: Params, tables: Tables, room: Room) -> int:
 def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
     padded = -(-params.robots.count // WORD) * WORD
     values = params.strategy.value_scale > 0
-    if params.together:
+    if params.decision.inbox_is_set:
         return (2, padded * WORD) if values else (1, 0)
     rows = 3 if params.decision.inbox_size else 2 if values else 1
     return rows + params.in_space_order, padded * LINE + room.tables * room.slots
@@ -411,6 +419,7 @@ def aligned(shape: tuple[int, ...], kind: Any) -> Any:
 
 
 def empty_lists(tasks: int, bits: int) -> TaskLists:
-    """Allocate lists where every task may be in nine, each padded to 16 places."""
+    """Allocate lists where every task may be in nine, each padded to 16 places; or one list of all."""
     cells = 4**bits if bits else 0
-    return TaskLists(aligned((9 * tasks + 16 * cells + 1,), np.uint32), np.zeros(cells + 2, np.int64))
+    room = 9 * tasks + 16 * cells + 1 if bits else tasks + WORD
+    return TaskLists(aligned((room,), np.uint32), aligned((len(Bound), cells), np.int64))

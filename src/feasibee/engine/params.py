@@ -109,6 +109,7 @@ class RobotParams(NamedTuple):
     speed: float  # units of length per step
     apart_limit: np.uint64  # discs overlap if the squared distance is below this
     meet_limit: np.uint64  # discs can't meet within a step unless the squared distance is below this
+    meet_band: Band  # in units of 2**16
     placement: PlacementParams
     grid: Grid
 
@@ -128,6 +129,7 @@ class TaskParams(NamedTuple):
     placement: PlacementParams
     grid: Grid
     lists: ListParams
+    numbered: bool  # whether up to 32 robots look through all tasks by number (general engine)
 
 
 class WalkParams(NamedTuple):
@@ -207,6 +209,7 @@ class DecisionParams(NamedTuple):
     listens_for: int  # last steps of dissemination, or ALWAYS or WHILE_DISSEMINATING
     every_message: bool  # whether the inbox keeps every message, else the latest of each robot
     inbox_size: int  # senders kept, the newest; 0: all
+    inbox_is_set: bool  # up to 32 robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
     commit: CommitParams
     quorum: int  # least number of counted robots of one opinion for a decision
@@ -247,7 +250,7 @@ class Params(NamedTuple):
     decision: DecisionParams
     faults: FaultParams
     run: RunParams
-    together: bool  # whether all robots sense at once: on the fast path, up to 32 robots
+    together: bool  # whether all robots sense at once: up to 32 robots
     in_space_order: bool  # whether robots are sorted in space: see `feasibee.engine.order`
     in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders
 

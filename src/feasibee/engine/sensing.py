@@ -27,7 +27,7 @@ from feasibee.engine.crowd import count_tasks, look_and_listen, queue_sights, se
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within
-from feasibee.engine.knowledge import defer, publish, update_pending
+from feasibee.engine.knowledge import defer
 from feasibee.engine.layout import (
     HEARD_ROOM,
     WORD,
@@ -40,7 +40,6 @@ from feasibee.engine.layout import (
     Set,
     Share,
 )
-from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.engine.tasklists import count_listed
 from feasibee.model.purposes import (
@@ -87,7 +86,7 @@ def sense_together(params, state, part):
         for i in range(params.robots.count):
             if not has_bit(disseminating, i):
                 sight[i] = uint32(0)
-    receive_together(params, state, speaking)
+    receive_together(params, state, speaking, state.sets[Set.SAYS_FEASIBLE, 0])
 
 
 @inlined
@@ -105,37 +104,23 @@ def find_exactly(xs, ys, sight, swarm, robots, limit):
 
 
 @spliced
-def sense_general(params, state, functions, part):
-    """Sense in the general engine (model.md 6.3, 6.5, 6.6).
-
-    What a robot observes in a step it knows before it receives messages.
-    """
-    publish(params, state, functions, part)
-    fill_robots(params, state, part)
-    observe_crowd(params, state, functions, part)
-    update_pending(params, state, functions, Action.OBSERVE)
-    find_listeners(params, state, part)
-    hear_crowd(params, state, functions, part)
-    update_pending(params, state, functions, Action.MERGE)
-
-
-@spliced
 def observe_crowd(params, state, functions, part):
     """Observe the robots and tasks in sight of exploring robots.
 
     Where all in sight count, robots are counted while listening.
     """
+    if not params.sensing.counts_all:
+        observe_all(params, state, functions, part, state.robot_cells, params.robots.grid, True)
+    observe_tasks(params, state, functions, part)
+
+
+@spliced
+def observe_tasks(params, state, functions, part):
+    """Observe the tasks in sight of exploring robots."""
     if params.sensing.counts_all:
         count_tasks(params, state, part)
     else:
-        observe_all(params, state, functions, part, state.robot_cells, params.robots.grid, True)
         observe_all(params, state, functions, part, state.task_cells, params.tasks.grid, False)
-    if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
-        for w in range(part.first, part.last):
-            left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
-            while left:
-                count_false_sightings(params, state, functions, lowest_member(w, left))
-                left = without_lowest(left)
 
 
 @called
@@ -228,6 +213,16 @@ def count_sighting(params, state, functions, i, number, kind, is_robot):
         state.counts[Count.ROBOTS_SEEN, i] += 1
     else:
         state.counts[Count.TASKS_SEEN, i] += 1
+
+
+@called
+def count_all_false_sightings(params, state, functions, part):
+    """Count the false sightings of all exploring robots."""
+    for w in range(part.first, part.last):
+        left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
+        while left:
+            count_false_sightings(params, state, functions, lowest_member(w, left))
+            left = without_lowest(left)
 
 
 @called

@@ -16,6 +16,7 @@ from feasibee.engine.bits import (
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw, shuffle
+from feasibee.engine.few import move_few, number_tasks, sense_general
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.intrinsics import popcount
@@ -27,7 +28,7 @@ from feasibee.engine.order import fill_robots, keep_order
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.pools import draw_headings, draw_phases, list_members, phase_duration, present_phase
-from feasibee.engine.sensing import clear_counts, forget, label_of, sense_fast, sense_general
+from feasibee.engine.sensing import clear_counts, forget, label_of, sense_fast
 from feasibee.engine.tasklists import fill_lists
 from feasibee.engine.team import total, wait_for_all
 from feasibee.model.codes import NO_OPINION
@@ -69,6 +70,8 @@ def start_general(params, state, run):
     if params.faults.stop_step == 0:
         for w in range(state.sets.shape[1]):
             stop(params, state, w)
+    if params.tasks.numbered:
+        number_tasks(state.task_lists.places, state.tasks[Point.X], state.tasks[Point.Y], params.tasks.count)
 
 
 @called
@@ -179,7 +182,7 @@ def advance_fast(params, state, functions, part):
 @spliced
 def advance_general(params, state, functions, part):
     """Do one step in the general engine."""
-    if state.clock[Clock.STEP] == 0:
+    if state.clock[Clock.STEP] == 0 and not params.together:
         fill_robots(params, state, part)
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         for w in range(part.first, part.last):
@@ -188,7 +191,10 @@ def advance_general(params, state, functions, part):
     if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.START)
-    move_where_clear(params, state, part)
+    if params.together:
+        move_few(params, state, part)
+    else:
+        move_where_clear(params, state, part)
     keep_order(params, state, part)
     tick(state, part)
     sense_general(params, state, functions, part)

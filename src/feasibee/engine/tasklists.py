@@ -12,6 +12,7 @@ from numba import int64, uint32, uint64
 from feasibee.engine.cells import count_within
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.intrinsics import popcount, within_roughly
+from feasibee.engine.layout import Bound
 
 PIECE = 16
 """Places that are compared at once; each list is padded to a multiple of it."""
@@ -19,47 +20,51 @@ PIECE = 16
 
 @called
 def fill_lists(lists, bits, shift, limit, xs, ys, count):
-    """Fill the lists of 2**bits cells a side: count, sum up, store, pad."""
-    start, places = lists.start, lists.places
-    cells, unlisted = int64(1) << (2 * bits), places.size - 1
-    for cell in range(cells + 2):
-        start[cell] = 0
+    """Fill the lists of 2**bits cells a side: make room for the tasks of nine cells each, fill, pad."""
+    places, first, last = lists.places, lists.bounds[Bound.FIRST], lists.bounds[Bound.LAST]
+    cells = int64(1) << (2 * bits)
+    for cell in range(cells):
+        last[cell] = 0
     for task in range(count):
         for k in range(9):
-            cell, listed = neighbour(xs[task], ys[task], k, bits, limit)
-            start[cell + 2] += int64(listed)
+            last[neighbour(xs[task], ys[task], k, bits)] += 1
+    room = int64(0)
     for cell in range(cells):
-        start[cell + 2] = start[cell + 1] + whole_pieces(start[cell + 2])
+        first[cell], room = room, room + whole_pieces(last[cell])
+        last[cell] = first[cell]
     for task in range(count):
         place = pack_place(xs[task], ys[task], shift)
         for k in range(9):
-            cell, listed = neighbour(xs[task], ys[task], k, bits, limit)
-            slot = start[cell + 1] if listed else unlisted
-            places[slot] = place
-            start[cell + 1] += int64(listed)
+            cell = neighbour(xs[task], ys[task], k, bits)
+            places[last[cell]] = place  # no branch: another task overwrites one that is out of range
+            last[cell] += int64(is_near_cell(xs[task], ys[task], k, bits, limit))
     for cell in range(cells):
-        last = start[cell + 1]
-        start[cell + 1] = whole_pieces(last)
-        for slot in range(last, start[cell + 1]):
+        for slot in range(last[cell], whole_pieces(last[cell])):
             places[slot] = opposite(cell, bits, shift)
 
 
 @inlined
-def neighbour(x, y, k, bits, limit):
-    """Return the k-th of nine cells round a task, and whether the task is in range of a place in it."""
-    side, width = int64(1) << bits, int64(1) << (32 - bits)
-    right, up = k % 3 - 1, k // 3 - 1
-    way_x, way_y = way_to(int64(uint32(x)), right, width), way_to(int64(uint32(y)), up, width)
-    column = ((int64(uint32(x)) >> (32 - bits)) + right) & (side - 1)
-    row = ((int64(uint32(y)) >> (32 - bits)) + up) & (side - 1)
-    return (row << bits) + column, uint64(way_x * way_x + way_y * way_y) < limit
+def neighbour(x, y, k, bits):
+    """Return the k-th of the nine cells round a task."""
+    side, back = int64(1) << bits, uint32(32 - bits)
+    column = (int64(uint32(x) >> back) + k % 3 - 1) & (side - 1)
+    row = (int64(uint32(y) >> back) + k // 3 - 1) & (side - 1)
+    return (row << bits) + column
 
 
 @inlined
-def way_to(coordinate, offset, width):
-    """Return the least distance along an axis from a task to its own cell, or to the one before or after."""
-    inside = coordinate & (width - 1)
-    return int64(0) if offset == 0 else (inside if offset < 0 else width - inside)
+def is_near_cell(x, y, k, bits, limit):
+    """Return whether a task is in range of a place in the k-th of the nine cells round it."""
+    width = int64(1) << (32 - bits)
+    way_x = way_to(int64(uint32(x)) & (width - 1), k % 3, width)
+    way_y = way_to(int64(uint32(y)) & (width - 1), k // 3, width)
+    return uint64(way_x * way_x + way_y * way_y) < limit
+
+
+@inlined
+def way_to(inside, column, width):
+    """Return the least distance along an axis from within a cell to the cell before, itself or the next."""
+    return int64(0) if column == 1 else (inside if column == 0 else width - inside)
 
 
 @inlined
@@ -91,7 +96,8 @@ def count_listed(params, state, x, y):
         back = uint32(32 - bits)
         cell = uint64((uint32(uint32(y) >> back) << uint32(bits)) | uint32(uint32(x) >> back))
         place = pack_place(x, y, params.tasks.lists.shift)
-        first, last = state.task_lists.start[cell], state.task_lists.start[cell + uint64(1)]
+        bounds = state.task_lists.bounds
+        first, last = bounds[Bound.FIRST, cell], bounds[Bound.LAST, cell]
         total = 0
         while first < last:
             close, doubtful = within_roughly(state.task_lists.places, first, place, band.low, band.width)

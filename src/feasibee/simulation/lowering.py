@@ -44,6 +44,8 @@ from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting, Strategy
 
 TURN = 2**32
+NUMBERED = 128
+"""Tasks that a few robots look through by number; among more, cells find those in sight sooner."""
 
 
 def lower(scenario: Scenario, seed: int) -> Lowered:
@@ -56,7 +58,7 @@ def lower(scenario: Scenario, seed: int) -> Lowered:
 def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
     """Return the numbers of a scenario and a seed."""
     unit, setting, faulty = unit_of(scenario), scenario.setting, scenario.faulty
-    arena, together = _arena(scenario, unit), fast and scenario.robots.count <= WORD
+    arena, together = _arena(scenario, unit), scenario.robots.count <= WORD
     sight, radio = (_squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
     return Params(
         seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
@@ -66,7 +68,8 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
             count=scenario.tasks.count,
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
-            lists=_lists(scenario.tasks.count if together else 0, sight + 1),
+            lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
+            numbered=together and not fast and arena.wraps and scenario.tasks.count <= NUMBERED,
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
@@ -116,6 +119,7 @@ def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: i
         speed=robots.speed,
         apart_limit=_limit((2 * radius) ** 2),
         meet_limit=_limit(meeting**2),
+        meet_band=_band(meeting**2, 16),
         placement=_placement(robots, unit, radius if arena.walls else 0),
         grid=_grid(robots.count, widest, arena),
     )
@@ -198,6 +202,7 @@ def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParam
         listens_for=_listens_for(decision.listen),
         every_message=decision.inbox == "every-message",
         inbox_size=decision.inbox_size or 0,
+        inbox_is_set=_inbox_is_set(scenario),
         own_vote=int(decision.own_vote),
         commit=CommitParams(
             enabled=rule is not None,
@@ -214,6 +219,11 @@ def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParam
 def _listens_for(listen: Any) -> int:
     words = {"always": ALWAYS, "dissemination": WHILE_DISSEMINATING}
     return words[listen] if isinstance(listen, str) else int(listen["last"])
+
+
+def _inbox_is_set(scenario: Scenario) -> bool:
+    all_kept = scenario.decision.inbox_size is None and scenario.radio.id_bits is None
+    return scenario.robots.count <= WORD and all_kept
 
 
 def _quorum(scenario: Scenario, counted: int) -> int:
@@ -259,10 +269,13 @@ def _band(limit: int, shift: int) -> Band:
     """Return the squared distances that leave open whether a point is in range, without ``shift`` bits.
 
     A rounded coordinate is off by less than 1, a difference of two likewise, and a distance by less than 1.5.
+    All points are in doubt for a range too short or too long for 16 bits.
     """
     reach = math.sqrt(limit) / 2**shift
     low = math.floor(max(reach - 1.5, 0) ** 2)
     high = math.ceil((reach + 1.5) ** 2)
+    if low == 0 or high > TURN // 2:
+        return Band(np.uint32(0), np.uint32(TURN - 1))
     return Band(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
 
 
@@ -304,6 +317,18 @@ def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
         scale_x=scale_x,
         scale_y=scale_y,
     )
+
+
+def _lists(tasks: int, limit: int) -> ListParams:
+    """Return the finest grid whose cells are longer than the range, and not more cells than tasks.
+
+    It has no lists if it would have less than four cells a side: places in a list span four.
+    """
+    by_range = (TURN // (math.isqrt(limit) + 1)).bit_length() - 1
+    bits = min(by_range, tasks.bit_length() // 2)
+    bits = bits if bits >= 2 else 0
+    shift = 18 - bits
+    return ListParams(bits, np.uint32(shift), _band(limit, shift))
 
 
 def _lists(tasks: int, limit: int) -> ListParams:

@@ -1,0 +1,34 @@
+"""Code for a processor without wide registers or special instructions gives the same bytes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FAST = ["paper, dmmd", "many tasks, dmmd", "forty robots, dmmd", "stops, dmmd"]
+GENERAL = ["bodies, dmmd", "loss, average", "unique, dc", "unique, census"]
+SCRIPT = """
+import json, sys
+from test_same_bytes import digest, scenarios
+names = json.loads(sys.argv[1])
+print(json.dumps({name: digest(each, seed) for name, seed, each in scenarios() if name in names}))
+"""
+
+
+@pytest.mark.parametrize("names", [FAST, pytest.param(GENERAL, marks=pytest.mark.slow)])
+def test_the_same_bytes_on_a_processor_with_the_least_instructions(names, tmp_path):
+    """On x86 with SSE2 only, on ARM with NEON only: the oldest of both that run 64 bits."""
+    least = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "FEASIBEE_CACHE": str(tmp_path / "cache")}
+    command = [sys.executable, "-c", SCRIPT, json.dumps(names)]
+    here = Path(__file__).parent
+    done = subprocess.run(
+        command, env={**os.environ, **least}, cwd=here, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    kept = json.loads((here / "same_bytes.json").read_text())["hashes"]
+    assert json.loads(done.stdout) == {name: kept[name] for name in names}
