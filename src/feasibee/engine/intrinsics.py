@@ -9,6 +9,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import int64, types
+from numba.core.cgutils import unpack_tuple
 from numba.extending import intrinsic, overload_method
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
@@ -57,6 +58,32 @@ def _bit_count(number):  # type: ignore[no-untyped-def]  # numba compares it wit
 def _bit_length(number):  # type: ignore[no-untyped-def]
     """Compile ``number.bit_length()`` likewise."""
     return lambda number: _digits(abs(int64(number)))  # type: ignore[call-arg,arg-type]
+
+
+@intrinsic
+def row_of(_typing: Any, table: Any, k: Any, i: Any, length: Any) -> Any:
+    """Return the first ``length`` entries of a row of a contiguous table with three axes.
+
+    A slice also tests its bounds and counts from the end: 10 instructions for each axis.
+    """
+    kind = types.Array(table.dtype, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        whole = context.make_array(signature.args[0])(context, builder, arguments[0])
+        _, rows, columns = unpack_tuple(builder, whole.shape)
+        place = builder.mul(builder.add(builder.mul(arguments[1], rows), arguments[2]), columns)
+        row = context.make_array(kind)(context, builder)
+        context.populate_array(
+            row,
+            data=builder.gep(whole.data, [place]),
+            shape=[arguments[3]],
+            strides=[whole.itemsize],
+            itemsize=whole.itemsize,
+            meminfo=None,
+        )
+        return row._getvalue()
+
+    return kind(table, types.int64, types.int64, types.int64), generate
 
 
 @intrinsic

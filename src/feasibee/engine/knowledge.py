@@ -15,8 +15,8 @@ from numba import float64, int64, uint32
 from feasibee.engine.bits import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.compile import called, inlined, rebound, spliced
 from feasibee.engine.draws import coin, draw_now
-from feasibee.engine.intrinsics import popcount
-from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Point, Robot, Set
+from feasibee.engine.intrinsics import popcount, row_of
+from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Count, Passing, Pending, Point, Robot, Set
 from feasibee.engine.opinions import keeps_opinion, set_opinion
 from feasibee.engine.params import Action, Lie
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
@@ -30,18 +30,20 @@ def _missing(*arguments: Any) -> Any:
 
 
 start = observe = encode = lie = falsify = merge = count = bits = declare = _missing
+repeats: bool = False
+"""Whether a robot that learns nothing new repeats its message: a copy of what it knows, and its length."""
 
 
 @spliced
 def known_by(params, passing, i):
     """Return the words that a robot knows."""
-    return passing.words[Copy.KNOWN, i, : params.strategy.knowledge.words]
+    return row_of(passing.words, Copy.KNOWN, i, params.strategy.knowledge.words)
 
 
 @spliced
 def told_by(params, passing, i):
     """Return the words of a robot's message."""
-    return passing.words[Copy.SENT, i, : params.strategy.knowledge.message_words]
+    return row_of(passing.words, Copy.SENT, i, params.strategy.knowledge.message_words)
 
 
 @inlined
@@ -87,10 +89,13 @@ def invented_task(params, passing, k):
 
 
 @inlined
-def me_of(params, passing, now, i):
-    """Return the robot that a function of the strategy works for."""
+def setting_of(params, passing):
+    """Return the numbers of the scenario that a function of the strategy is given.
+
+    Read before a loop over robots, not in it: the compiler must assume that the functions change them.
+    """
     knowledge = params.strategy.knowledge
-    setting = Setting(
+    return Setting(
         params.robots.count,
         params.tasks.count,
         knowledge.robot_ids,
@@ -110,6 +115,11 @@ def me_of(params, passing, now, i):
         params.decision.exploration,
         params.decision.gain + params.decision.dissemination_floor,
     )
+
+
+@inlined
+def me_of(params, passing, setting, now, i):
+    """Return the robot that a function of the strategy works for."""
     identity = int64(passing.robots[Robot.IDENTITY, i])
     mark = int64(passing.hashes[identity])
     x, y = in_units(params, passing.robots[Robot.X, i]), in_units(params, passing.robots[Robot.Y, i])
@@ -119,60 +129,75 @@ def me_of(params, passing, now, i):
 
 def start_all(params, passing, now, number):
     """Let all robots know what they know at step 0."""
+    setting = setting_of(params, passing)
     for i in range(number):
         known = known_by(params, passing, i)
         known[:] = 0
-        start(known, me_of(params, passing, now, i))
+        passing.sent_bits[i] = -1
+        start(known, me_of(params, passing, setting, now, i))
 
 
 def observe_all(params, passing, now, number):
     """Add what was seen to what is known."""
-    classes = params.robots.classes
-    for k in range(number):
-        i = int64(passing.pending[Pending.WHO, k])
-        number_seen, column = (
-            int64(passing.pending[Pending.NUMBER, k]),
-            int64(passing.pending[Pending.COLUMN, k]),
-        )
-        mark = passing.pending[Pending.MARK, k]
-        if column < classes:
-            thing = robot_seen(params, passing, number_seen, column, mark)
-        else:
-            thing = task_seen(params, passing, number_seen, column - classes, mark)
-        observe(known_by(params, passing, i), thing, me_of(params, passing, now, i))
+    setting, classes = setting_of(params, passing), params.robots.classes
+    who, numbers, columns = (
+        passing.pending[Pending.WHO],
+        passing.pending[Pending.NUMBER],
+        passing.pending[Pending.COLUMN],
+    )
+    k = 0
+    while k < number:
+        i = int64(who[k])
+        known, me = known_by(params, passing, i), me_of(params, passing, setting, now, i)
+        passing.sent_bits[i] = -1
+        while k < number and who[k] == i:
+            seen, column, mark = int64(numbers[k]), int64(columns[k]), passing.pending[Pending.MARK, k]
+            if column < classes:
+                thing = robot_seen(params, passing, seen, column, mark)
+            else:
+                thing = task_seen(params, passing, seen, column - classes, mark)
+            observe(known, thing, me)
+            k += 1
 
 
 def speak_all(params, passing, now, number):
     """Write the messages; return their length in bits."""
-    total = int64(0)
+    setting, total = setting_of(params, passing), int64(0)
     for k in range(number):
         i, says = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.FALSE_OPINION, k])
-        message, me = told_by(params, passing, i), me_of(params, passing, now, i)
-        encode(message, known_by(params, passing, i), me)
-        if says >= 0:
-            falsify(params, passing, message, says, me)
-        length = bits(message, me)
-        if not 0 <= length <= BITS_LIMIT:
-            raise ValueError("bits must return a whole number from 0 to 2**40")
+        length = passing.sent_bits[i]
+        if not repeats or length < 0:
+            message, me = told_by(params, passing, i), me_of(params, passing, setting, now, i)
+            encode(message, known_by(params, passing, i), me)
+            if says >= 0:
+                falsify(params, passing, message, says, me)
+            length = bits(message, me)
+            if not 0 <= length <= BITS_LIMIT:
+                raise ValueError("bits must return a whole number from 0 to 2**40")
+            if repeats and says < 0:
+                passing.sent_bits[i] = length
         total += length
     return total
 
 
 def merge_all(params, passing, now, number):
     """Add what was heard to what is known."""
+    setting = setting_of(params, passing)
     for k in range(number):
         i, sender = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.SPEAKER, k])
-        message, me = told_by(params, passing, sender), me_of(params, passing, now, i)
+        message, me = told_by(params, passing, sender), me_of(params, passing, setting, now, i)
+        passing.sent_bits[i] = -1
         merge(known_by(params, passing, i), message, int64(passing.robots[Robot.IDENTITY, sender]), me)
 
 
 def count_all(params, passing, now, number):
     """Count what is known, by class."""
+    setting = setting_of(params, passing)
     for k in range(number):
         i = int64(passing.pending[Pending.WHO, k])
         counts = passing.counts[i]
         counts[:] = 0
-        count(known_by(params, passing, i), counts, me_of(params, passing, now, i))
+        count(known_by(params, passing, i), counts, me_of(params, passing, setting, now, i))
         for kind in range(counts.size):
             if not 0 <= counts[kind] <= COUNT_LIMIT:
                 raise ValueError("count must write whole numbers from 0 to 2**53")
@@ -180,11 +205,13 @@ def count_all(params, passing, now, number):
 
 def declare_all(params, passing, now, number):
     """Ask all working robots that haven't declared whether they are sure (model.md 6.15)."""
+    setting = setting_of(params, passing)
     for w in range(passing.sets.shape[1]):
         asked = uint32(passing.sets[Set.WORKING, w] & ~passing.sets[Set.DECLARED, w])
         while asked:
             i = lowest_member(w, asked)
-            declared = declare(known_by(params, passing, i), me_of(params, passing, now, i))
+            passing.sent_bits[i] = -1
+            declared = declare(known_by(params, passing, i), me_of(params, passing, setting, now, i))
             if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("declare must return 1, 0, or -1 for none")
             if declared >= 0:
@@ -252,12 +279,16 @@ def update_nothing(params, passing, now, action, number):
 PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all, declare_all)
 
 
-def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
-    """Return a copy of `update` that calls a strategy's compiled functions."""
+def updating(functions: Mapping[str, Callable[..., Any]], steady: bool) -> Callable[..., Any]:
+    """Return a copy of `update` that calls a strategy's compiled functions.
+
+    ``steady`` is whether the length of a message depends on the message only.
+    """
     own = {
         "start": inlined(start_empty),
         "encode": inlined(copy_known),
         "declare": inlined(declare_nothing),
+        "repeats": steady and "encode" not in functions,
         **functions,
     }
     own["falsify"] = inlined(rebound(lie_own_way if "lie" in functions else invent, **own))
@@ -277,6 +308,7 @@ def passing_of(state):
         state.tables.class_of,
         state.hashes,
         state.seen,
+        state.counts[Count.SENT_BITS],
         state.memory,
         state.tables.parameters,
     )

@@ -77,6 +77,7 @@ class Count(IntEnum):
     TASKS_SEEN = 1  # m_obs
     VOTES = 2  # messages in the inbox
     FEASIBLE_VOTES = 3  # messages with opinion 1
+    SENT_BITS = 4  # length of its message, if that is still a copy of what it knows; else -1
 
 
 class Link(IntEnum):
@@ -188,6 +189,7 @@ class Passing(NamedTuple):
     class_of: Annotated[Int32s, "robot, then task"]
     hashes: Annotated[Words, "robot, then task, then invention"]
     counts: Annotated[Int64s, "robot", "class of robots, then of tasks"]
+    sent_bits: Annotated[Int64s, "robot"]  # of `State.counts`
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     parameters: Annotated[Floats, "parameter"]
 

@@ -79,12 +79,12 @@ def count(known, counts, me):
 
 def bits(message, me):
     """Return the length of all sets."""
-    robot_words = me.setting.robot_classes * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS)
+    first = max(me.setting.robot_classes * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS), 0)
     robots, tasks = 0, 0
-    for k in range(robot_words):
+    for k in range(first):
         robots += message[k].bit_count()
-    for k in range(robot_words, len(message)):
-        tasks += message[k].bit_count()
+    for k in range(len(message) - first):  # with max above: the compiler vectorizes
+        tasks += message[first + k].bit_count()
     robot_bits = 1 + me.setting.id_bits + (me.setting.robot_classes - 1).bit_length()
     task_bits = 1 + POSITION_BITS + (me.setting.task_classes - 1).bit_length()
     return robots * robot_bits + 1 + tasks * task_bits + 1
