@@ -53,25 +53,19 @@ def in_units(params, fixed):
 
 
 @inlined
-def robot_seen(params, passing, number, kind, mark):
-    """Return a robot as others see it; one that isn't there has a negative number and the hash given."""
+def thing_seen(params, passing, number, column, mark):
+    """Return a robot or task as robots see it; one that isn't there has the number -1 and the hash given."""
+    is_robot = column < params.robots.classes
+    kind = column if is_robot else column - params.robots.classes
     if number < 0:
-        return Thing(True, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
-    identity = int64(passing.robots[Robot.IDENTITY, number])
-    x, y = passing.robots[Robot.X, number], passing.robots[Robot.Y, number]
-    return Thing(
-        True, identity, kind, int64(passing.hashes[identity]), in_units(params, x), in_units(params, y)
-    )
-
-
-@inlined
-def task_seen(params, passing, number, kind, mark):
-    """Return a task as robots see it; one that isn't there has a negative number and the hash given."""
-    if number < 0:
-        return Thing(False, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
-    own = int64(passing.hashes[params.robots.count + number])
-    x, y = passing.tasks[Point.X, number], passing.tasks[Point.Y, number]
-    return Thing(False, number, kind, own, in_units(params, x), in_units(params, y))
+        return Thing(is_robot, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
+    # Without a branch: a wrong guess whether robot or task follows costs more than the rest.
+    identity = int64(passing.robots[Robot.IDENTITY, number if is_robot else 0])
+    place = identity if is_robot else params.robots.count + number
+    fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, number]
+    fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, number]
+    x, y = in_units(params, fixed_x), in_units(params, fixed_y)
+    return Thing(is_robot, identity if is_robot else number, kind, int64(passing.hashes[place]), x, y)
 
 
 @inlined
@@ -139,25 +133,17 @@ def start_all(params, passing, now, number):
 
 def observe_all(params, passing, now, number):
     """Add what was seen to what is known."""
-    setting, classes = setting_of(params, passing), params.robots.classes
+    setting = setting_of(params, passing)
     who, numbers, columns = (
         passing.pending[Pending.WHO],
         passing.pending[Pending.NUMBER],
         passing.pending[Pending.COLUMN],
     )
-    k = 0
-    while k < number:
-        i = int64(who[k])
-        known, me = known_by(params, passing, i), me_of(params, passing, setting, now, i)
+    for k in range(number):
+        i, seen, column = int64(who[k]), int64(numbers[k]), int64(columns[k])
+        thing = thing_seen(params, passing, seen, column, passing.pending[Pending.MARK, k])
         passing.sent_bits[i] = -1
-        while k < number and who[k] == i:
-            seen, column, mark = int64(numbers[k]), int64(columns[k]), passing.pending[Pending.MARK, k]
-            if column < classes:
-                thing = robot_seen(params, passing, seen, column, mark)
-            else:
-                thing = task_seen(params, passing, seen, column - classes, mark)
-            observe(known, thing, me)
-            k += 1
+        observe(known_by(params, passing, i), thing, me_of(params, passing, setting, now, i))
 
 
 def speak_all(params, passing, now, number):
