@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from numba import float64, int64, uint32
+from numba import float64, int32, int64, uint32
 
 from feasibee.engine.bits import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.compile import called, inlined, rebound, spliced
@@ -28,6 +28,9 @@ def _missing(*arguments: Any) -> Any:
     """Stand for a strategy's function, in whose place a copy of `update` has it; see `updating`."""
     raise NotImplementedError
 
+
+UNSENT: Final = -(2**62)
+"""`Count.SENT_BITS` of a robot whose words of `Copy.SENT` are no copy of what it once knew."""
 
 start = observe = encode = lie = falsify = merge = count = bits = declare = _missing
 repeats: bool = False
@@ -121,13 +124,29 @@ def me_of(params, passing, setting, now, i):
     return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting, explores, x, y)
 
 
+@inlined
+def learns(passing, i):
+    """Mark a robot whose knowledge may have changed since its last message."""
+    if passing.sent_bits[i] >= 0:
+        passing.sent_bits[i] = ~passing.sent_bits[i]
+
+
+@inlined
+def same(message, known):
+    """Return whether a message is a copy of what is known."""
+    differing = int32(0)
+    for k in range(len(known)):
+        differing |= message[k] ^ known[k]
+    return differing == 0
+
+
 def start_all(params, passing, now, number):
     """Let all robots know what they know at step 0."""
     setting = setting_of(params, passing)
     for i in range(number):
         known = known_by(params, passing, i)
         known[:] = 0
-        passing.sent_bits[i] = -1
+        passing.sent_bits[i] = UNSENT
         start(known, me_of(params, passing, setting, now, i))
 
 
@@ -142,7 +161,7 @@ def observe_all(params, passing, now, number):
     for k in range(number):
         i, seen, column = int64(who[k]), int64(numbers[k]), int64(columns[k])
         thing = thing_seen(params, passing, seen, column, passing.pending[Pending.MARK, k])
-        passing.sent_bits[i] = -1
+        learns(passing, i)
         observe(known_by(params, passing, i), thing, me_of(params, passing, setting, now, i))
 
 
@@ -152,6 +171,8 @@ def speak_all(params, passing, now, number):
     for k in range(number):
         i, says = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.FALSE_OPINION, k])
         length = passing.sent_bits[i]
+        if repeats and UNSENT < length < 0 and same(told_by(params, passing, i), known_by(params, passing, i)):
+            length = passing.sent_bits[i] = ~length
         if not repeats or length < 0:
             message, me = told_by(params, passing, i), me_of(params, passing, setting, now, i)
             encode(message, known_by(params, passing, i), me)
@@ -172,7 +193,7 @@ def merge_all(params, passing, now, number):
     for k in range(number):
         i, sender = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.SPEAKER, k])
         message, me = told_by(params, passing, sender), me_of(params, passing, setting, now, i)
-        passing.sent_bits[i] = -1
+        learns(passing, i)
         merge(known_by(params, passing, i), message, int64(passing.robots[Robot.IDENTITY, sender]), me)
 
 
@@ -196,7 +217,7 @@ def declare_all(params, passing, now, number):
         asked = uint32(passing.sets[Set.WORKING, w] & ~passing.sets[Set.DECLARED, w])
         while asked:
             i = lowest_member(w, asked)
-            passing.sent_bits[i] = -1
+            learns(passing, i)
             declared = declare(known_by(params, passing, i), me_of(params, passing, setting, now, i))
             if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("declare must return 1, 0, or -1 for none")
