@@ -20,23 +20,34 @@ from feasibee.engine.layout import Clock
 from feasibee.model.codes import LONGEST
 
 
+@inlined
+def rounds(counter0, counter1, counter2, counter3, key0, key1):
+    """Return the four 32-bit words of Philox4x32-10 (Salmon et al., section 4.3).
+
+    In words of 64 bits, of which a processor multiplies several at once.
+    """
+    mask = uint64(0xFFFFFFFF)
+    c0, c1 = uint64(uint32(counter0)), uint64(uint32(counter1))
+    c2, c3 = uint64(uint32(counter2)), uint64(uint32(counter3))
+    k0, k1 = uint64(uint32(key0)), uint64(uint32(key1))
+    for _ in range(10):
+        product0 = c0 * uint64(0xD2511F53)
+        product1 = c2 * uint64(0xCD9E8D57)
+        c0, c1, c2, c3 = (
+            (product1 >> uint64(32)) ^ c1 ^ k0,
+            product1 & mask,
+            (product0 >> uint64(32)) ^ c3 ^ k1,
+            product0 & mask,
+        )
+        k0 = (k0 + uint64(0x9E3779B9)) & mask
+        k1 = (k1 + uint64(0xBB67AE85)) & mask
+    return uint32(c0), uint32(c1), uint32(c2), uint32(c3)
+
+
 @called
 def philox(counter0, counter1, counter2, counter3, key0, key1):
-    """Return the four 32-bit words of Philox4x32-10 (Salmon et al., section 4.3)."""
-    c0, c1, c2, c3 = uint32(counter0), uint32(counter1), uint32(counter2), uint32(counter3)
-    k0, k1 = uint32(key0), uint32(key1)
-    for _ in range(10):
-        product0 = uint64(c0) * uint64(0xD2511F53)
-        product1 = uint64(c2) * uint64(0xCD9E8D57)
-        c0, c1, c2, c3 = (
-            uint32(uint32(product1 >> uint64(32)) ^ c1 ^ k0),
-            uint32(product1),
-            uint32(uint32(product0 >> uint64(32)) ^ c3 ^ k1),
-            uint32(product0),
-        )
-        k0 = uint32(k0 + uint32(0x9E3779B9))
-        k1 = uint32(k1 + uint32(0xBB67AE85))
-    return c0, c1, c2, c3
+    """Return the words of `rounds`, by a call."""
+    return rounds(counter0, counter1, counter2, counter3, key0, key1)
 
 
 @called
@@ -46,16 +57,17 @@ def duration(word, mean):
     return int32(max(1.0, math.ceil(min(length, float64(LONGEST)))))
 
 
-@called
+@inlined
 def direction(word):
     """Return cosine and sine of the angle 2 pi word / 2**32.
 
     The angle is taken to the nearest quarter turn; what is left, at most pi / 4, goes through the Taylor
-    polynomials of degree 16 and 17 in nested form, whose error there is below the last bit.
+    polynomials of degree 16 and 17 in nested form, whose error there is below the last bit. There is no
+    branch, so that a loop computes several at once.
     """
     shifted = uint32(word + uint32(1 << 29))
-    quarter = uint32(shifted >> uint32(30))
-    rest = float64(shifted & uint32((1 << 30) - 1)) - 536870912.0
+    quarter = int64(shifted >> uint32(30))
+    rest = float64(int64(shifted & uint32((1 << 30) - 1))) - 536870912.0
     x = rest * (0.5 * math.pi / 1073741824.0)
     z = x * x
     sine = 1.0 - z * (1.0 / 272.0)
@@ -75,13 +87,9 @@ def direction(word):
     cosine = 1.0 - z * (1.0 / 30.0) * cosine
     cosine = 1.0 - z * (1.0 / 12.0) * cosine
     cosine = 1.0 - z * (1.0 / 2.0) * cosine
-    if quarter == 0:
-        return cosine, sine
-    if quarter == 1:
-        return -sine, cosine
-    if quarter == 2:
-        return -cosine, -sine
-    return sine, -cosine
+    across = sine if quarter & 1 else cosine
+    up = cosine if quarter & 1 else sine
+    return -across if (quarter + 1) & 2 else across, -up if quarter & 2 else up
 
 
 @inlined

@@ -97,6 +97,26 @@ def lowest(_typing: Any, word: Any) -> Any:
 
 
 @intrinsic
+def bits_of(_typing: Any, number: Any) -> Any:
+    """Return the 64 bits of a float."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], LONG)
+
+    return types.int64(types.float64), generate
+
+
+@intrinsic
+def float_of(_typing: Any, bits: Any) -> Any:
+    """Return the float of 64 bits."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], ir.DoubleType())
+
+    return types.float64(types.int64), generate
+
+
+@intrinsic
 def within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
     """Return the set of the 32 points from ``first`` on whose squared distance is below ``limit``.
 

@@ -22,6 +22,10 @@ WORD = 32
 """Robots per word of a set."""
 PENDING_ROOM = 256
 """Entries of `State.pending`."""
+POOL = 8
+"""Draws of each kind that a robot's pool holds."""
+POOLED = 1024
+"""Robots of the largest swarm with pools; a pool takes 384 bytes."""
 
 Int8s = NDArray[np.int8]
 Int32s = NDArray[np.int32]
@@ -114,6 +118,17 @@ class Pending(IntEnum):
     MARK = 3  # hash of a false sighting
 
 
+class Pool(IntEnum):
+    """Rows of a robot's pool in `State.pools`; see `feasibee.engine.pools`."""
+
+    STEP_X = 0  # of a heading: velocity per step
+    STEP_Y = 1
+    WALK = 2  # of a heading: steps
+    LENGTH = 3  # of a phase: its exponential of mean 1, to 12 digits
+    CHANCE = 4  # of a phase: the second word of its draw as a share of 2**32
+    TIE = 5  # of a phase: the third word of its draw
+
+
 class Point(IntEnum):
     """Rows of `State.tasks` and of `Cells.points`."""
 
@@ -171,6 +186,7 @@ class State(NamedTuple):
     knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
     pending: Annotated[Int32s, "Pending", "entry"]  # calls of the functions of a strategy's knowledge
     hashes: Annotated[Words, "robot, then task, then invention"]  # if robots pass on knowledge
+    pools: Annotated[Floats, "robot", "Pool", "draw"]  # no rows in large swarms
     tasks: Annotated[Int32s, "Point", "task"]
     task_cells: Cells
     robot_cells: Cells
@@ -255,6 +271,7 @@ def empty_state(params: Params, tables: Tables, slots: int, memory: int = 0) -> 
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
         pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
+        pools=np.zeros((padded if params.robots.count <= POOLED else 0, len(Pool), POOL), np.float64),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid.bits),

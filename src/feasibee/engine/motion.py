@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import (
@@ -16,10 +14,9 @@ from feasibee.engine.bits import (
 )
 from feasibee.engine.cells import block, near, shortest
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import direction, draw_words, duration
 from feasibee.engine.intrinsics import lowest
-from feasibee.engine.layout import Clock, Point, Robot, Set
-from feasibee.model.purposes import WALK
+from feasibee.engine.layout import Point, Robot, Set
+from feasibee.engine.pools import draw_heading
 
 
 @inlined
@@ -192,9 +189,8 @@ def turn(params, state):
 @inlined
 def head(params, state, i):
     """Draw a robot's next heading and its duration (model.md 2.1)."""
-    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.WALKS, i], WALK)
+    step_x, step_y, lasts = draw_heading(params, state, i, int64(state.robots[Robot.WALKS, i]))
     state.robots[Robot.WALKS, i] += int32(1)
-    cosine, sine = direction(words[0])
-    state.robots[Robot.STEP_X, i] = int32(int64(math.floor(params.robots.reach * cosine + 0.5)))
-    state.robots[Robot.STEP_Y, i] = int32(int64(math.floor(params.robots.reach * sine + 0.5)))
-    state.robots[Robot.WALK_LEFT, i] = duration(words[1], params.walk.mean_run)
+    state.robots[Robot.STEP_X, i] = step_x
+    state.robots[Robot.STEP_Y, i] = step_y
+    state.robots[Robot.WALK_LEFT, i] = lasts

@@ -8,7 +8,7 @@ from feasibee.engine import inbox
 from feasibee.engine.bits import contains, first_bits, lowest_member, set_member, without_lowest
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import coin, draw, draw_words, duration, shuffle
+from feasibee.engine.draws import coin, draw, shuffle
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, update_pending
@@ -17,9 +17,10 @@ from feasibee.engine.motion import head, move_freely, move_where_clear, tick, tu
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
+from feasibee.engine.pools import draw_phase, phase_duration
 from feasibee.engine.sensing import clear_counts, fill_robots, forget, label_of, sense_fast, sense_general
 from feasibee.model.codes import NO_OPINION
-from feasibee.model.purposes import FAULT, FIRST_OPINION, PHASE
+from feasibee.model.purposes import FAULT, FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
 
 NEVER = 2**31 - 1
@@ -83,8 +84,8 @@ def prepare_robots(params, state):
         state.robots[Robot.WALKS, i] = 0
         head(params, state, i)
         state.robots[Robot.PHASES, i] = 0
-        word = draw(params, state.clock[Clock.RUN], i, 0, PHASE)
-        enter_phase(state, i, duration(word, params.decision.exploration))
+        length, _, _ = draw_phase(params, state, i)
+        enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
         state.counts[Count.VOTES, i] = 1  # so that `forget` empties the inbox of the previous run
         forget(params, state, i)
         clear_counts(params, state, i)
@@ -191,18 +192,18 @@ def end_exploration(params, state, i, functions):
         share = min(max(functions.value(mind), 0.0), 1.0)
         state.robots[Robot.SENT_VALUE, i] = int32(share * params.strategy.value_scale + 0.5)
     set_member(state.sets, Set.DISSEMINATING, i, True)
-    word = draw(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
+    length, _, _ = draw_phase(params, state, i)
     mean = functions.dissemination(mind.quality, params.decision.gain)
-    enter_phase(state, i, duration(word, mean) + int32(params.decision.dissemination_floor))
+    lasts = phase_duration(params, state, i, length, mean)
+    enter_phase(state, i, lasts + int32(params.decision.dissemination_floor))
 
 
 @spliced
 def end_dissemination(params, state, i, functions):
     """Decide by the inbox, or by knowledge, and explore again (model.md 4.6)."""
-    words = draw_words(params, state.clock[Clock.RUN], i, state.robots[Robot.PHASES, i], PHASE)
-    feasible, votes, heard, told, total = inbox.read(params, state, i, words[2])
+    length, chance, tie = draw_phase(params, state, i)
+    feasible, votes, heard, told, total = inbox.read(params, state, i, tie)
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
-    chance = words[1] * (1.0 / 4294967296.0)
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = functions.decide(mind_of(params, state, i), received)
     if not keeps_opinion(state.sets, i):
@@ -212,7 +213,7 @@ def end_dissemination(params, state, i, functions):
     forget(params, state, i)
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
-    enter_phase(state, i, duration(words[0], params.decision.exploration))
+    enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
 
 
 @spliced
