@@ -9,11 +9,12 @@ from typing import Any
 
 from llvmlite import ir
 from numba import int64, types
-from numba.core.cgutils import unpack_tuple
+from numba.core import cgutils
 from numba.extending import intrinsic, overload_method
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 as_tuple: Any = types.Tuple
+unpacked: Any = cgutils.unpack_tuple
 LANES = 8  # 64-bit squared distances in a 512-bit register
 INTS, LONGS = ir.VectorType(INT, LANES), ir.VectorType(LONG, LANES)
 
@@ -70,7 +71,7 @@ def row_of(_typing: Any, table: Any, k: Any, i: Any, length: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         whole = context.make_array(signature.args[0])(context, builder, arguments[0])
-        _, rows, columns = unpack_tuple(builder, whole.shape)
+        _, rows, columns = unpacked(builder, whole.shape)
         place = builder.mul(builder.add(builder.mul(arguments[1], rows), arguments[2]), columns)
         row = context.make_array(kind)(context, builder)
         context.populate_array(

@@ -170,12 +170,13 @@ def speak_all(params, passing, now, number):
     setting, total = setting_of(params, passing), int64(0)
     for k in range(number):
         i, says = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.FALSE_OPINION, k])
+        message, known = told_by(params, passing, i), known_by(params, passing, i)
         length = passing.sent_bits[i]
-        if repeats and UNSENT < length < 0 and same(told_by(params, passing, i), known_by(params, passing, i)):
+        if repeats and UNSENT < length < 0 and same(message, known):
             length = passing.sent_bits[i] = ~length
         if not repeats or length < 0:
-            message, me = told_by(params, passing, i), me_of(params, passing, setting, now, i)
-            encode(message, known_by(params, passing, i), me)
+            me = me_of(params, passing, setting, now, i)
+            encode(message, known, me)
             if says >= 0:
                 falsify(params, passing, message, says, me)
             length = bits(message, me)
