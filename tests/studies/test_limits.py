@@ -35,10 +35,8 @@ SOUND = '''
 
 def declare(known, me):
     """Declare infeasible by more names of tasks than robots."""
-    tasks = 0
-    for k in range((me.setting.robot_ids + MEMBERS - 1) // MEMBERS, len(known)):
-        tasks += known[k].bit_count()
-    return 0 if tasks > me.setting.robots else -1
+    first = words_of(me.setting.robot_ids)
+    return 0 if members(known, first, len(known) - first) > me.setting.robots else -1
 '''
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import pickle
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from types import FunctionType
 from typing import Any, Final
@@ -112,6 +114,17 @@ def helpers_of(function: Any) -> dict[str, Any]:
     """Return the plain functions that a function's text names, by name."""
     named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
     return {name: each for name, each in named.items() if isinstance(each, FunctionType)}
+
+
+def reads_only(function: Any, argument: str, fields: Collection[str]) -> bool:
+    """Return whether a function uses an argument only to read some of its fields; in doubt, not."""
+    for this, following in pairwise(dis.get_instructions(function)):
+        names = this.argval if isinstance(this.argval, tuple) else (this.argval,)
+        if argument in names:
+            loaded = this.opname.startswith("LOAD_FAST") and names[-1] == argument
+            if not (loaded and following.opname == "LOAD_ATTR" and following.argval in fields):
+                return False
+    return True
 
 
 def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:

@@ -16,6 +16,7 @@ BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 as_tuple: Any = types.Tuple
 allocate: Any = cgutils.alloca_once
 declared: Any = cgutils.get_or_insert_function
+unpacked: Any = cgutils.unpack_tuple
 WORD = 32  # robots in a set
 LANES = 8  # 64-bit squared distances in a 512-bit register
 INTS, LONGS = ir.VectorType(INT, LANES), ir.VectorType(LONG, LANES)
@@ -61,6 +62,32 @@ def _bit_count(number):  # type: ignore[no-untyped-def]  # numba compares it wit
 def _bit_length(number):  # type: ignore[no-untyped-def]
     """Compile ``number.bit_length()`` likewise."""
     return lambda number: _digits(abs(int64(number)))  # type: ignore[call-arg,arg-type]
+
+
+@intrinsic
+def row_of(_typing: Any, table: Any, k: Any, i: Any, length: Any) -> Any:
+    """Return the first ``length`` entries of a row of a contiguous table with three axes.
+
+    A slice also tests its bounds and counts from the end: 10 instructions for each axis.
+    """
+    kind = types.Array(table.dtype, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        whole = context.make_array(signature.args[0])(context, builder, arguments[0])
+        _, rows, columns = unpacked(builder, whole.shape)
+        place = builder.mul(builder.add(builder.mul(arguments[1], rows), arguments[2]), columns)
+        row = context.make_array(kind)(context, builder)
+        context.populate_array(
+            row,
+            data=builder.gep(whole.data, [place]),
+            shape=[arguments[3]],
+            strides=[whole.itemsize],
+            itemsize=whole.itemsize,
+            meminfo=None,
+        )
+        return row._getvalue()
+
+    return kind(table, types.int64, types.int64, types.int64), generate
 
 
 @intrinsic

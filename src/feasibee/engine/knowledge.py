@@ -24,8 +24,19 @@ from feasibee.engine.bits import (
 )
 from feasibee.engine.compile import called, inlined, rebound, spliced
 from feasibee.engine.draws import coin, draw_now
-from feasibee.engine.intrinsics import popcount
-from feasibee.engine.layout import PENDING_ROOM, Clock, Copy, Passing, Pending, Point, Robot, Set, Share
+from feasibee.engine.intrinsics import popcount, row_of
+from feasibee.engine.layout import (
+    PENDING_ROOM,
+    Clock,
+    Copy,
+    Count,
+    Passing,
+    Pending,
+    Point,
+    Robot,
+    Set,
+    Share,
+)
 from feasibee.engine.opinions import keeps_opinion, set_opinion
 from feasibee.engine.params import Action, Lie
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
@@ -38,19 +49,24 @@ def _missing(*arguments: Any) -> Any:
     raise NotImplementedError
 
 
+UNSENT: Final = -(2**62)
+"""`Count.SENT_BITS` of a robot whose words of `Copy.SENT` are no copy of what it once knew."""
+
 start = observe = encode = lie = falsify = merge = count = bits = declare = _missing
+repeats: bool = False
+"""Whether a robot that learns nothing new repeats its message: a copy of what it knows, and its length."""
 
 
 @spliced
 def known_by(params, passing, i):
     """Return the words that a robot knows."""
-    return passing.words[Copy.KNOWN, i, : params.strategy.knowledge.words]
+    return row_of(passing.words, Copy.KNOWN, i, params.strategy.knowledge.words)
 
 
 @spliced
 def told_by(params, passing, i):
     """Return the words of a robot's message."""
-    return passing.words[Copy.SENT, i, : params.strategy.knowledge.message_words]
+    return row_of(passing.words, Copy.SENT, i, params.strategy.knowledge.message_words)
 
 
 @inlined
@@ -60,25 +76,19 @@ def in_units(params, fixed):
 
 
 @inlined
-def robot_seen(params, passing, number, kind, mark):
-    """Return a robot as others see it; one that isn't there has a negative number and the hash given."""
+def thing_seen(params, passing, number, column, mark):
+    """Return a robot or task as robots see it; one that isn't there has the number -1 and the hash given."""
+    is_robot = column < params.robots.classes
+    kind = column if is_robot else column - params.robots.classes
     if number < 0:
-        return Thing(True, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
-    identity = int64(passing.robots[Robot.IDENTITY, number])
-    x, y = passing.robots[Robot.X, number], passing.robots[Robot.Y, number]
-    return Thing(
-        True, identity, kind, int64(passing.hashes[identity]), in_units(params, x), in_units(params, y)
-    )
-
-
-@inlined
-def task_seen(params, passing, number, kind, mark):
-    """Return a task as robots see it; one that isn't there has a negative number and the hash given."""
-    if number < 0:
-        return Thing(False, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
-    own = int64(passing.hashes[params.robots.count + number])
-    x, y = passing.tasks[Point.X, number], passing.tasks[Point.Y, number]
-    return Thing(False, number, kind, own, in_units(params, x), in_units(params, y))
+        return Thing(is_robot, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
+    # Without a branch: a wrong guess whether robot or task follows costs more than the rest.
+    identity = int64(passing.robots[Robot.IDENTITY, number if is_robot else 0])
+    place = identity if is_robot else params.robots.count + number
+    fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, number]
+    fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, number]
+    x, y = in_units(params, fixed_x), in_units(params, fixed_y)
+    return Thing(is_robot, identity if is_robot else number, kind, int64(passing.hashes[place]), x, y)
 
 
 @inlined
@@ -96,10 +106,13 @@ def invented_task(params, passing, k):
 
 
 @inlined
-def me_of(params, passing, now, i):
-    """Return the robot that a function of the strategy works for."""
+def setting_of(params, passing):
+    """Return the numbers of the scenario that a function of the strategy is given.
+
+    Read before a loop over robots, not in it: the compiler must assume that the functions change them.
+    """
     knowledge = params.strategy.knowledge
-    setting = Setting(
+    return Setting(
         params.robots.count,
         params.tasks.count,
         knowledge.robot_ids,
@@ -119,6 +132,11 @@ def me_of(params, passing, now, i):
         params.decision.exploration,
         params.decision.gain + params.decision.dissemination_floor,
     )
+
+
+@inlined
+def me_of(params, passing, setting, now, i):
+    """Return the robot that a function of the strategy works for."""
     identity = int64(passing.robots[Robot.IDENTITY, i])
     mark = int64(passing.hashes[identity])
     x, y = in_units(params, passing.robots[Robot.X, i]), in_units(params, passing.robots[Robot.Y, i])
@@ -126,62 +144,88 @@ def me_of(params, passing, now, i):
     return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting, explores, x, y)
 
 
+@inlined
+def learns(passing, i):
+    """Mark a robot whose knowledge may have changed since its last message."""
+    if passing.sent_bits[i] >= 0:
+        passing.sent_bits[i] = ~passing.sent_bits[i]
+
+
+@inlined
+def same(message, known):
+    """Return whether a message is a copy of what is known."""
+    differing = int32(0)
+    for k in range(len(known)):
+        differing |= message[k] ^ known[k]
+    return differing == 0
+
+
 def start_all(params, passing, now, number):
     """Let all robots know what they know at step 0."""
+    setting = setting_of(params, passing)
     for i in range(number):
         known = known_by(params, passing, i)
         known[:] = 0
-        start(known, me_of(params, passing, now, i))
+        passing.sent_bits[i] = UNSENT
+        start(known, me_of(params, passing, setting, now, i))
 
 
 def observe_all(params, passing, now, number):
     """Add what was seen to what is known."""
-    classes = params.robots.classes
+    setting = setting_of(params, passing)
+    who, numbers, columns = (
+        passing.pending[Pending.WHO],
+        passing.pending[Pending.NUMBER],
+        passing.pending[Pending.COLUMN],
+    )
     for k in range(number):
-        i = int64(passing.pending[Pending.WHO, k])
-        number_seen, column = (
-            int64(passing.pending[Pending.NUMBER, k]),
-            int64(passing.pending[Pending.COLUMN, k]),
-        )
-        mark = passing.pending[Pending.MARK, k]
-        if column < classes:
-            thing = robot_seen(params, passing, number_seen, column, mark)
-        else:
-            thing = task_seen(params, passing, number_seen, column - classes, mark)
-        observe(known_by(params, passing, i), thing, me_of(params, passing, now, i))
+        i, seen, column = int64(who[k]), int64(numbers[k]), int64(columns[k])
+        thing = thing_seen(params, passing, seen, column, passing.pending[Pending.MARK, k])
+        learns(passing, i)
+        observe(known_by(params, passing, i), thing, me_of(params, passing, setting, now, i))
 
 
 def speak_all(params, passing, now, number):
     """Write the messages; return their length in bits."""
-    total = int64(0)
+    setting, total = setting_of(params, passing), int64(0)
     for k in range(number):
         i, says = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.FALSE_OPINION, k])
-        message, me = told_by(params, passing, i), me_of(params, passing, now, i)
-        encode(message, known_by(params, passing, i), me)
-        if says >= 0:
-            falsify(params, passing, message, says, me)
-        length = bits(message, me)
-        if not 0 <= length <= BITS_LIMIT:
-            raise ValueError("bits must return a whole number from 0 to 2**40")
+        message, known = told_by(params, passing, i), known_by(params, passing, i)
+        length = passing.sent_bits[i]
+        if repeats and UNSENT < length < 0 and same(message, known):
+            length = passing.sent_bits[i] = ~length
+        if not repeats or length < 0:
+            me = me_of(params, passing, setting, now, i)
+            encode(message, known, me)
+            if says >= 0:
+                falsify(params, passing, message, says, me)
+            length = bits(message, me)
+            if not 0 <= length <= BITS_LIMIT:
+                raise ValueError("bits must return a whole number from 0 to 2**40")
+            if repeats and says < 0:
+                passing.sent_bits[i] = length
         total += length
     return total
 
 
 def merge_all(params, passing, now, number):
     """Add what was heard to what is known."""
+    setting = setting_of(params, passing)
     for k in range(number):
         i, sender = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.SPEAKER, k])
-        message, me = told_by(params, passing, sender), me_of(params, passing, now, i)
+        message, me = told_by(params, passing, sender), me_of(params, passing, setting, now, i)
+        learns(passing, i)
         merge(known_by(params, passing, i), message, int64(passing.robots[Robot.IDENTITY, sender]), me)
 
 
 def count_all(params, passing, now, number):
     """Count what is known, by class."""
+    setting = setting_of(params, passing)
     for k in range(number):
         i = int64(passing.pending[Pending.WHO, k])
         counts = passing.counts[i]
         counts[:] = 0
-        count(known_by(params, passing, i), counts, me_of(params, passing, now, i))
+        count(known_by(params, passing, i), counts, me_of(params, passing, setting, now, i))
         for kind in range(counts.size):
             if not 0 <= counts[kind] <= COUNT_LIMIT:
                 raise ValueError("count must write whole numbers from 0 to 2**53")
@@ -189,11 +233,13 @@ def count_all(params, passing, now, number):
 
 def declare_all(params, passing, now, number):
     """Ask all working robots that haven't declared whether they are sure (model.md 6.15)."""
+    setting = setting_of(params, passing)
     for w in range(passing.sets.shape[1]):
         asked = uint32(passing.sets[Set.WORKING, w] & ~passing.sets[Set.DECLARED, w])
         while asked:
             i = lowest_member(w, asked)
-            declared = declare(known_by(params, passing, i), me_of(params, passing, now, i))
+            learns(passing, i)
+            declared = declare(known_by(params, passing, i), me_of(params, passing, setting, now, i))
             if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("declare must return 1, 0, or -1 for none")
             if declared >= 0:
@@ -261,12 +307,16 @@ def update_nothing(params, passing, now, action, number):
 PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all, declare_all)
 
 
-def updating(functions: Mapping[str, Callable[..., Any]]) -> Callable[..., Any]:
-    """Return a copy of `update` that calls a strategy's compiled functions."""
+def updating(functions: Mapping[str, Callable[..., Any]], steady: bool) -> Callable[..., Any]:
+    """Return a copy of `update` that calls a strategy's compiled functions.
+
+    ``steady`` is whether the length of a message depends on the message only.
+    """
     own = {
         "start": inlined(start_empty),
         "encode": inlined(copy_known),
         "declare": inlined(declare_nothing),
+        "repeats": steady and "encode" not in functions,
         **functions,
     }
     own["falsify"] = inlined(rebound(lie_own_way if "lie" in functions else invent, **own))
@@ -286,6 +336,7 @@ def passing_of(state):
         state.tables.class_of,
         state.hashes,
         state.seen,
+        state.counts[Count.SENT_BITS],
         state.memory,
         state.tables.parameters,
     )

@@ -93,7 +93,8 @@ class Count(IntEnum):
     TASKS_SEEN = 1  # m_obs
     VOTES = 2  # messages in the inbox
     FEASIBLE_VOTES = 3  # messages with opinion 1
-    SPARE = 4  # room to sort the others in
+    SENT_BITS = 4  # length of its message, if that is still a copy of what it knows; else -1
+    SPARE = 5  # room to sort the others in
 
 
 class Link(IntEnum):
@@ -283,6 +284,7 @@ class Passing(NamedTuple):
     class_of: Annotated[Int32s, "robot, then task"]
     hashes: Annotated[Words, "robot, then task, then invention"]
     counts: Annotated[Int64s, "robot", "class of robots, then of tasks"]
+    sent_bits: Annotated[Int64s, "robot"]  # of `State.counts`
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     parameters: Annotated[Floats, "parameter"]
 

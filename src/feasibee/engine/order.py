@@ -139,7 +139,7 @@ def is_used(params, kind):
 def move_counts(params, state, part, order):
     """Put counts, memory and what was seen of each class in the new order."""
     spare, first, last = state.counts[Count.SPARE], WORD * part.first, end_of(params, part)
-    for kind in range(int64(Count.SPARE)):
+    for kind in range(int64(Count.SENT_BITS)):
         counts = state.counts[kind]
         for i in range(first, last):
             spare[i] = counts[order[i]]

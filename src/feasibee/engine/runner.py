@@ -15,7 +15,7 @@ from numba import types
 from numba.core.errors import NumbaError
 
 from feasibee.engine import entrypoints
-from feasibee.engine.compile import careful, entry, helpers_of, inlined, with_helpers
+from feasibee.engine.compile import careful, entry, helpers_of, inlined, reads_only, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
 from feasibee.engine.knowledge import update_nothing, updating
 from feasibee.engine.layout import (
@@ -86,7 +86,7 @@ def _update_of(strategy: Strategy) -> Callable[..., Any]:
     if not strategy.knowledge:
         return entry(STRATEGY.update)(update_nothing)
     functions = {name: _for_update(strategy, name) for name in KNOWLEDGE.keys() & strategy.functions}
-    return entry(STRATEGY.update, _text_of(strategy))(updating(functions))
+    return entry(STRATEGY.update, _text_of(strategy))(updating(functions, _is_steady(strategy)))
 
 
 def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
@@ -106,6 +106,11 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
         raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
     function: Callable[..., Any] = compiled
     return function
+
+
+def _is_steady(strategy: Strategy) -> bool:
+    """Return whether ``bits`` reads nothing of a robot that changes in a run; in doubt, not."""
+    return reads_only(_own_function(strategy, "bits"), "me", ("id", "kind", "hash", "setting"))
 
 
 def _text_of(strategy: Strategy) -> str:

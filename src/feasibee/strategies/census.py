@@ -17,8 +17,10 @@ Our own; sets that only grow merge in any order (Shapiro et al., "Conflict-free 
 
 BY_NAME = True
 POSITION_BITS = 32
-MEMBERS = 31
-"""Number of a set's members in a word."""
+SHIFT, LAST = 5, 31
+"""Member k of a set is bit ``k & LAST`` of word ``k >> SHIFT``."""
+WORD = 2**32 - 1
+"""The bits of a word, without its sign."""
 
 
 def quality(robots_known, tasks_known):
@@ -38,27 +40,32 @@ def decide(mind, inbox):
     return 1 if mind.feasible_quality >= 0.5 else 0
 
 
+def words_of(ids):
+    """Return the number of words of a set of some of so many ids."""
+    return (ids + LAST) >> SHIFT
+
+
 def words(setting):
     """Return the size of all sets: one of ids for each class of robots, and then of tasks."""
-    robots = setting.robot_classes * ((setting.robot_ids + MEMBERS - 1) // MEMBERS)
-    return robots + setting.task_classes * ((setting.task_ids + MEMBERS - 1) // MEMBERS)
+    robots = setting.robot_classes * words_of(setting.robot_ids)
+    return robots + setting.task_classes * words_of(setting.task_ids)
 
 
 def start(known, me):
     """Add the robot itself to what it knows."""
-    first = me.kind * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS)
-    known[first + me.id // MEMBERS] |= 1 << (me.id % MEMBERS)
+    first = me.kind * words_of(me.setting.robot_ids)
+    known[first + (me.id >> SHIFT)] |= 1 << (me.id & LAST)
 
 
 def observe(known, thing, me):
     """Add a robot or task in sight to what the robot knows."""
-    robot_words = (me.setting.robot_ids + MEMBERS - 1) // MEMBERS
+    robot_words = words_of(me.setting.robot_ids)
     if thing.is_robot:
         first = thing.kind * robot_words
     else:
         first = me.setting.robot_classes * robot_words
-        first += thing.kind * ((me.setting.task_ids + MEMBERS - 1) // MEMBERS)
-    known[first + thing.id // MEMBERS] |= 1 << (thing.id % MEMBERS)
+        first += thing.kind * words_of(me.setting.task_ids)
+    known[first + (thing.id >> SHIFT)] |= 1 << (thing.id & LAST)
 
 
 def merge(known, message, sender, me):
@@ -67,24 +74,28 @@ def merge(known, message, sender, me):
         known[k] |= message[k]
 
 
+def members(row, first, number):
+    """Return the number of members in so many words of a row."""
+    found, start = 0, max(first, 0)  # max: the compiler vectorizes
+    for k in range(number):
+        found += (row[start + k] & WORD).bit_count()
+    return found
+
+
 def count(known, counts, me):
     """Count the members of each set."""
-    word = 0
+    first = 0
     for k in range(len(counts)):
-        ids = me.setting.robot_ids if k < me.setting.robot_classes else me.setting.task_ids
-        for _ in range((ids + MEMBERS - 1) // MEMBERS):
-            counts[k] += known[word].bit_count()
-            word += 1
+        number = words_of(me.setting.robot_ids if k < me.setting.robot_classes else me.setting.task_ids)
+        counts[k] = members(known, first, number)
+        first += number
 
 
 def bits(message, me):
     """Return the length of all sets."""
-    robot_words = me.setting.robot_classes * ((me.setting.robot_ids + MEMBERS - 1) // MEMBERS)
-    robots, tasks = 0, 0
-    for k in range(robot_words):
-        robots += message[k].bit_count()
-    for k in range(robot_words, len(message)):
-        tasks += message[k].bit_count()
+    robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)
+    robots = members(message, 0, robot_words)
+    tasks = members(message, robot_words, len(message) - robot_words)
     robot_bits = 1 + me.setting.id_bits + (me.setting.robot_classes - 1).bit_length()
     task_bits = 1 + POSITION_BITS + (me.setting.task_classes - 1).bit_length()
     return robots * robot_bits + 1 + tasks * task_bits + 1

@@ -15,6 +15,7 @@ Our own.
 """
 
 from feasibee.strategies import tally
+from feasibee.strategies.tally import rows_of, sum_up
 
 quality = tally.quality
 dissemination = tally.dissemination
@@ -29,13 +30,7 @@ bits = tally.bits
 def count(known, counts, me):
     """Sum up all rows, times 2k + 1 for robots and 2k - 2 for tasks: both sides of the comparison."""
     classes = len(counts)
-    rows = 0
-    for first in range(0, len(known), classes):
-        row = 0
-        for k in range(classes):
-            counts[k] += known[first + k]
-            row = max(row, known[first + k])
-        if row > 0:
-            rows += 1
+    sum_up(known, counts)
+    rows, _ = rows_of(known, classes)
     for k in range(classes):
         counts[k] *= 2 * rows + 1 if k < me.setting.robot_classes else max(0, 2 * rows - 2)
