@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import types
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,7 +17,7 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
-from feasibee.engine.compile import cache_folder, entry, on_compile
+from feasibee.engine.compile import cache_folder, careful, entry, on_compile
 from feasibee.files import cache
 from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
 
@@ -406,3 +407,23 @@ def test_the_engine_survives_damage_to_each_of_its_files(folder):
     assert "compiled code is damaged" in damaged
     assert "compiling the fast-path engine" in compiling
     assert run() == (expected, "")
+
+
+PRINTING = """
+def shown(number):
+    print(number)
+    return number
+
+def double(number):
+    return 2 * shown(number)
+"""
+
+
+def test_a_function_that_is_called_may_print(folder, capfd):
+    """It needs what numba calls its environment, which isn't set for a function that is only linked in."""
+    module = sys.modules["printing"] = types.ModuleType("printing")
+    exec(PRINTING, module.__dict__)
+    module.shown = careful(module.shown)
+    assert compiled(module.double, text="a text")(21) == 42
+    assert compiled(module.double, text="a text")(21) == 42
+    assert capfd.readouterr().out == "21\n21\n"
