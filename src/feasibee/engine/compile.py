@@ -19,11 +19,13 @@ import llvmlite
 import numba
 import numpy
 from numba.core import compiler, serialize, types
-from numba.core.registry import CPUDispatcher
+from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typeinfer import register_dispatcher
 
 from feasibee.engine.linking import PartCompiler, WholeCompiler
-from feasibee.files.cache import cache_root, own_folder, read_sealed, write_sealed
+from feasibee.errors import FeasibeeError
+from feasibee.files.cache import cache_root, check_cache, own_folder, read_sealed, write_sealed
+from feasibee.files.reading import named
 
 CompileResult: Any = compiler.CompileResult
 dumps: Any = serialize.dumps
@@ -184,6 +186,9 @@ class Entry(CPUDispatcher):
         return types.FunctionType(signature)
 
 
+_files: set[Path] = set()  # of the code that this process has loaded or compiled
+
+
 class Kept:
     """Compiled code of a function on disk, in a sealed file per signature and kind of processor.
 
@@ -218,16 +223,21 @@ class Kept:
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the code for a signature, or None if it is missing or damaged."""
         target_context.refresh()
-        data = read_sealed(self._path(sig, target_context.codegen()))
+        path = self._path(sig, target_context.codegen())
+        data = read_sealed(path)
         if data is None:
+            check_cache()
             on_compile.get()(self._name)
             return None
+        _files.add(path)
         return CompileResult._rebuild(target_context, *pickle.loads(data))
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write the code for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
-            write_sealed(self._path(sig, data.codegen), dumps(data._reduce()))
+            path = self._path(sig, data.codegen)
+            write_sealed(path, dumps(data._reduce()))
+            _files.add(path)
 
     def _path(self, signature: Any, codegen: Any) -> Path:
         """Return the file for a signature and this processor."""
@@ -241,6 +251,8 @@ class Kept:
 
 
 IMPORTS: Final = re.compile(r"^from (feasibee(?:\.\w+)*) import (\([^)]*\)|.*)$", re.MULTILINE)
+READABLE_FOLDER: Final = 0o755
+READABLE_FILE: Final = 0o644
 PACKAGE: Final = Path(__file__).parent.parent
 
 
@@ -275,3 +287,27 @@ def cache_folder() -> Path:
     for version in (sys.version, numba.__version__, llvmlite.__version__, numpy.__version__):
         digest.update(version.encode())
     return own_folder(own_folder(cache_root()) / digest.hexdigest()[:16])
+
+
+def export(folder: Path) -> Path:
+    """Copy the compiled code that this process uses to a folder that others may read; return where it is.
+
+    Set ``FEASIBEE_CACHE`` to the folder, or to a copy of it, to use the code.
+    """
+    of_the_option: dict[str, Any] = {"setting": "--out"}
+    own = cache_folder()
+    target = own_folder(
+        own_folder(folder, READABLE_FOLDER, **of_the_option) / own.name, READABLE_FOLDER, **of_the_option
+    )
+    for path in sorted(each for each in _files if each.parent == own):
+        data = read_sealed(path)
+        if data is None:
+            raise FeasibeeError(f"{named(path)}: the file was deleted or damaged; run the command again")
+        write_sealed(target / path.name, data, READABLE_FILE, **of_the_option)
+    return target
+
+
+def processor() -> str:
+    """Return the kind of processor that code is compiled for, as LLVM names it."""
+    name: str = cpu_target.target_context.codegen().magic_tuple()[1]
+    return name
