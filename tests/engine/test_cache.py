@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 import threading
+import types
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,7 +17,7 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
-from feasibee.engine.compile import cache_folder, entry, on_compile
+from feasibee.engine.compile import cache_folder, careful, entry, export, on_compile
 from feasibee.files import cache
 from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
 
@@ -258,6 +259,7 @@ def test_a_folder_that_others_can_write_is_refused(folder, tmp_path, which, mode
         compiled()
     assert str(told.value) == line
     if which == "root":
+        check_cache.cache_clear()
         with pytest.raises(FeasibeeError, match="can be written by others"):
             check_cache()
     assert not (tmp_path / "ran").exists()
@@ -285,10 +287,77 @@ def test_what_belongs_to_somebody_else_is_refused(folder, tmp_path, monkeypatch,
         owner = os.geteuid()
         monkeypatch.setattr(os, "geteuid", lambda: owner + 1)
     with pytest.raises(
-        FeasibeeError, match=rf"belongs to user {owner}, and .* would run compiled code from it; name a"
+        FeasibeeError,
+        match=rf"belongs to user {owner}, and .* would run compiled code from it; run chown -R root",
     ):
         compiled()
     assert not (tmp_path / "ran").exists()
+
+
+@owned
+def test_what_belongs_to_root_is_used_but_not_if_others_can_write_it(folder, monkeypatch):
+    """As in a container's image that root made, and another user runs."""
+    compiled()
+    cache_folder.cache_clear()
+    monkeypatch.setattr(cache, "ROOT", os.geteuid())
+    monkeypatch.setattr(os, "geteuid", lambda: 12345)
+    assert compiled()(21) == 42
+    kept().chmod(0o622)
+    with pytest.raises(FeasibeeError, match="can be written by others"):
+        compiled()
+
+
+def test_a_folder_that_cant_be_written_serves_what_it_has(folder, monkeypatch):
+    """An error says that something is missing before it is compiled, not after."""
+
+    def fail():
+        raise FeasibeeError("can't be written")
+
+    compiled()
+    monkeypatch.setattr(compile_, "check_cache", fail)
+    monkeypatch.setattr(compile_, "write_sealed", None)
+    assert compiled()(21) == 42
+    token = on_compile.set(pytest.fail)
+    try:
+        with pytest.raises(FeasibeeError, match="can't be written"):
+            entry("float64(float64)")(double)
+    finally:
+        on_compile.reset(token)
+
+
+@owned
+def test_code_is_written_to_a_folder_for_all_to_read(folder, tmp_path, monkeypatch):
+    compiled()
+    before = os.umask(0o077)
+    try:
+        there = export(tmp_path / "there")
+    finally:
+        os.umask(before)
+    assert [oct(each.stat().st_mode & 0o777) for each in (there.parent, there)] == ["0o755"] * 2
+    assert [each.name for each in there.iterdir()] == [kept().name]
+    assert oct((there / kept().name).stat().st_mode & 0o777) == "0o644"
+    monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "there"))
+    forget()
+    monkeypatch.setattr(compile_, "write_sealed", None)
+    assert compiled()(21) == 42
+
+
+@owned
+def test_code_isnt_written_to_a_folder_that_others_can_write(folder, tmp_path):
+    compiled()
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there").chmod(0o777)
+    with pytest.raises(
+        FeasibeeError, match=r"^--out = .*: can be written by others, .*; run chmod go-w on it, or"
+    ):
+        export(tmp_path / "there")
+
+
+def test_code_that_is_gone_isnt_written(folder, tmp_path):
+    compiled()
+    kept().unlink()
+    with pytest.raises(FeasibeeError, match=r"double-.*: the file was deleted or damaged; run"):
+        export(tmp_path / "there")
 
 
 @owned
@@ -406,3 +475,23 @@ def test_the_engine_survives_damage_to_each_of_its_files(folder):
     assert "compiled code is damaged" in damaged
     assert "compiling the fast-path engine" in compiling
     assert run() == (expected, "")
+
+
+PRINTING = """
+def shown(number):
+    print(number)
+    return number
+
+def double(number):
+    return 2 * shown(number)
+"""
+
+
+def test_a_function_that_is_called_may_print(folder, capfd):
+    """It needs what numba calls its environment, which isn't set for a function that is only linked in."""
+    module = sys.modules["printing"] = types.ModuleType("printing")
+    exec(PRINTING, module.__dict__)
+    module.shown = careful(module.shown)
+    assert compiled(module.double, text="a text")(21) == 42
+    assert compiled(module.double, text="a text")(21) == 42
+    assert capfd.readouterr().out == "21\n21\n"

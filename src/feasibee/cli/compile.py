@@ -1,46 +1,62 @@
-"""feasibee compile: compile both engines ahead of other commands."""
+"""feasibee compile: compile the engines ahead of other commands."""
 
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import json_option
+from feasibee.cli.options import file_type, folder_type, json_option
 
 if TYPE_CHECKING:
     from feasibee.simulation.loading import Prepared
 
 
 @click.command("compile")
+@click.argument("files", nargs=-1, type=file_type, metavar="[FILE]...")
+@click.option(
+    "--out",
+    type=folder_type,
+    metavar="FOLDER",
+    help="Write the compiled code to this folder, too. FEASIBEE_CACHE=FOLDER uses it, or a copy of it.",
+)
 @json_option
-def compile_engines(as_json: bool) -> None:
+def compile_engines(files: tuple[Path, ...], out: Path | None, as_json: bool) -> None:
     """Compile the simulation engines and keep them on disk, so that later commands start at once.
 
-    There are two engines: the fast path, for worlds like the paper's, and the general engine, for all others.
-    Without this command each compiles when a scenario first needs it, once on a machine.
+    FILE is a scenario, or a strategy if it ends in .py: only what these need is compiled. Without it, both
+    engines and all built-in strategies are: the fast path, for worlds like the paper's, and the general
+    engine, for all others. Each compiles by itself when a scenario first needs it, once on a machine.
+
+    The code runs on processors of the kind that it was compiled on. For a container image or a cluster, write
+    it to a folder; see the documentation's page on installing.
 
     \b
     Examples:
       feasibee compile
-      FEASIBEE_CACHE=/scratch/feasibee feasibee compile
+      feasibee compile mine.toml my_strategy.py
+      feasibee compile --out /opt/feasibee
+      FEASIBEE_CACHE=/opt/feasibee feasibee run
     """
-    from feasibee.engine.compile import cache_folder
+    from feasibee.engine.compile import cache_folder, export, processor
     from feasibee.simulation.loading import prepare_engines
 
     parts = []
-    for part in prepare_engines():
+    for part in prepare_engines(files):
         parts.append(part)
         if not as_json:
             click.echo(_line(part))
+    folder = export(out) if out else cache_folder()
     if as_json:
-        click.echo(
-            json.dumps({"cache": str(cache_folder()), "parts": [part._asdict() for part in parts]}, indent=2)
-        )
+        answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
+        click.echo(json.dumps({**answer, "parts": [part._asdict() for part in parts]}, indent=2))
         return
-    click.echo(f"The compiled code is in {cache_folder()}")
-    if all(part.cached for part in parts):
+    click.echo(f"The compiled code is in {folder}")
+    if out:
+        click.echo(f"It runs on processors of the kind {processor()}. To use it: FEASIBEE_CACHE={out}")
+    elif all(part.cached for part in parts):
         click.echo("There was nothing to compile.")
 
 

@@ -1,4 +1,4 @@
-"""The folder of compiled code. Only its owner may write to it, because feasibee runs what it contains."""
+"""The folder of compiled code. Only this user or root may write to it, because feasibee runs it."""
 
 from __future__ import annotations
 
@@ -16,38 +16,53 @@ from feasibee.files.reading import named
 
 SEAL: Final = hashlib.sha256().digest_size
 """Length in bytes of the SHA-256 checksum at the start of a sealed file."""
+ROOT: Final = 0
+"""User number of root, whose files are trusted as the user's own: root may change those, too."""
+SETTING: Final = "FEASIBEE_CACHE"
 
 
 def cache_root() -> Path:
     """Return the folder of cached files; the environment variable ``FEASIBEE_CACHE`` overrides it."""
     import platformdirs
 
-    return Path(os.environ.get("FEASIBEE_CACHE") or platformdirs.user_cache_dir("feasibee", appauthor=False))
+    return Path(os.environ.get(SETTING) or platformdirs.user_cache_dir("feasibee", appauthor=False))
 
 
-def own_folder(path: Path) -> Path:
-    """Create a private folder unless it exists; return its path with symbolic links resolved.
+def own_folder(path: Path, mode: int = 0o700, setting: str = SETTING) -> Path:
+    """Create a folder unless it exists; return its path with symbolic links resolved.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is.
+    mode : int
+        Its access rights if it is created; by default it is private.
+    setting : str
+        Name of the setting or option that an error names.
 
     Raises
     ------
     FeasibeeError
-        If the folder can't be created, belongs to another user, or can be written by others.
+        If the folder can't be created, belongs to another user than this one and root, or can be written by
+        others.
     """
     folder = Path(
         os.path.realpath(path)
     )  # checked and used is the link's target, even if the link changes later
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir(mode=0o700, exist_ok=True)
-        _check_owner(folder, folder.stat())
+        if not folder.is_dir():
+            folder.mkdir(mode=0o700, exist_ok=True)
+            folder.chmod(mode)
+        _check_owner(folder, folder.stat(), setting)
     except OSError as error:
-        raise _cant_be_written(folder, error) from None
+        raise _cant_be_written(folder, error, setting) from None
     return folder
 
 
 @cache
 def check_cache() -> None:
-    """Raise an error if the cache can't be written, as with a missing home folder; check once per process."""
+    """Raise an error if the cache can't be written; check once per process, before anything is compiled."""
     root = own_folder(cache_root())
     try:
         with tempfile.TemporaryFile(dir=root):
@@ -80,18 +95,19 @@ def read_sealed(path: Path) -> bytes | None:
     return None
 
 
-def write_sealed(path: Path, data: bytes) -> None:
+def write_sealed(path: Path, data: bytes, mode: int = 0o600, setting: str = SETTING) -> None:
     """Write a file with its checksum; concurrent readers get the complete old or the complete new content."""
     try:
         handle, temporary = tempfile.mkstemp(prefix=".", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(hashlib.sha256(data).digest() + data)
+            Path(temporary).chmod(mode)
             _replace(temporary, path)
         finally:
             Path(temporary).unlink(missing_ok=True)
     except OSError as error:
-        raise _cant_be_written(path.parent, error) from None
+        raise _cant_be_written(path.parent, error, setting) from None
 
 
 def _replace(temporary: str, path: Path) -> None:
@@ -104,26 +120,28 @@ def _replace(temporary: str, path: Path) -> None:
         # damaged and will be detected again.
 
 
-def _check_owner(path: Path, found: os.stat_result) -> None:
-    """Raise an error if another user may have written a file or folder."""
+def _check_owner(path: Path, found: os.stat_result, setting: str = SETTING) -> None:
+    """Raise an error if another user than this one and root may have written a file or folder."""
     if not hasattr(os, "geteuid"):
         return  # Windows: these bits don't describe access rights
-    why, remedy = "", ""
-    if found.st_uid != os.geteuid():
-        why = f"belongs to user {found.st_uid}"
+    why = remedy = ""
+    if found.st_uid not in (ROOT, os.geteuid()):
+        why, remedy = f"belongs to user {found.st_uid}", "run chown -R root"
     elif found.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        why = "can be written by others"
-        remedy = "run chmod go-w on it, or "
+        why, remedy = "can be written by others", "run chmod go-w"
     if why:
         raise FeasibeeError(
-            f"FEASIBEE_CACHE = {named(path)}: {why}, and feasibee would run compiled code from it; "
-            f"{remedy}name a folder of your own, such as FEASIBEE_CACHE=~/feasibee-cache"
+            f"{setting} = {named(path)}: {why}, and feasibee would run compiled code from it; "
+            f"{remedy} on it, or name a folder of your own, such as {setting}=~/feasibee-cache"
         )
 
 
-def _cant_be_written(folder: Path, error: OSError) -> FeasibeeError:
+def _cant_be_written(folder: Path, error: OSError, setting: str = SETTING) -> FeasibeeError:
     why = f"can't be written: {error.strerror}"
-    return FeasibeeError(f"FEASIBEE_CACHE = {named(folder)}: {why}; name a folder that you may write to")
+    remedy = "name a folder that you may write to"
+    if setting == SETTING:
+        remedy += ", or one that feasibee compile --out filled on such a machine, with these versions"
+    return FeasibeeError(f"{setting} = {named(folder)}: {why}; {remedy}")
 
 
 @cache

@@ -9,13 +9,14 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import cache
 from multiprocessing import parent_process
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from feasibee.files.cache import check_cache
+from feasibee.files.cache import cache_root, own_folder
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.fast_path import takes_fast_path
 from feasibee.strategies import STRATEGIES
@@ -78,7 +79,7 @@ def load_engine(scenario: Scenario) -> bool:
     engine = engine_of(scenario)
     if (engine, scenario.strategy) in _loaded:
         return True  # without the lock: another thread may hold it while it compiles
-    check_cache()
+    own_folder(cache_root())  # an error of it needs no engine
     with _loading, _showing(engine) as compiled:
         from feasibee.engine.runner import engine_functions
 
@@ -87,19 +88,38 @@ def load_engine(scenario: Scenario) -> bool:
     return not compiled
 
 
-def prepare_engines() -> Iterator[Prepared]:
-    """Load both engines and all built-in strategies; yield each part when it is ready."""
-    robots = {"know_count": True}  # some strategies need it
-    strategies = [Scenario(robots=robots, decision={"strategy": name}) for name in STRATEGIES]
-    parts = {
-        FAST: [Scenario()],
-        GENERAL: [Scenario(arena={"boundary": "walls"})],
-        f"{len(strategies)} built-in strategies": strategies,
-    }
+def prepare_engines(files: Sequence[Path] = ()) -> Iterator[Prepared]:
+    """Load what files of scenarios and strategies need; yield each part when it is ready.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Files of scenarios or, if the name ends in ``.py``, of strategies. By default, both engines and all
+        built-in strategies are loaded.
+    """
+    if files:
+        parts = {str(file): [_scenario_of(file)] for file in files}
+    else:
+        parts = {
+            FAST: [Scenario()],
+            GENERAL: [Scenario(arena={"boundary": "walls"})],
+            f"{len(STRATEGIES)} built-in strategies": [_with_strategy(name) for name in STRATEGIES],
+        }
     for name, scenarios in parts.items():
         start = time.monotonic()
         cached = [load_engine(scenario) for scenario in scenarios]
         yield Prepared(name, time.monotonic() - start, all(cached))
+
+
+def _scenario_of(file: Path) -> Scenario:
+    """Return the scenario of a file, or one with the strategy of a file."""
+    return _with_strategy(str(file)) if file.suffix == ".py" else Scenario.read(file)
+
+
+def _with_strategy(name: str) -> Scenario:
+    return Scenario(
+        robots={"know_count": True}, decision={"strategy": name}
+    )  # some strategies need the count
 
 
 @contextmanager
