@@ -1,0 +1,174 @@
+"""Large swarms: sorted in space, in cells and inboxes of their own, by any number of threads: the same bytes.
+
+The hashes are those of an engine that kept robots in the order of their numbers and used one thread
+(version 0.1.0, commit 6e68fbb8). The reference would take minutes here; it meets the engine below.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, Swarm
+from feasibee.engine import runner
+from feasibee.engine.layout import POOLED, Lack, Room, first_room
+from feasibee.errors import FeasibeeError
+from feasibee.model.record import COLUMNS
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.lowering import lower
+
+HASHES = json.loads((Path(__file__).parent / "large_bytes.json").read_text(encoding="utf-8"))
+WORLDS = {
+    "paper": {},
+    "average": {"decision.strategy": "average"},
+    "bayes": {"decision.strategy": "bayes"},
+    "every message": {"decision.inbox": "every-message"},
+    "listens late": {"decision.listen": "dissemination"},
+    "dense": {"sensing.range": 4.0, "radio.range": 8.0},
+    "walls and bodies": {
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "robots.diameter": 0.6,
+    },
+    "loss": {"radio.loss": 0.3},
+    "unique": {"sensing.observation": "unique"},
+    "unique for life": {"sensing.observation": "unique", "sensing.memory": "life", "sensing.miss": 0.2},
+    "short ids": {"radio.id_bits": 6, "decision.inbox_size": 2},
+    "faults": {
+        "faults.byzantine": 0.2,
+        "faults.byzantine_says": "random",
+        "faults.stopped": 0.1,
+        "faults.stop_step": 11,
+        "faults.stubborn": 0.1,
+    },
+    "commits": {"decision.commit": {}},
+    "false tasks": {"sensing.false_tasks": 0.3},
+    "clusters": {"robots.placement": "clusters"},
+}
+
+
+def scenario_of(world, robots, steps):
+    """Return a world at the density of the paper's swarm; the rectangle is twice as wide as high."""
+    side = math.sqrt(20.0 * robots)
+    sides = [side * math.sqrt(2.0), side / math.sqrt(2.0)] if world == "rectangle" else side
+    tables = {"robots.count": robots, "tasks.count": robots, "arena.side": sides, "run.steps": steps}
+    return Scenario().replace({**tables, **WORLDS.get(world, {})})
+
+
+def digest(record):
+    """Return a hash of all outcomes of runs."""
+    hashed = hashlib.sha256()
+    arrays = (record.decision, record.decision_step, record.feasible_count, record.infeasible_count)
+    for each in (*arrays, *(getattr(record, name) for name in COLUMNS)):
+        hashed.update(np.ascontiguousarray(each).astype(np.int64).tobytes())
+    return hashed.hexdigest()[:16]
+
+
+def outcome(world, robots, steps, threads):
+    """Return the hash of a run."""
+    scenario = scenario_of(world, robots, steps)
+    return digest(simulate_record(scenario, Runs(1, 3), curves=True, threads=threads))
+
+
+@pytest.mark.parametrize("world", HASHES["1100"])
+def test_robots_in_the_order_of_space_give_the_same_bytes(world):
+    assert outcome(world, 1100, 60, threads=1) == HASHES["1100"][world]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 7])
+@pytest.mark.parametrize("world", HASHES["4500"])
+def test_any_number_of_threads_gives_the_same_bytes(world, threads):
+    assert runner.team_size(lower(scenario_of(world, 4500, 40), 3).params, 1, threads) == threads
+    assert outcome(world, 4500, 40, threads) == HASHES["4500"][world]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("world", ["paper", "faults", "unique", "walls and bodies"])
+@pytest.mark.parametrize("robots", [POOLED, POOLED + 1])
+def test_reference_agrees_on_both_sides_of_the_switch(world, robots):
+    scenario = scenario_of(world, robots, 10).replace({"tasks.count": 100})
+    one, other = (
+        simulate_record(scenario, Runs(1, 5), curves=True, backend=backend)
+        for backend in ("engine", "reference")
+    )
+    assert digest(one) == digest(other)
+
+
+def test_runs_one_after_another_by_several_threads_give_the_same_bytes():
+    scenario = scenario_of("short ids", 4500, 15)
+    together = simulate_record(scenario, Runs(3, 5), curves=True, threads=2)
+    assert runner.team_size(lower(scenario, 5).params, 3, 2) == 2
+    assert digest(together) == digest(simulate_record(scenario, Runs(3, 5), curves=True, threads=1))
+
+
+def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():
+    scenario = scenario_of("paper", POOLED + 1, 20)
+    swarm, robot = Swarm(scenario, seed=3), Swarm(scenario, seed=3)
+    swarm.advance(1)
+    start = swarm.positions
+    assert start.shape == (POOLED + 1, 2)
+    for _ in range(12):  # past the next sort
+        robot.advance(1)
+    swarm.advance(11)
+    way = np.abs(swarm.positions - start)
+    way = np.minimum(way, scenario.arena.size[0] - way)
+    assert np.hypot(*way.T).max() <= 11 * scenario.robots.speed + 1e-6
+    np.testing.assert_array_equal(swarm.positions, robot.positions)
+    np.testing.assert_array_equal(swarm.snapshot().flags, robot.snapshot().flags)
+    assert swarm.opinions.sum() == swarm.feasible_count
+
+
+@pytest.mark.parametrize("robots", [40, 1100])
+def test_a_run_without_room_for_its_inboxes_is_played_again(robots, monkeypatch):
+    scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "average"})
+    expected = digest(simulate_record(scenario, Runs(2, 3), curves=True))
+    lacked = []
+
+    def enlarged(room, state):
+        lacked.append(Lack(state.clock[2]))
+        return enlarge(room, state)
+
+    enlarge = runner.enlarged
+    monkeypatch.setattr(runner, "first_room", lambda params: Room(8, 1))
+    monkeypatch.setattr(runner, "enlarged", enlarged)
+    assert digest(simulate_record(scenario, Runs(2, 3), curves=True, threads=1)) == expected
+    assert set(lacked) == {Lack.SLOTS, Lack.TABLES}
+
+
+def test_few_tables_suffice_for_a_large_swarm():
+    params = lower(scenario_of("paper", 10_000, 10), 0).params
+    assert first_room(params).tables < 2000
+
+
+FAILING = """
+NAME = "failing"
+
+
+def quality(robots_seen, tasks_seen):
+    if robots_seen > 12:
+        return 2.0
+    return 0.5
+
+
+def dissemination(quality, gain):
+    return gain
+
+
+def decide(mind, inbox):
+    return mind.opinion
+"""
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_an_error_in_one_thread_ends_all(tmp_path, threads):
+    file = tmp_path / "failing.py"
+    file.write_text(FAILING, encoding="utf-8")
+    scenario = scenario_of("paper", 4500, 200).replace({"decision.strategy": str(file)})
+    with pytest.raises(FeasibeeError, match="quality"):
+        simulate_record(scenario, Runs(1, 3), threads=threads)
