@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numba import uint32
 
 from feasibee import Scenario
 from feasibee.engine import few
-from feasibee.engine.layout import Robot, empty_state
+from feasibee.engine.compile import entry
+from feasibee.engine.layout import Robot, empty_state, first_room
 from feasibee.engine.params import packed
+from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.reference.world import World
 from feasibee.simulation.lowering import lower
+
+
+@entry(uint32(PARAMS, STATE))
+def find_colliding(params, state):
+    return few.find_colliding(params, state.robots, state.links)
 
 
 def world_of(robots, boundary, side=8.0):
@@ -23,13 +31,13 @@ def world_of(robots, boundary, side=8.0):
 def found_and_expected(scenario, places, steps):
     """Return the set of colliding robots by the engine and by the reference's exact integers."""
     lowered = lower(scenario, 1)
-    state = empty_state(lowered.params, lowered.tables, 64)
+    state = empty_state(lowered.params, lowered.tables, first_room(lowered.params))
     count, world = scenario.robots.count, World(scenario, 1, 0)
     for row, values in zip((Robot.X, Robot.Y), np.array(places).T, strict=True):
         state.robots[row, :count] = values.astype(np.uint32).view(np.int32)
     for row, values in zip((Robot.STEP_X, Robot.STEP_Y), np.array(steps).T, strict=True):
         state.robots[row, :count] = values
-    word = int(few.find_colliding(packed(lowered.params), state.robots, state.links))
+    word = int(find_colliding(packed(lowered.params), state))
     found = {i for i in range(32) if word >> i & 1}
     expected = set()
     for i in range(count):

@@ -6,10 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from numba import types
 
 from feasibee import Scenario, reference
-from feasibee.engine import layout, runner
+from feasibee.engine import layout, runner, team
+from feasibee.engine.compile import entry
 from feasibee.engine.params import packed
+from feasibee.engine.signatures import PARAMS, STATE
+from feasibee.engine.step import sort_tasks
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
@@ -24,6 +28,11 @@ UNIT = 2**32 / SIDE
 LONG = 1000
 
 
+@entry(types.void(PARAMS, STATE))
+def find_tasks(params, state):
+    sort_tasks(params, state)
+
+
 class Engine:
     """A swarm of standing robots in the engine, arranged by hand."""
 
@@ -31,16 +40,17 @@ class Engine:
         self.scenario = scenario
         lowered = lower(scenario, 0)
         self.params = lowered.params
-        self.state = layout.empty_state(self.params, lowered.tables, 64, lowered.strategy.memory)
+        room = layout.first_room(self.params)
+        self.state = layout.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
+        self.part = team.parts_of(self.params)
         start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast)
         start(packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
         self.state.robots[[layout.Robot.X, layout.Robot.Y], :count] = fixed.T
-        if tasks:  # sorted into one cell: SIDE / 2 is the least range that needs no grid
-            assert self.params.tasks.grid.bits == 0
-            spots = (np.array(tasks) * UNIT).astype(np.uint32).view(np.int32)
-            self.state.task_cells.points[[layout.Point.X, layout.Point.Y], : len(tasks)] = spots.T
+        spots = (np.array(tasks).reshape(-1, 2) * UNIT).astype(np.uint32).view(np.int32)
+        self.state.tasks[[layout.Point.X, layout.Point.Y], : len(tasks)] = spots.T
+        find_tasks(packed(self.params), self.state)
         self.state.robots[layout.Robot.PHASE_LEFT, :count] = LONG
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
             self.put(layout.Set.FEASIBLE, i, opinion == 1)
@@ -48,7 +58,7 @@ class Engine:
             self.put(layout.Set.SAYS_FEASIBLE, i, opinion == 1)
             self.put(layout.Set.SPEAKING, i, speaks and opinion >= 0)
             self.put(layout.Set.DISSEMINATING, i, speaks)
-            self.state.robots[layout.Robot.LABEL, i] = 4 * i + 2 * (opinion == 1) + speaks
+            self.state.robots[layout.Robot.LABEL, i] = 4 * i + 2 * (opinion == 1) + (speaks and opinion >= 0)
 
     def put(self, kind, i, member):
         word = self.state.sets[kind]
@@ -79,7 +89,8 @@ class Engine:
             runner.outcome_of(record),
             layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)),
         )
-        self.advance(packed(self.params), self.state, outcome, 0, until, unwatched, self.functions)
+        shared = packed(self.params), self.state, outcome, 0, until, unwatched, self.functions
+        self.advance(*shared, *self.part)
 
     def seen(self, i):
         return tuple(self.state.counts[[layout.Count.ROBOTS_SEEN, layout.Count.TASKS_SEEN], i])

@@ -146,8 +146,8 @@ class Pool(IntEnum):
 
     STEP_X = 0  # of a heading: velocity per step
     STEP_Y = 1
-    WALK = 2  # of a heading: steps
-    LENGTH = 3  # of a phase: its exponential of mean 1, to 12 digits
+    WALK = 2  # of a heading: the exponential of mean 1 of its duration, to 12 digits
+    LENGTH = 3  # of a phase likewise
     CHANCE = 4  # of a phase: the second word of its draw as a share of 2**32
     TIE = 5  # of a phase: the third word of its draw
 

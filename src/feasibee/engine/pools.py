@@ -23,8 +23,6 @@ from feasibee.engine.layout import BATCH, POOL, POOLED, WORD, Clock, Heard, Pool
 from feasibee.model.codes import LONGEST
 from feasibee.model.purposes import PHASE, WALK
 
-LESS, MORE = 1.0 - 1e-12, 1.0 + 1e-12
-
 
 @inlined
 def is_pooled(params):
@@ -94,7 +92,11 @@ def next_heading(params, state, thread, i, k):
             list_own(state.heard[thread], i, number, POOL)
             fill_headings(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], int64(POOL))
     pool, place = state.pools[uint64(row)], uint64(place)
-    return int32(pool[Pool.STEP_X, place]), int32(pool[Pool.STEP_Y, place]), int32(pool[Pool.WALK, place])
+    steps, doubtful = rounded_up(params.walk.mean_run * pool[Pool.WALK, place])
+    if doubtful:
+        counter, mean = state.robots[Robot.WALKS, i], params.walk.mean_run
+        steps = exact_duration(params, state, i, counter, int64(WALK), mean)
+    return int32(pool[Pool.STEP_X, place]), int32(pool[Pool.STEP_Y, place]), steps
 
 
 @inlined
@@ -122,25 +124,12 @@ def step_along(word, reach):
 def fill_headings(params, pool, heard, run, count):
     """Draw the headings of ``count`` coordinates."""
     # Read once: the compiler must assume that writing to the pool changes them.
-    reach, mean, low, high = params.robots.reach, params.walk.mean_run, params.seed.low, params.seed.high
+    reach, low, high = params.robots.reach, params.seed.low, params.seed.high
     numbers, counters = heard[Heard.NUMBER], heard[Heard.COUNTER]
-    doubtful = int64(0)
     for k in range(count):
         words = rounds(counters[k], numbers[k], run, WALK, low, high)
         pool[Pool.STEP_X, k], pool[Pool.STEP_Y, k] = step_along(words[0], reach)
-        length = mean * exponential(words[1])
-        least = rounded_up(length * LESS)
-        pool[Pool.WALK, k] = least
-        doubtful += int64(least != rounded_up(length * MORE))
-    if doubtful > 0:
-        for k in range(count):
-            pool[Pool.WALK, k] = duration(draw_words(params, run, numbers[k], counters[k], WALK)[1], mean)
-
-
-@inlined
-def rounded_up(length):
-    """Return a duration in whole steps."""
-    return max(1.0, float64(math.ceil(min(length, float64(LONGEST)))))
+        pool[Pool.WALK, k] = exponential(words[1])
 
 
 @called
@@ -158,12 +147,27 @@ def fill_phases(params, pool, heard, run, count):
 @inlined
 def phase_duration(params, state, i, length, mean):
     """Return the duration of a robot's present phase from its exponential of mean 1, to 12 digits."""
-    least = math.ceil(mean * length * LESS)
-    if mean * length < float64(LONGEST) and least == math.ceil(mean * length * MORE):
-        return int32(max(int64(1), least))
-    own = number_of(state.robots[Robot.LABEL, i])
-    word = draw_words(params, state.clock[Clock.RUN], own, state.robots[Robot.PHASES, i], PHASE)[0]
-    return duration(word, mean)
+    steps, doubtful = rounded_up(mean * length)
+    if doubtful:
+        steps = exact_duration(params, state, i, state.robots[Robot.PHASES, i], int64(PHASE), mean)
+    return steps
+
+
+@inlined
+def rounded_up(length):
+    """Return a length of 12 digits in whole steps, at least 1, and whether they leave that in doubt."""
+    least = math.ceil(length * (1.0 - 1e-12))
+    sure = length < float64(LONGEST) and least == math.ceil(length * (1.0 + 1e-12))
+    return int32(max(int64(1), least)), not sure
+
+
+@called
+def exact_duration(params, state, i, counter, purpose, mean):
+    """Return the duration of a robot's heading or phase by the platform's own logarithm."""
+    words = draw_words(
+        params, state.clock[Clock.RUN], number_of(state.robots[Robot.LABEL, i]), counter, purpose
+    )
+    return duration(words[1] if purpose == WALK else words[0], mean)
 
 
 @inlined

@@ -44,16 +44,6 @@ def start_fast(params, state, run):
     clear(params, state, run)
     scatter(params, state)
     prepare_robots(params, state)
-    if params.tasks.lists.bits > 0:
-        fill_lists(
-            state.task_lists,
-            params.tasks.lists.bits,
-            params.tasks.lists.shift,
-            params.sensing.limit,
-            state.tasks[Point.X],
-            state.tasks[Point.Y],
-            params.tasks.count,
-        )
 
 
 @spliced
@@ -70,8 +60,6 @@ def start_general(params, state, run):
     if params.faults.stop_step == 0:
         for w in range(state.sets.shape[1]):
             stop(params, state, w)
-    if params.tasks.numbered:
-        number_tasks(state.task_lists.places, state.tasks[Point.X], state.tasks[Point.Y], params.tasks.count)
 
 
 @called
@@ -94,8 +82,7 @@ def clear(params, state, run):
 @spliced
 def prepare_robots(params, state):
     """Give robots in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
-    tasks = state.tasks
-    sort_into_cells(state.task_cells, params.tasks.grid, tasks[Point.X], tasks[Point.Y], params.tasks.count)
+    sort_tasks(params, state)
     w, working = int64(0), state.sets[Set.WORKING]
     while w < working.size:
         w, count = list_members(state, 0, working, w, working.size)
@@ -113,6 +100,18 @@ def prepare_robots(params, state):
         state.robots[Robot.WALK_LEFT, i] = NEVER
         state.robots[Robot.PHASE_LEFT, i] = NEVER
     free_all_tables(state)
+
+
+@called
+def sort_tasks(params, state):
+    """Sort the tasks in their places so that robots find those in sight."""
+    xs, ys, lists = state.tasks[Point.X], state.tasks[Point.Y], params.tasks.lists
+    sort_into_cells(state.task_cells, params.tasks.grid, xs, ys, params.tasks.count)
+    if lists.bits > 0:
+        limit = params.sensing.limit
+        fill_lists(state.task_lists, lists.bits, lists.shift, limit, xs, ys, params.tasks.count)
+    if params.tasks.numbered:
+        number_tasks(state.task_lists.places, xs, ys, params.tasks.count)
 
 
 @spliced
