@@ -246,7 +246,8 @@ class Kept:
         """Write the code for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
             path = self._path(sig, data.codegen)
-            write_sealed(path, dumps(data._reduce()))
+            unannotated = data._replace(type_annotation="")  # the annotation holds the text of the function
+            write_sealed(path, dumps(unannotated._reduce()))
             _files.add(path)
 
     def _path(self, signature: Any, codegen: Any) -> Path:
