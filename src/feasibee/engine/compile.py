@@ -131,7 +131,9 @@ def reads_only(function: Any, argument: str, fields: Collection[str]) -> bool:
     return True
 
 
-def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def entry(
+    signature: Any, text: str = "", in_python: bool = True
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Compile a function that Python calls, for one signature, and keep its code on disk.
 
     Parameters
@@ -140,8 +142,10 @@ def entry(signature: Any, text: str = "") -> Callable[[Callable[..., Any]], Call
         Types of its arguments and of what it returns.
     text : str
         Text of the user's file that the function comes from, if any. It then raises what Python would.
+    in_python : bool
+        Whether Python may call it, in addition to handing it to other entries.
     """
-    options = CAREFUL if text else OPTIONS
+    options = {**(CAREFUL if text else OPTIONS), "no_cpython_wrapper": not in_python}
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         kept = Kept(function, text)
@@ -175,13 +179,19 @@ def _named(function: Any, digest: str) -> Iterator[None]:
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Suspend Python's cyclic garbage collection: it took 8 % of the time to compile an engine."""
+    """Suspend Python's cyclic garbage collection: it took 8 % of the time to compile an engine.
+
+    What is left joins the oldest generation, since a collection would take half of that time.
+    """
     enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
         if enabled:
+            if not gc.get_freeze_count():  # nothing that a program has frozen joins as well
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 
@@ -249,7 +259,8 @@ class Kept:
         """Write the code for a signature, unless it holds addresses of this process."""
         if not data.library.has_dynamic_globals:
             path = self._path(sig, data.codegen)
-            write_sealed(path, dumps(data._reduce()))
+            unannotated = data._replace(type_annotation="")  # the annotation holds the text of the function
+            write_sealed(path, dumps(unannotated._reduce()))
             _files.add(path)
 
     def _path(self, signature: Any, codegen: Any) -> Path:

@@ -84,9 +84,10 @@ def strategy_functions(strategy: Strategy) -> Functions:
 def _update_of(strategy: Strategy) -> Callable[..., Any]:
     """Compile `feasibee.engine.knowledge.update` with a strategy's functions in it."""
     if not strategy.knowledge:
-        return entry(STRATEGY.update)(update_nothing)
+        return entry(STRATEGY.update, in_python=False)(update_nothing)
     functions = {name: _for_update(strategy, name) for name in KNOWLEDGE.keys() & strategy.functions}
-    return entry(STRATEGY.update, _text_of(strategy))(updating(functions, _is_steady(strategy)))
+    function = updating(functions, _is_steady(strategy))
+    return entry(STRATEGY.update, _text_of(strategy), in_python=False)(function)
 
 
 def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
@@ -131,9 +132,10 @@ def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
     function, signature = getattr(strategy, name), getattr(STRATEGY, name)
     own = _own_function(strategy, name)
     if own is function:
-        return entry(signature)(with_helpers(function, inlined))
+        return entry(signature, in_python=False)(with_helpers(function, inlined))
     try:
-        return entry(signature, strategy.source)(guarded(name, careful(with_helpers(own, careful))))
+        checked = guarded(name, careful(with_helpers(own, careful)))
+        return entry(signature, strategy.source, in_python=False)(checked)
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
 
