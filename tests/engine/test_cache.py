@@ -190,7 +190,7 @@ def test_a_damaged_file_is_compiled_again_and_a_line_says_so(folder, capfd, dama
     assert read_sealed(kept()) is not None
     assert compiled()(21) == 42
     assert capfd.readouterr().err.splitlines() == [
-        f"feasibee: {cache_folder()}: compiled code is damaged; compiling it again, up to 30 s ..."
+        f"feasibee: {cache_folder()}: compiled code is damaged; compiling it again, up to 20 s ..."
     ]
 
 

@@ -70,7 +70,7 @@ def test_elsewhere_than_on_a_terminal_one_line_names_the_engine(engine, capsys, 
     assert not load_engine(scenario)
     assert load_engine(scenario)
     assert capsys.readouterr().err == (
-        f"feasibee: compiling the {name}, once for this machine; 10 to 30 s of CPU time ...\n"
+        f"feasibee: compiling the {name}, once for this machine; 5 to 20 s of CPU time ...\n"
     )
     assert [each.engine for each in engine.seen] == [name] * 3
     assert compilation() is None

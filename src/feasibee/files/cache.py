@@ -146,5 +146,5 @@ def _cant_be_written(folder: Path, error: OSError, setting: str = SETTING) -> Fe
 
 @cache
 def _say_damaged(folder: Path) -> None:
-    text = f"feasibee: {folder}: compiled code is damaged; compiling it again, up to 30 s ..."
+    text = f"feasibee: {folder}: compiled code is damaged; compiling it again, up to 20 s ..."
     print(text, file=sys.stderr, flush=True)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 FAST: Final = "fast-path engine"
 GENERAL: Final = "general engine"
-DURATION: Final = "10 to 30 s of CPU time"
+DURATION: Final = "5 to 20 s of CPU time"
 """Time to compile an engine, measured in docs/decisions/02-two-compiled-steps.md."""
 ENTRIES: Final = ("play", "start", "advance")
 """How names of the engine's functions start; those of a strategy compile in about 1 s, without a message."""
