@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numba import njit
+from numba import types
 
 from feasibee import Scenario
-from feasibee.engine import intrinsics, sensing, tasklists
-from feasibee.engine.cells import sort_into_cells
-from feasibee.engine.layout import Link, Point, Robot, empty_state
+from feasibee.engine import intrinsics, sensing, step, tasklists
+from feasibee.engine.bits import first_bits
+from feasibee.engine.compile import entry
+from feasibee.engine.layout import Link, Point, Robot, empty_state, first_room
 from feasibee.engine.params import packed
+from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.simulation.lowering import lower
 
 SIDE = 2**32
@@ -19,7 +21,7 @@ SIDE = 2**32
 def swarm(changes):
     """Return parameters and an empty state."""
     lowered = lower(Scenario().replace(changes), 1)
-    return packed(lowered.params), empty_state(lowered.params, lowered.tables, 64)
+    return packed(lowered.params), empty_state(lowered.params, lowered.tables, first_room(lowered.params))
 
 
 def scatter(params, state, generator):
@@ -48,14 +50,28 @@ def are_near(points, others, limit):
     return (ways**2).sum(axis=0) < int(limit)
 
 
-@njit(_nrt=False)
-def find(xs, ys, sight, swarm, robots, reach):
-    sensing.find_neighbours(xs, ys, sight, swarm, robots, reach)
+@entry(types.void(PARAMS, STATE))
+def find(params, state):
+    robots, sight, swarm = state.robots, state.links[Link.SIGHT], first_bits(params.robots.count)
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    sensing.find_neighbours(xs, ys, sight, swarm, params.robots.count, params.sensing)
 
 
-@njit(_nrt=False)
-def find_near(xs, ys, sight, count, low, width):
-    return intrinsics.find_near(xs, ys, sight, count, low, width)
+@entry(types.boolean(PARAMS, STATE))
+def is_sure(params, state):
+    robots, sight, band = state.robots, state.links[Link.SIGHT], params.sensing.band
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    return intrinsics.find_near(xs, ys, sight, params.robots.count, band.low, band.width)
+
+
+@entry(types.void(PARAMS, STATE))
+def prepare(params, state):
+    step.sort_tasks(params, state)
+
+
+@entry(types.int64(PARAMS, STATE, types.int32, types.int32))
+def count_listed(params, state, x, y):
+    return tasklists.count_listed(params, state, x, y)
 
 
 WORLDS = [
@@ -72,10 +88,10 @@ WORLDS = [
 def test_neighbours_are_exactly_those_in_range(changes):
     params, state = swarm(changes)
     count, generator = int(params.robots.count), np.random.default_rng(3)
-    xs, ys, sight = state.robots[Robot.X], state.robots[Robot.Y], state.links[Link.SIGHT]
+    sight = state.links[Link.SIGHT]
     for _ in range(100):
         scatter(params, state, generator)
-        find(xs, ys, sight, np.uint32(2**count - 1), count, params.sensing)
+        find(params, state)
         points = state.robots[[Robot.X, Robot.Y], :count]
         expected = are_near(points, points, params.sensing.limit) & ~np.eye(count, dtype=bool)
         assert sight[:count].tolist() == (expected << np.arange(count)).sum(axis=1).tolist()
@@ -90,29 +106,14 @@ def test_counts_of_tasks_are_exact(changes):
         prepare(params, state)
         robots = state.robots[[Robot.X, Robot.Y], : params.robots.count]
         expected = are_near(robots, state.tasks[[Point.X, Point.Y]], params.sensing.limit).sum(axis=1)
-        assert [tasklists.count_listed(params, state, x, y) for x, y in robots.T] == expected.tolist()
-
-
-def prepare(params, state):
-    """Sort the tasks into cells, and fill their lists."""
-    xs, ys, count = state.tasks[Point.X], state.tasks[Point.Y], params.tasks.count
-    grid, lists = params.tasks.grid, params.tasks.lists
-    sort(state.task_cells, grid, xs, ys, state.tasks[Point.LABEL], count)
-    if lists.bits > 0:
-        tasklists.fill_lists(state.task_lists, lists.bits, lists.shift, params.sensing.limit, xs, ys, count)
-
-
-@njit(_nrt=False)
-def sort(cells, grid, xs, ys, labels, count):
-    sort_into_cells(cells, grid, xs, ys, labels, count)
+        assert [count_listed(params, state, x, y) for x, y in robots.T] == expected.tolist()
 
 
 def test_most_steps_of_twenty_robots_need_no_exact_comparison():
     params, state = swarm({"tasks.count": 100})
-    generator, band = np.random.default_rng(5), params.sensing.band
-    xs, ys, sight = state.robots[Robot.X], state.robots[Robot.Y], state.links[Link.SIGHT]
-    sure = 0
+    generator, sure = np.random.default_rng(5), 0
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     for _ in range(1000):
         xs[:20], ys[:20] = as_int32(generator.integers(0, SIDE, (2, 20)))
-        sure += find_near(xs, ys, sight, 20, band.low, band.width)
+        sure += is_sure(params, state)
     assert sure > 970

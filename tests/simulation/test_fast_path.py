@@ -13,7 +13,7 @@ from feasibee.scenario.fields import SECTIONS, Commit, RobotClass, Sensing, Task
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import load_engine, simulate_record
 from feasibee.simulation.fast_path import FAST_PATH_FIELDS, FAST_PATH_LIMITS, takes_fast_path
-from feasibee.simulation.lowering import lower
+from feasibee.simulation.lowering import lower, params_of
 from feasibee.strategies import STRATEGIES
 
 OTHER_VALUES = {
@@ -120,8 +120,7 @@ def test_a_field_on_the_list_takes_the_fast_path_with_the_same_outcome(path):
 def general_record(scenario, runs, seed):
     """Simulate a scenario in the general engine, even if the fast path takes it."""
     load_engine(scenario.replace({"arena.boundary": "walls"}))
-    lowered = lower(scenario, seed)
-    params = lowered.params._replace(together=False)
+    lowered, params = lower(scenario, seed), params_of(scenario, seed, fast=False)
     record = Record.empty(0, runs, scenario.run.steps + 1)
     runner.simulate(lowered._replace(params=params, fast=False), record, threads=1)
     return record

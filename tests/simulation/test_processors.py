@@ -32,3 +32,22 @@ def test_the_same_bytes_on_a_processor_with_the_least_instructions(names, tmp_pa
     assert done.returncode == 0, done.stderr
     kept = json.loads((here / "same_bytes.json").read_text())["hashes"]
     assert json.loads(done.stdout) == {name: kept[name] for name in names}
+
+
+def test_code_for_another_processor_has_a_file_of_its_own(tmp_path):
+    script = tmp_path / "double.py"
+    script.write_text(
+        "from feasibee.engine.compile import cache_folder, entry\n"
+        "def double(number):\n    return 2 * number\n"
+        "entry('int64(int64)')(double)\n"
+        "print(len(list(cache_folder().glob('double-*'))))\n"
+    )
+    kept = [
+        subprocess.check_output(
+            [sys.executable, script],
+            env={**os.environ, "FEASIBEE_CACHE": str(tmp_path / "cache"), **processor},
+            text=True,
+        )
+        for processor in ({}, {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}, {})
+    ]
+    assert kept == ["1\n", "2\n", "2\n"]

@@ -70,12 +70,17 @@ def list_coordinates(state, thread, counters, count):
         heard[Heard.COUNTER, k] = counters[i]
 
 
-@called
-def list_own(heard, i, first, count):
-    """List the coordinates of a robot's draws from ``first`` on."""
+@inlined
+def list_own(state, thread, i, first):
+    """List the coordinates of a robot's draws from ``first`` on; return how many its pool holds.
+
+    That is `POOL`, but as a shape: LLVM unrolls a loop of known length instead of vectorizing it.
+    """
+    heard, count = state.heard[thread], state.pools.shape[2]
     for k in range(count):
         heard[Heard.NUMBER, k] = int32(i)
         heard[Heard.COUNTER, k] = int32(first + k)
+    return count
 
 
 @inlined
@@ -89,8 +94,8 @@ def next_heading(params, state, thread, i, k):
         number = int64(state.robots[Robot.WALKS, i])
         row, place = int64(i), number & (POOL - 1)
         if place == 0:
-            list_own(state.heard[thread], i, number, POOL)
-            fill_headings(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], int64(POOL))
+            count = list_own(state, thread, i, number)
+            fill_headings(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
     pool, place = state.pools[uint64(row)], uint64(place)
     steps, doubtful = rounded_up(params.walk.mean_run * pool[Pool.WALK, place])
     if doubtful:
@@ -107,8 +112,8 @@ def present_phase(params, state, thread, i, k):
         number = int64(state.robots[Robot.PHASES, i])
         row, place = int64(i), number & (POOL - 1)
         if place == 0:
-            list_own(state.heard[thread], i, number, POOL)
-            fill_phases(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], int64(POOL))
+            count = list_own(state, thread, i, number)
+            fill_phases(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
     pool, place = state.pools[uint64(row)], uint64(place)
     return pool[Pool.LENGTH, place], pool[Pool.CHANCE, place], uint32(pool[Pool.TIE, place])
 
