@@ -8,8 +8,9 @@ from numba import uint32
 
 from feasibee import Scenario
 from feasibee.engine import few
+from feasibee.engine.allocation import empty_state, first_room
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Robot, empty_state, first_room
+from feasibee.engine.layout import Robot
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.reference.world import World

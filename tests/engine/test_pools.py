@@ -10,8 +10,9 @@ from numba import float64, int32, int64, types, uint32
 
 from feasibee import Scenario
 from feasibee.engine import draws, pools
+from feasibee.engine.allocation import empty_state, first_room
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import BATCH, POOL, POOLED, Clock, Heard, Robot, empty_state, first_room
+from feasibee.engine.layout import BATCH, POOL, POOLED, Clock, Heard, Robot
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.model.purposes import PHASE, WALK

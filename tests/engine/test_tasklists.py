@@ -8,9 +8,10 @@ from numba import types
 
 from feasibee import Scenario
 from feasibee.engine import intrinsics, sensing, step, tasklists
+from feasibee.engine.allocation import empty_state, first_room
 from feasibee.engine.bits import first_bits
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Link, Point, Robot, empty_state, first_room
+from feasibee.engine.layout import Link, Point, Robot
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.simulation.lowering import lower

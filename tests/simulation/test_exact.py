@@ -9,7 +9,7 @@ import pytest
 from numba import types
 
 from feasibee import Scenario, reference
-from feasibee.engine import layout, runner, team
+from feasibee.engine import allocation, layout, runner, team
 from feasibee.engine.compile import entry
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
@@ -40,8 +40,8 @@ class Engine:
         self.scenario = scenario
         lowered = lower(scenario, 0)
         self.params = lowered.params
-        room = layout.first_room(self.params)
-        self.state = layout.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
+        room = allocation.first_room(self.params)
+        self.state = allocation.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
         self.part = team.parts_of(self.params)
         start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast)
         start(packed(self.params), self.state, 0)

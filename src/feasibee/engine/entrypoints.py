@@ -8,6 +8,7 @@ from numba import int64
 
 from feasibee.engine import step
 from feasibee.engine.compile import entry, inlined
+from feasibee.engine.counting import count_opinions, sum_counts
 from feasibee.engine.layout import Clock, Share
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import total, wait_for_all
@@ -83,7 +84,7 @@ def end_step(params, state, outcome, row, steps, control, part):
     if part.thread == 0:
         state.clock[Clock.STEP] += steps
         control.steps_done[0] += steps
-        step.sum_counts(params, state, part)
+        sum_counts(params, state, part)
         record_step(params, state, outcome, row)
     wait_for_all(part)
 
@@ -113,7 +114,7 @@ def advance_fast(params, state, outcome, row, until, control, functions, part):
     ``control.cancelled`` ends the run, as does an inbox without room.
     """
     if state.clock[Clock.STEP] == 0:
-        step.count_opinions(params, state, part)
+        count_opinions(params, state, part)
         end_step(params, state, outcome, row, int64(0), control, part)
     while has_next_step(params, state, outcome, row, until, part):
         step.advance_fast(params, state, functions, part)
@@ -125,7 +126,7 @@ def advance_fast(params, state, outcome, row, until, control, functions, part):
 def advance_general(params, state, outcome, row, until, control, functions, part):
     """Simulate a thread's part of a run in the general engine; see `advance_fast`."""
     if state.clock[Clock.STEP] == 0:
-        step.count_opinions(params, state, part)
+        count_opinions(params, state, part)
         end_step(params, state, outcome, row, int64(0), control, part)
     while has_next_step(params, state, outcome, row, until, part):
         step.advance_general(params, state, functions, part)

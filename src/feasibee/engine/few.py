@@ -24,11 +24,12 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import draw
 from feasibee.engine.inbox import receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within_roughly
-from feasibee.engine.knowledge import defer, publish, update_pending
+from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
 from feasibee.engine.motion import around, meet, move_freely
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import Action
+from feasibee.engine.publishing import publish
 from feasibee.engine.sensing import (
     count_all_false_sightings,
     count_sighting,

@@ -15,13 +15,13 @@ from feasibee.engine.bits import (
 )
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.counting import count_opinions
 from feasibee.engine.draws import coin, draw, shuffle
 from feasibee.engine.few import move_few, number_tasks, sense_general
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.inbox import clear_inbox, free_all_tables
-from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, update_pending
-from feasibee.engine.layout import Clock, Count, Heard, Point, Robot, Set, Share
+from feasibee.engine.layout import Clock, Count, Heard, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.order import fill_robots, keep_order
@@ -30,7 +30,7 @@ from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.pools import draw_headings, draw_phases, list_members, phase_duration, present_phase
 from feasibee.engine.sensing import clear_counts, forget, label_of, sense_fast
 from feasibee.engine.tasklists import fill_lists
-from feasibee.engine.team import total, wait_for_all
+from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import FAULT, FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
@@ -363,51 +363,3 @@ def enter_phase(state, i, lasts):
     state.robots[Robot.PHASES, i] += int32(1)
     state.robots[Robot.PHASE_LEFT, i] = lasts
     state.robots[Robot.LABEL, i] = label_of(state, i)
-
-
-@inlined
-def count_opinions(params, state, part):
-    """Count a thread's robots with opinion 1, without an opinion and committed, of the counted ones."""
-    own = part.shared[part.thread]
-    feasible = neutral = int64(0)
-    for w in range(part.first, part.last):
-        feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
-        neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
-    own[Share.FEASIBLE_COUNT], own[Share.NEUTRAL_COUNT] = feasible, neutral
-    if params.decision.commit.enabled:
-        committed = committed_feasible = int64(0)
-        for w in range(part.first, part.last):
-            counted = state.sets[Set.COMMITTED, w] & state.sets[Set.COUNTED, w]
-            committed += popcount(counted)
-            committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
-        own[Share.COMMITTED_FEASIBLE] = committed_feasible
-        own[Share.COMMITTED_INFEASIBLE] = committed - committed_feasible
-    if params.strategy.declares:
-        count_declared(state, part)
-
-
-@inlined
-def count_declared(state, part):
-    """Count a thread's robots that have declared, by what, of the counted ones."""
-    feasible = infeasible = int64(0)
-    for w in range(part.first, part.last):
-        counted = state.sets[Set.DECLARED, w] & state.sets[Set.COUNTED, w]
-        feasible += popcount(counted & state.sets[Set.DECLARED_FEASIBLE, w])
-        infeasible += popcount(counted & ~state.sets[Set.DECLARED_FEASIBLE, w])
-    part.shared[part.thread, Share.DECLARED_FEASIBLE] = feasible
-    part.shared[part.thread, Share.DECLARED_INFEASIBLE] = infeasible
-
-
-@inlined
-def sum_counts(params, state, part):
-    """Sum what all threads have counted, for the whole swarm."""
-    clock = state.clock
-    clock[Clock.FEASIBLE_COUNT] = total(part, Share.FEASIBLE_COUNT)
-    clock[Clock.NEUTRAL_COUNT] = total(part, Share.NEUTRAL_COUNT)
-    clock[Clock.BITS] += total(part, Share.BITS)
-    if params.decision.commit.enabled:
-        clock[Clock.COMMITTED_FEASIBLE] = total(part, Share.COMMITTED_FEASIBLE)
-        clock[Clock.COMMITTED_INFEASIBLE] = total(part, Share.COMMITTED_INFEASIBLE)
-    if params.strategy.declares:
-        clock[Clock.DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
-        clock[Clock.DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)

@@ -307,16 +307,8 @@ def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
         np.uint64(2**52 * count // (side + arena.walls))
         for count, side in ((columns, arena.width), (rows, arena.height))
     )
-    return Grid(
-        columns=columns,
-        rows=rows,
-        width=arena.width,
-        height=arena.height,
-        half_width=arena.width // (2 * columns),
-        half_height=arena.height // (2 * rows),
-        scale_x=scale_x,
-        scale_y=scale_y,
-    )
+    halves = arena.width // (2 * columns), arena.height // (2 * rows)
+    return Grid(columns, rows, arena.width, arena.height, *halves, scale_x, scale_y)
 
 
 def _lists(tasks: int, limit: int) -> ListParams:
