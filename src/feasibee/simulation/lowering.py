@@ -323,18 +323,6 @@ def _lists(tasks: int, limit: int) -> ListParams:
     return ListParams(bits, np.uint32(shift), _band(limit, shift))
 
 
-def _lists(tasks: int, limit: int) -> ListParams:
-    """Return the finest grid whose cells are longer than the range, and not more cells than tasks.
-
-    It has no lists if it would have less than four cells a side: places in a list span four.
-    """
-    by_range = (TURN // (math.isqrt(limit) + 1)).bit_length() - 1
-    bits = min(by_range, tasks.bit_length() // 2)
-    bits = bits if bits >= 2 else 0
-    shift = 18 - bits
-    return ListParams(bits, np.uint32(shift), _band(limit, shift))
-
-
 def _tables(scenario: Scenario, params: Params) -> Tables:
     """Return the arrays of a scenario: classes, sets of skills, given points, the strategy's parameters."""
     robots, tasks = scenario.robots, scenario.tasks

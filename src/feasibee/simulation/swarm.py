@@ -304,7 +304,8 @@ class Swarm:
 
     def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:
         bits = (words[:, None] >> np.arange(32, dtype=np.uint32)) & np.uint32(1)
-        return bits.reshape(-1)[self._places].astype(np.int8)
+        members: NDArray[np.int8] = bits.reshape(-1)[self._places].astype(np.int8)
+        return members
 
     def _numbers(self, rows: list[int]) -> NDArray[np.int32]:
         """Return rows of the state's numbers, in the order of the robots: int32, shape (row, robot)."""
