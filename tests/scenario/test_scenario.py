@@ -932,7 +932,7 @@ REFUSED = [
     ),
     (
         {"decision": {"strategy": "census"}, "robots": {"count": 1_000_000}},
-        "decision.strategy = 'census': what 1000000 robots know would take 240 GiB, over 4; "
+        "decision.strategy = 'census': what 1000000 robots know would take 233 GiB, over 4; "
         "choose sketch or average, or fewer robots",
     ),
     (

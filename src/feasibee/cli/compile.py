@@ -40,9 +40,12 @@ def compile_engines(files: tuple[Path, ...], out: Path | None, as_json: bool) ->
       feasibee compile --out /opt/feasibee
       FEASIBEE_CACHE=/opt/feasibee feasibee run
     """
-    from feasibee.engine.compile import cache_folder, export, processor
+    from feasibee.engine.compile import READABLE_FOLDER, cache_folder, export, processor
+    from feasibee.files.cache import own_folder
     from feasibee.simulation.loading import prepare_engines
 
+    if out:
+        own_folder(out, READABLE_FOLDER, setting="--out")  # before anything is compiled
     parts = []
     for part in prepare_engines(files):
         parts.append(part)

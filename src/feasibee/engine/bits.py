@@ -88,12 +88,6 @@ def says_feasible(label):
 
 
 @inlined
-def is_speaking(label):
-    """Return whether the robot of a label broadcasts; also by what stands for it in the cells."""
-    return label & int32(1) == int32(1)
-
-
-@inlined
 def place_of(numbered):
     """Return the place of a robot in the arrays, by what stands for it in the cells."""
     return int64(numbered >> int32(1))

@@ -115,6 +115,7 @@ def advance_fast(params, state, outcome, row, until, control, functions, part):
     """
     if state.clock[Clock.STEP] == 0:
         count_opinions(params, state, part)
+        part.shared[part.thread, Share.BITS] = 0  # not those of the run before
         end_step(params, state, outcome, row, int64(0), control, part)
     while has_next_step(params, state, outcome, row, until, part):
         step.advance_fast(params, state, functions, part)
@@ -127,6 +128,7 @@ def advance_general(params, state, outcome, row, until, control, functions, part
     """Simulate a thread's part of a run in the general engine; see `advance_fast`."""
     if state.clock[Clock.STEP] == 0:
         count_opinions(params, state, part)
+        part.shared[part.thread, Share.BITS] = 0  # not those of the run before
         end_step(params, state, outcome, row, int64(0), control, part)
     while has_next_step(params, state, outcome, row, until, part):
         step.advance_general(params, state, functions, part)

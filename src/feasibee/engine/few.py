@@ -373,7 +373,7 @@ def receive_heard(params, state, part):
 
 @inlined
 def sent_opinions(state):
-    """Return the set of robots whose messages say *feasible*; the labels of liars have what they send."""
+    """Return the set of robots whose messages say *feasible*; the labels of Byzantine robots have it."""
     said = state.sets[Set.SAYS_FEASIBLE, 0]
     lying = uint32(state.sets[Set.BYZANTINE, 0] & state.sets[Set.SPEAKING, 0])
     while lying:

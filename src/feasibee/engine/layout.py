@@ -191,7 +191,7 @@ class Lack(IntEnum):
 
 
 class Share(IntEnum):
-    """Columns of `Part.shared`: what each thread tells the others. The last row belongs to all."""
+    """Columns of `Part.shared`: what threads exchange. The last row belongs to all."""
 
     ROW = 0  # first row of cells that it sorts
     LEAVING = 1  # number of its robots that other threads sort

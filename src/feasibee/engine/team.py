@@ -99,7 +99,7 @@ def parts_of(params: Params, threads: int = 1) -> list[Part]:
 
 @cache
 def give_way() -> int:
-    """Return the address of the system's function that lets other threads run, or 0 if there is none."""
+    """Return the address of the system's function that lets other threads run, or 0."""
     library = ctypes.CDLL("kernel32" if sys.platform == "win32" else None)
     function = getattr(library, "SwitchToThread" if sys.platform == "win32" else "sched_yield", None)
     return ctypes.cast(function, ctypes.c_void_p).value or 0 if function else 0
