@@ -43,7 +43,8 @@ class Engine:
         room = allocation.first_room(self.params)
         self.state = allocation.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
         self.part = team.parts_of(self.params)
-        start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast)
+        few = lowered.params.together
+        start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast, few)
         start(packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)

@@ -107,31 +107,57 @@ def start_general(params, state, run):
     step.start_general(params, state, run)
 
 
-def advance_fast(params, state, outcome, row, until, control, functions, part):
-    """Simulate a thread's part of a run on the fast path, up to step ``until`` or to its end.
+@inlined
+def begin_run(params, state, outcome, row, control, part):
+    """Record the swarm at step 0."""
+    count_opinions(params, state, part)
+    part.shared[part.thread, Share.BITS] = 0  # not those of the run before
+    end_step(params, state, outcome, row, int64(0), control, part)
+
+
+def advance_few(params, state, outcome, row, until, control, functions, part):
+    """Simulate a run of up to 32 robots on the fast path, up to step ``until`` or to its end.
 
     ``row`` is the run's row of the outcome. ``control.steps_done`` counts steps. Setting
     ``control.cancelled`` ends the run, as does an inbox without room.
     """
     if state.clock[Clock.STEP] == 0:
-        count_opinions(params, state, part)
-        part.shared[part.thread, Share.BITS] = 0  # not those of the run before
-        end_step(params, state, outcome, row, int64(0), control, part)
+        begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
-        step.advance_fast(params, state, functions, part)
+        step.advance_few(params, state, functions, part)
         end_step(params, state, outcome, row, int64(1), control, part)
     if part.thread == 0:
         record_totals(params, state, outcome, row)
 
 
-def advance_general(params, state, outcome, row, until, control, functions, part):
-    """Simulate a thread's part of a run in the general engine; see `advance_fast`."""
+def advance_crowd(params, state, outcome, row, until, control, functions, part):
+    """Simulate a thread's part of a run of more robots on the fast path; see `advance_few`."""
     if state.clock[Clock.STEP] == 0:
-        count_opinions(params, state, part)
-        part.shared[part.thread, Share.BITS] = 0  # not those of the run before
-        end_step(params, state, outcome, row, int64(0), control, part)
+        begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
-        step.advance_general(params, state, functions, part)
+        step.advance_crowd(params, state, functions, part)
+        end_step(params, state, outcome, row, int64(1), control, part)
+    if part.thread == 0:
+        record_totals(params, state, outcome, row)
+
+
+def advance_general_few(params, state, outcome, row, until, control, functions, part):
+    """Simulate a run of up to 32 robots in the general engine; see `advance_few`."""
+    if state.clock[Clock.STEP] == 0:
+        begin_run(params, state, outcome, row, control, part)
+    while has_next_step(params, state, outcome, row, until, part):
+        step.advance_general_few(params, state, functions, part)
+        end_step(params, state, outcome, row, int64(1), control, part)
+    if part.thread == 0:
+        record_totals(params, state, outcome, row)
+
+
+def advance_general_crowd(params, state, outcome, row, until, control, functions, part):
+    """Simulate a thread's part of a run of more robots in the general engine; see `advance_few`."""
+    if state.clock[Clock.STEP] == 0:
+        begin_run(params, state, outcome, row, control, part)
+    while has_next_step(params, state, outcome, row, until, part):
+        step.advance_general_crowd(params, state, functions, part)
         end_step(params, state, outcome, row, int64(1), control, part)
     if part.thread == 0:
         record_totals(params, state, outcome, row)
@@ -171,10 +197,10 @@ def abandon(part):
 
 
 @cache
-def world_functions(fast):
-    """Compile the start and the steps of a run, on the fast path or in the general engine."""
+def world_functions(fast, few):
+    """Compile the start and the steps of a run: on the fast path or not, for up to 32 robots or for more."""
     if fast:
-        start, advance = start_fast, advance_fast
+        start, advance = start_fast, advance_few if few else advance_crowd
     else:
-        start, advance = start_general, advance_general
+        start, advance = start_general, advance_general_few if few else advance_general_crowd
     return entry(START)(start), entry(ADVANCE)(advance)

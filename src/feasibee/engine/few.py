@@ -27,15 +27,12 @@ from feasibee.engine.intrinsics import find_near, lowest, popcount, within_rough
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
 from feasibee.engine.motion import around, meet, move_freely
-from feasibee.engine.order import fill_robots
 from feasibee.engine.params import Action
 from feasibee.engine.publishing import publish
 from feasibee.engine.sensing import (
     count_all_false_sightings,
     count_sighting,
     find_listeners,
-    hear_crowd,
-    observe_crowd,
     observe_tasks,
 )
 from feasibee.engine.tasklists import pack_place
@@ -166,25 +163,17 @@ def collides(params, robots, i, other):
 
 
 @spliced
-def sense_general(params, state, functions, part):
+def sense_general_few(params, state, functions, part):
     """Let exploring robots observe and listening robots receive (model.md 6.3, 6.5, 6.6).
 
     What a robot observes in a step it knows before it receives messages.
     """
     publish(params, state, functions, part)
-    if params.together:
-        observe_few(params, state, functions, part)
-    else:
-        fill_robots(params, state, part)
-        observe_crowd(params, state, functions, part)
-    if params.sensing.false_robots > 0.0 or params.sensing.false_tasks > 0.0:
-        count_all_false_sightings(params, state, functions, part)
+    observe_few(params, state, functions, part)
+    count_all_false_sightings(params, state, functions, part)
     update_pending(params, state, functions, Action.OBSERVE)
     find_listeners(params, state, part)
-    if params.together:
-        hear_few(params, state, functions, part)
-    else:
-        hear_crowd(params, state, functions, part)
+    hear_few(params, state, functions, part)
     update_pending(params, state, functions, Action.MERGE)
 
 

@@ -58,9 +58,9 @@ class Engine(NamedTuple):
     functions: Functions
 
 
-def engine_functions(strategy: Strategy, fast: bool) -> Engine:
+def engine_functions(strategy: Strategy, fast: bool, few: bool) -> Engine:
     """Compile the functions that start and advance a run, and those of the strategy."""
-    start, advance = entrypoints.world_functions(fast)
+    start, advance = entrypoints.world_functions(fast, few)
     return Engine(start, advance, strategy_functions(strategy))
 
 
@@ -181,7 +181,7 @@ def simulate(
     RunError
         If the strategy raises an error.
     """
-    engine = engine_functions(lowered.strategy, lowered.fast)
+    engine = engine_functions(lowered.strategy, lowered.fast, lowered.params.together)
     team = team_size(lowered.params, record.runs, threads)
     parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
     cancelled, rooms = np.zeros(1, np.bool_), [first_room(lowered.params)]

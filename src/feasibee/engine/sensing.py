@@ -23,11 +23,11 @@ from feasibee.engine.bits import (
     without_lowest,
 )
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.crowd import count_tasks, look_and_listen, queue_sights, sense_crowd
+from feasibee.engine.crowd import count_tasks, look_and_listen, queue_sights
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within
-from feasibee.engine.knowledge import defer
+from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import (
     HEARD_ROOM,
     WORD,
@@ -40,7 +40,9 @@ from feasibee.engine.layout import (
     Set,
     Share,
 )
+from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
+from feasibee.engine.publishing import publish
 from feasibee.engine.tasklists import count_listed
 from feasibee.model.purposes import (
     FALSE_ROBOT,
@@ -52,15 +54,6 @@ from feasibee.model.purposes import (
     MISS_TASK,
     PAIR,
 )
-
-
-@spliced
-def sense_fast(params, state, part):
-    """Let exploring robots observe and listening robots receive, on the fast path."""
-    if params.together:
-        sense_together(params, state, part)
-    else:
-        sense_crowd(params, state, part)
 
 
 @spliced
@@ -101,6 +94,19 @@ def find_exactly(xs, ys, sight, swarm, robots, limit):
     """Store the same sets where 16 bits leave a distance in doubt: in 1 of 100 steps of 20 robots."""
     for i in range(robots):
         sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
+
+
+@spliced
+def sense_general_crowd(params, state, functions, part):
+    """Do what `feasibee.engine.few.sense_general_few` does, in a swarm of more than 32."""
+    publish(params, state, functions, part)
+    fill_robots(params, state, part)
+    observe_crowd(params, state, functions, part)
+    count_all_false_sightings(params, state, functions, part)
+    update_pending(params, state, functions, Action.OBSERVE)
+    find_listeners(params, state, part)
+    hear_crowd(params, state, functions, part)
+    update_pending(params, state, functions, Action.MERGE)
 
 
 @spliced
@@ -218,6 +224,8 @@ def count_sighting(params, state, functions, i, number, kind, is_robot):
 @called
 def count_all_false_sightings(params, state, functions, part):
     """Count the false sightings of all exploring robots."""
+    if params.sensing.false_robots == 0.0 and params.sensing.false_tasks == 0.0:
+        return
     for w in range(part.first, part.last):
         left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while left:

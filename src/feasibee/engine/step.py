@@ -16,8 +16,9 @@ from feasibee.engine.bits import (
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.counting import count_opinions
+from feasibee.engine.crowd import sense_crowd
 from feasibee.engine.draws import coin, draw, shuffle
-from feasibee.engine.few import move_few, number_tasks, sense_general
+from feasibee.engine.few import move_few, number_tasks, sense_general_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.knowledge import defer, update_pending
@@ -28,7 +29,7 @@ from feasibee.engine.order import fill_robots, keep_order
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
 from feasibee.engine.pools import draw_headings, draw_phases, list_members, phase_duration, present_phase
-from feasibee.engine.sensing import clear_counts, forget, label_of, sense_fast
+from feasibee.engine.sensing import clear_counts, forget, label_of, sense_general_crowd, sense_together
 from feasibee.engine.tasklists import fill_lists
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
@@ -167,22 +168,54 @@ def stop(params, state, w):
 
 
 @spliced
-def advance_fast(params, state, functions, part):
-    """Do one step on the fast path (model.md 3.1 to 3.3)."""
+def advance_few(params, state, functions, part):
+    """Do one step of up to 32 robots on the fast path (model.md 3.1 to 3.3)."""
+    move_freely(state, part)
+    tick(state, part)
+    sense_together(params, state, part)
+    rate_fast(params, state, functions.quality, part)
+    finish(params, state, functions, part)
+
+
+@spliced
+def advance_crowd(params, state, functions, part):
+    """Do one step of more robots on the fast path."""
     move_freely(state, part)
     keep_order(params, state, part)
     tick(state, part)
-    sense_fast(params, state, part)
+    sense_crowd(params, state, part)
     wait_for_all(part)
     rate_fast(params, state, functions.quality, part)
     finish(params, state, functions, part)
 
 
 @spliced
-def advance_general(params, state, functions, part):
-    """Do one step in the general engine."""
-    if state.clock[Clock.STEP] == 0 and not params.together:
+def advance_general_few(params, state, functions, part):
+    """Do one step of up to 32 robots in the general engine."""
+    begin_general(params, state, functions, part)
+    move_few(params, state, part)
+    tick(state, part)
+    sense_general_few(params, state, functions, part)
+    end_general(params, state, functions, part)
+
+
+@spliced
+def advance_general_crowd(params, state, functions, part):
+    """Do one step of more robots in the general engine."""
+    if state.clock[Clock.STEP] == 0:
         fill_robots(params, state, part)
+    begin_general(params, state, functions, part)
+    move_where_clear(params, state, part)
+    keep_order(params, state, part)
+    tick(state, part)
+    sense_general_crowd(params, state, functions, part)
+    wait_for_all(part)
+    end_general(params, state, functions, part)
+
+
+@spliced
+def begin_general(params, state, functions, part):
+    """Stop robots whose time has come; let all begin to know at step 0."""
     if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
         for w in range(part.first, part.last):
             stop(params, state, w)
@@ -190,14 +223,11 @@ def advance_general(params, state, functions, part):
     if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.START)
-    if params.together:
-        move_few(params, state, part)
-    else:
-        move_where_clear(params, state, part)
-    keep_order(params, state, part)
-    tick(state, part)
-    sense_general(params, state, functions, part)
-    wait_for_all(part)
+
+
+@spliced
+def end_general(params, state, functions, part):
+    """Ask robots whether they are sure, rate what they know, and move on those whose phase ends."""
     if params.strategy.declares:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.DECLARE)

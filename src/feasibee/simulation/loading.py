@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 FAST: Final = "fast-path engine"
 GENERAL: Final = "general engine"
+FEW: Final = 32
+"""Robots up to which an engine has other code than for more."""
 DURATION: Final = "5 to 20 s of CPU time"
 """Time to compile an engine, measured in docs/decisions/02-two-compiled-steps.md."""
 ENTRIES: Final = ("play", "start", "advance")
@@ -54,7 +56,7 @@ class Prepared(NamedTuple):
 
 
 _loading = threading.Lock()  # a second thread finds what the first has compiled
-_loaded: set[tuple[str, Strategy]] = set()
+_loaded: set[tuple[str, bool, Strategy]] = set()
 _current: Compilation | None = None
 
 
@@ -76,15 +78,15 @@ def load_engine(scenario: Scenario) -> bool:
     bool
         Whether everything was on disk or in memory already.
     """
-    engine = engine_of(scenario)
-    if (engine, scenario.strategy) in _loaded:
+    engine, few = engine_of(scenario), scenario.robots.count <= FEW
+    if (engine, few, scenario.strategy) in _loaded:
         return True  # without the lock: another thread may hold it while it compiles
     own_folder(cache_root())  # an error of it needs no engine
     with _loading, _showing(engine) as compiled:
         from feasibee.engine.runner import engine_functions
 
-        engine_functions(scenario.strategy, engine == FAST)
-    _loaded.add((engine, scenario.strategy))
+        engine_functions(scenario.strategy, engine == FAST, few)
+    _loaded.add((engine, few, scenario.strategy))
     return not compiled
 
 
@@ -101,8 +103,10 @@ def prepare_engines(files: Sequence[Path] = ()) -> Iterator[Prepared]:
         parts = {str(file): [_scenario_of(file)] for file in files}
     else:
         parts = {
-            FAST: [Scenario()],
-            GENERAL: [Scenario(arena={"boundary": "walls"})],
+            FAST: [Scenario(robots={"count": count}) for count in (FEW, FEW + 1)],
+            GENERAL: [
+                Scenario(arena={"boundary": "walls"}, robots={"count": count}) for count in (FEW, FEW + 1)
+            ],
             f"{len(STRATEGIES)} built-in strategies": [_with_strategy(name) for name in STRATEGIES],
         }
     for name, scenarios in parts.items():

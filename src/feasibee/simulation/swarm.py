@@ -79,7 +79,8 @@ class Swarm:
         self._tables = lowered.tables
         self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
         self._packed = params.packed(self._params)
-        self._start, self._advance, self._functions = runner.engine_functions(lowered.strategy, lowered.fast)
+        engine = runner.engine_functions(lowered.strategy, lowered.fast, lowered.params.together)
+        self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS)
