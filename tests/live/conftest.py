@@ -19,12 +19,12 @@ def slow_engine(monkeypatch):
     """An engine for walls that isn't on disk: it compiles until the event is set."""
     ready, done = runner.engine_functions, Event()
 
-    def compile_slowly(strategy, fast):
+    def compile_slowly(strategy, fast, few):
         if not fast:
             with global_compiler_lock:
                 on_compile.get()("advance_general")
                 assert done.wait(30)
-        return ready(strategy, fast)
+        return ready(strategy, fast, few)
 
     for boundary in ("torus", "walls"):
         load_engine(Scenario(arena={"boundary": boundary}))
