@@ -111,16 +111,20 @@ def share_rows(params, state, part):
 @inlined
 def move_numbers(params, state, part, order):
     """Put the rows of `State.robots` in the new order."""
-    spare, first, last = state.robots[Robot.SPARE], WORD * part.first, end_of(params, part)
     for kind in NUMBERS:
-        if not is_used(params, kind):
-            continue
-        numbers = state.robots[kind]
-        for i in range(first, last):
-            spare[i] = numbers[order[i]]
-        wait_for_all(part)
-        for i in range(first, last):
-            numbers[i] = spare[i]
+        if is_used(params, kind):
+            move_row(params, part, state.robots[kind], state.robots[Robot.SPARE], order)
+
+
+@called
+def move_row(params, part, row, spare, order):
+    """Put a row of numbers in the new order, by way of a spare row."""
+    first, last = WORD * part.first, end_of(params, part)
+    for i in range(first, last):
+        spare[i] = row[order[i]]
+    wait_for_all(part)
+    for i in range(first, last):
+        row[i] = spare[i]
 
 
 @inlined
@@ -140,12 +144,7 @@ def move_counts(params, state, part, order):
     """Put counts, memory and what was seen of each class in the new order."""
     spare, first, last = state.counts[Count.SPARE], WORD * part.first, end_of(params, part)
     for kind in range(int64(Count.SENT_BITS)):
-        counts = state.counts[kind]
-        for i in range(first, last):
-            spare[i] = counts[order[i]]
-        wait_for_all(part)
-        for i in range(first, last):
-            counts[i] = spare[i]
+        move_row(params, part, state.counts[kind], spare, order)
     for k in range(state.memory.shape[1]):
         for i in range(first, last):
             spare[i] = bits_of(state.memory[order[i], k])
