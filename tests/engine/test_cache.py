@@ -465,7 +465,7 @@ def test_the_engine_survives_damage_to_each_of_its_files(folder):
     assert run() == (expected, "")
     (inner,) = folder.iterdir()
     files = sorted(inner.glob("*.nbc"))
-    assert len(files) == 9
+    assert {path.name.split("-")[0] for path in files} >= {"play", "start_fast", "advance_few", "say"}
     for path in files:
         data = path.read_bytes()
         path.write_bytes(flipped(data, 0.5, 3))
