@@ -8,6 +8,7 @@ walls the unit is twice that, and no difference wraps. Sets of robots are words 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.engine.params import Params
+from feasibee.engine.structs import Struct
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
@@ -209,7 +211,8 @@ class Share(IntEnum):
     TURN = 8  # number of the times that all have waited: a cache line of its own
 
 
-class Part(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Part(Struct):
     """A thread's part of the work on a swarm; see `feasibee.engine.team`."""
 
     thread: int
@@ -243,11 +246,9 @@ class Tables(NamedTuple):
     parameters: Annotated[Floats, "parameter"]
 
 
-class State(NamedTuple):
-    """One swarm at one step; robots are padded to whole words.
-
-    The arrays are few and wide: each kernel that is passed the state takes longer to compile for each field.
-    """
+@dataclass(frozen=True, eq=False)
+class State(Struct):
+    """One swarm at one step; robots are padded to whole words."""
 
     robots: Annotated[Int32s, "Robot", "robot"]
     sets: Annotated[Words, "Set", "word of robots"]
@@ -299,7 +300,8 @@ class Functions(NamedTuple):
     update: Any  # see `feasibee.engine.knowledge`
 
 
-class Outcome(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Outcome(Struct):
     """The arrays of a `Record` that the engine fills in."""
 
     decision: Annotated[Int8s, "run"]
@@ -309,7 +311,8 @@ class Outcome(NamedTuple):
     account: Annotated[Int64s, "run", "column of the account"]
 
 
-class Control(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Control(Struct):
     """The numbers that a simulating thread shares with the thread that waits for it."""
 
     steps_done: Annotated[Int64s, "one"]

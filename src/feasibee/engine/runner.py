@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -244,7 +245,7 @@ def _chunk_length(params: Params, runs: int, threads: int) -> int:
 
 def outcome_of(record: Record) -> Outcome:
     """Return the arrays of a record."""
-    return Outcome(*(getattr(record, name) for name in Outcome._fields))
+    return Outcome(*(getattr(record, each.name) for each in fields(Outcome)))
 
 
 def _play(
