@@ -188,8 +188,7 @@ def play(params, state, outcome, first_run, control, start, advance, functions, 
     return outcome.decision.size
 
 
-@entry(ABANDON)
-def abandon(part):
+def abandon_run(part):
     """Let the other threads end the run, instead of a thread in which a strategy has raised an error."""
     part.shared[part.thread, Share.ENDED] = 1
     wait_for_all(part)
@@ -197,8 +196,16 @@ def abandon(part):
 
 
 @cache
+def abandon():
+    """Compile `abandon_run`, which only larger swarms need."""
+    return entry(ABANDON)(abandon_run)
+
+
+@cache
 def world_functions(fast, few):
     """Compile the start and the steps of a run: on the fast path or not, for up to 32 robots or for more."""
+    if not few:
+        abandon()
     if fast:
         start, advance = start_fast, advance_few if few else advance_crowd
     else:

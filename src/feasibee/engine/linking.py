@@ -10,8 +10,10 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
+from llvmlite import binding, ir
 from numba.core import codegen, compiler, compiler_machinery, environment, typed_passes, types, untyped_passes
 
+llvm: Any = binding
 JITCodeLibrary: Any = codegen.JITCodeLibrary
 Compiler: Any = compiler.Compiler
 LEVEL: Final = 2
@@ -37,11 +39,24 @@ ENVIRONMENT: Final = "_ZN08NumbaEnv"
 """How names start of what functions that raise errors with values refer to."""
 
 
-class Part(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
-    """Code of a function that only compiled code calls. It is linked into others, and not run by itself."""
+class Code(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
+    """Code of a function, not optimised yet."""
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Add code. To load early what lies behind a pointer, LLVM must know that it may be loaded at all."""
+        for function in ir_module.functions:
+            for argument in function.args:
+                behind: Any = getattr(argument.type, "pointee", None)
+                if isinstance(getattr(behind, "element", None), ir.IntType):
+                    argument.attributes.dereferenceable = behind.count * behind.element.width // 8
+        super().add_ir_module(ir_module)
 
     def _optimize_functions(self, module: Any) -> None:
         module.data_layout = self._codegen._data_layout
+
+
+class Part(Code):
+    """Code of a function that only compiled code calls. It is linked into others, and not run by itself."""
 
     def finalize(self) -> None:
         """Leave the code as it is."""
@@ -60,11 +75,8 @@ class Part(JITCodeLibrary):  # type: ignore[misc]  # numba has no types
         """Set nothing: `Whole` does."""
 
 
-class Whole(JITCodeLibrary):  # type: ignore[misc]
+class Whole(Code):
     """Code of a function that Python calls, and of all that it calls."""
-
-    def _optimize_functions(self, module: Any) -> None:
-        module.data_layout = self._codegen._data_layout
 
     def finalize(self) -> None:
         """Link all that is called, optimise it together and make machine code."""
@@ -72,7 +84,10 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
         super().finalize()
 
     def _optimize_final_module(self) -> None:
-        passes = self._codegen._pass_builder(opt=LEVEL)
+        options = llvm.create_pipeline_tuning_options(LEVEL)
+        options.loop_vectorization = True
+        options.loop_interleaving = False  # several rounds of a loop at once: no step was faster
+        passes = llvm.create_pass_builder(self._codegen._tm, options)
         passes.getModulePassManager().run(self._final_module, passes)
 
     def _finalize_specific(self) -> None:

@@ -48,6 +48,11 @@ def words_of(field: Any) -> int:
     return field.words if isinstance(field, Pointer) else 1
 
 
+def table_of(kind: Pointer) -> Any:
+    """Return LLVM's type of the words that a pointer points to."""
+    return ir.ArrayType(LONG, kind.words)
+
+
 @extending.typeof_impl.register(Struct)
 def _typeof(struct: Any, _context: Any) -> Any:
     cls: Any = type(struct)
@@ -57,14 +62,14 @@ def _typeof(struct: Any, _context: Any) -> Any:
 @extending.register_model(Pointer)
 class _Model(PrimitiveModel):  # type: ignore[misc]  # numba has no types
     def __init__(self, manager: Any, kind: Pointer) -> None:
-        super().__init__(manager, kind, LONG.as_pointer())
+        super().__init__(manager, kind, table_of(kind).as_pointer())
 
 
-def _unbox(_kind: Any, struct: Any, unboxing: Any) -> Any:
+def _unbox(kind: Any, struct: Any, unboxing: Any) -> Any:
     number = unboxing.pyapi.object_getattr_string(struct, "address")
     address = unboxing.pyapi.long_as_longlong(number)
     unboxing.pyapi.decref(number)
-    return NativeValue(unboxing.builder.inttoptr(address, LONG.as_pointer()))
+    return NativeValue(unboxing.builder.inttoptr(address, table_of(kind).as_pointer()))
 
 
 unboxes(Pointer)(_unbox)
@@ -82,7 +87,8 @@ class _Fields(AttributeTemplate):  # type: ignore[misc]
 def _load_field(context: Any, builder: Any, kind: Any, pointer: Any, name: str) -> Any:
     field, place = kind.fields[name], kind.places[name]
     if isinstance(field, Pointer):
-        return builder.gep(pointer, [LONG(place)], inbounds=True)
+        start = builder.gep(pointer, [LONG(0), LONG(place)], inbounds=True)
+        return builder.bitcast(start, table_of(field).as_pointer())
     words = [word_at(builder, pointer, place + k) for k in range(words_of(field))]
     return array_of(context, builder, field, *words) if isinstance(field, types.Array) else words[0]
 
@@ -92,7 +98,7 @@ loads_field(Pointer)(_load_field)
 
 def word_at(builder: Any, pointer: Any, place: int) -> Any:
     """Load a word that never changes: what compiled code stores elsewhere doesn't make LLVM load it again."""
-    word = builder.load(builder.gep(pointer, [LONG(place)], inbounds=True))
+    word = builder.load(builder.gep(pointer, [LONG(0), LONG(place)], inbounds=True))
     word.set_metadata("invariant.load", builder.module.add_metadata([]))
     return word
 

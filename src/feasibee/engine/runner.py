@@ -307,5 +307,5 @@ def _advance_part(engine: Engine, *arguments: Any) -> None:
     try:
         engine.advance(*arguments)
     except BaseException:
-        entrypoints.abandon(arguments[-1])
+        entrypoints.abandon()(arguments[-1])
         raise
