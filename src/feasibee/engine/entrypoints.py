@@ -11,7 +11,7 @@ from feasibee.engine.compile import entry, inlined
 from feasibee.engine.counting import count_opinions, sum_counts
 from feasibee.engine.layout import Clock, Share
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
-from feasibee.engine.team import total, wait_for_all
+from feasibee.engine.team import comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import (
     BITS_SENT,
@@ -80,13 +80,12 @@ def record_totals(params, state, outcome, row):
 def end_step(params, state, outcome, row, steps, control, part):
     """Count a step, or none at the start, and record the swarm once all threads have come here."""
     part.shared[part.thread, Share.ENDED] = int64(control.cancelled[0])
-    wait_for_all(part)
-    if part.thread == 0:
+    if comes_last(part):
         state.clock[Clock.STEP] += steps
         control.steps_done[0] += steps
         sum_counts(params, state, part)
         record_step(params, state, outcome, row)
-    wait_for_all(part)
+        let_go(part)
 
 
 @inlined
@@ -191,7 +190,6 @@ def play(params, state, outcome, first_run, control, start, advance, functions, 
 def abandon_run(part):
     """Let the other threads end the run, instead of a thread in which a strategy has raised an error."""
     part.shared[part.thread, Share.ENDED] = 1
-    wait_for_all(part)
     wait_for_all(part)
 
 

@@ -202,18 +202,24 @@ def few_within_on(
 
 
 @intrinsic
-def store_few(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any) -> Any:
+def store_few(
+    _typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any, same: Any, others: Any
+) -> Any:
     """Store the chosen ones of the 8 numbers from ``first`` on, from ``place`` on; return how many these are.
 
-    What follows them in the target is lost.
+    Store as often the number ``same`` in ``others``. What follows them in both targets is lost.
     """
-    return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(LANES)
+    kinds = numbers, types.int64, types.uint32, target, types.int64, types.int32, others
+    return types.int64(*kinds), storing(LANES)
 
 
 @intrinsic
-def store_many(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any) -> Any:
+def store_many(
+    _typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any, same: Any, others: Any
+) -> Any:
     """Store of 32 numbers what `store_few` stores of 8."""
-    return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(WORD)
+    kinds = numbers, types.int64, types.uint32, target, types.int64, types.int32, others
+    return types.int64(*kinds), storing(WORD)
 
 
 def storing(count: int) -> Any:
@@ -221,14 +227,17 @@ def storing(count: int) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         words, truths = ir.VectorType(INT, count), ir.VectorType(BIT, count)
-        source, target = (
-            context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 3)
+        source, target, others = (
+            context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 3, 6)
         )
         found = vector_at(builder, source, arguments[1], words)
         bits = arguments[2] if count == WORD else builder.trunc(arguments[2], ir.IntType(count))
         kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
         store = declared(builder.module, kind, f"llvm.masked.compressstore.v{count}i32")
         builder.call(store, [found, builder.gep(target, [arguments[4]]), builder.bitcast(bits, truths)])
+        # One store of all: LLVM leaves a loop of stores as it is.
+        start = builder.bitcast(builder.gep(others, [arguments[4]]), words.as_pointer())
+        builder.store(spread(builder, arguments[5], words), start, align=4)
         return builder.zext(builder.ctpop(bits), LONG)
 
     return generate
@@ -257,6 +266,20 @@ def odd_numbers(count: int) -> Any:
         return as_word(builder, builder.and_(differs, builder.trunc(found, ir.VectorType(BIT, count))))
 
     return generate
+
+
+@intrinsic
+def same_or_free(_typing: Any, labels: Any, first: Any, number: Any) -> Any:
+    """Return which of 8 labels have a number, as bits 0 to 7, and which are negative, as the next 8 bits."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        found, two = vector_at(builder, data, arguments[1], INTS), spread(builder, INT(2), INTS)
+        same = builder.icmp_signed("==", builder.ashr(found, two), spread(builder, arguments[2], INTS))
+        free = builder.icmp_signed("<", found, ir.Constant(INTS, None))
+        return builder.or_(as_word(builder, same), builder.shl(as_word(builder, free), INT(LANES)))
+
+    return types.uint32(labels, types.int64, types.int32), generate
 
 
 def vector_at(builder: Any, data: Any, place: Any, vector: Any) -> Any:

@@ -61,7 +61,7 @@ class Robot(IntEnum):
     MESSAGES = 12  # heard since the inbox was emptied
     IDENTITY = 13  # the first robot with the same id
     TABLE = 14  # number of the table that its inbox takes, from 1 on, or 0
-    SPARE = 15  # room to sort the others in
+    SPARE = 15  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -84,7 +84,6 @@ class Set(IntEnum):
     DECLARED = 14
     DECLARED_FEASIBLE = 15
     STOPPING = 16  # robots that stop at `FaultParams.stop_step`
-    SPARE = 17  # room to sort the others in
 
 
 class Count(IntEnum):
