@@ -21,6 +21,7 @@ from feasibee.engine.draws import coin, draw, shuffle
 from feasibee.engine.few import move_few, number_tasks, sense_general_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.inbox import clear_inbox, free_all_tables
+from feasibee.engine.intrinsics import lowest
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
@@ -174,7 +175,7 @@ def advance_few(params, state, functions, part):
     tick(state, part)
     sense_together(params, state, part)
     rate_fast(params, state, functions.quality, part)
-    finish(params, state, functions, part)
+    finish_few(params, state, functions, part)
 
 
 @spliced
@@ -197,6 +198,7 @@ def advance_general_few(params, state, functions, part):
     tick(state, part)
     sense_general_few(params, state, functions, part)
     end_general(params, state, functions, part)
+    finish_few(params, state, functions, part)
 
 
 @spliced
@@ -211,6 +213,7 @@ def advance_general_crowd(params, state, functions, part):
     sense_general_crowd(params, state, functions, part)
     wait_for_all(part)
     end_general(params, state, functions, part)
+    finish(params, state, functions, part)
 
 
 @spliced
@@ -227,12 +230,26 @@ def begin_general(params, state, functions, part):
 
 @spliced
 def end_general(params, state, functions, part):
-    """Ask robots whether they are sure, rate what they know, and move on those whose phase ends."""
+    """Ask robots whether they are sure, and rate what they know."""
     if params.strategy.declares:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.DECLARE)
     rate_general(params, state, functions, part)
-    finish(params, state, functions, part)
+
+
+@spliced
+def finish_few(params, state, functions, part):
+    """Do what `finish` does with up to 32 robots, which have pools: so none are listed first."""
+    left = state.sets[Set.TURNING, 0]
+    while left:
+        head(params, state, 0, lowest(left), 0)
+        left = without_lowest(left)
+    left = state.sets[Set.ENDING, 0]
+    while left:
+        i = lowest(left)
+        end_phase(params, state, functions, part, i, present_phase(params, state, 0, i, 0))
+        left = without_lowest(left)
+    count_opinions(params, state, part)
 
 
 @spliced
@@ -246,11 +263,17 @@ def finish(params, state, functions, part):
         for k in range(count):
             i = int64(state.heard[part.thread, Heard.RECEIVER, k])
             phase = present_phase(params, state, part.thread, i, k)
-            if contains(state.sets[Set.DISSEMINATING], i):
-                end_dissemination(params, state, functions, part, i, phase)
-            else:
-                end_exploration(params, state, functions, i, phase)
+            end_phase(params, state, functions, part, i, phase)
     count_opinions(params, state, part)
+
+
+@spliced
+def end_phase(params, state, functions, part, i, phase):
+    """Begin a robot's next phase, which has been drawn."""
+    if contains(state.sets[Set.DISSEMINATING], i):
+        end_dissemination(params, state, functions, part, i, phase)
+    else:
+        end_exploration(params, state, functions, i, phase)
 
 
 @spliced
