@@ -216,6 +216,32 @@ def store_many(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any,
     return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(WORD)
 
 
+@intrinsic
+def store_members(
+    _typing: Any, who: Any, numbers: Any, place: Any, robot: Any, members: Any, first: Any
+) -> Any:
+    """Store the members of a word, of which the first has number ``first``, and beside each the same robot.
+
+    Return how many these are. 32 entries of ``who`` are written, whatever their number.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        words, truths = ir.VectorType(INT, WORD), ir.VectorType(BIT, WORD)
+        who, target = (
+            builder.gep(context.make_array(kind)(context, builder, each).data, [arguments[2]])
+            for kind, each in zip(signature.args[:2], arguments[:2], strict=True)
+        )
+        same = spread(builder, arguments[3], words)
+        builder.store(same, builder.bitcast(who, words.as_pointer()), align=4)
+        numbers = builder.add(constants(words, range(WORD)), spread(builder, arguments[5], words))
+        kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
+        store = declared(builder.module, kind, f"llvm.masked.compressstore.v{WORD}i32")
+        builder.call(store, [numbers, target, builder.bitcast(arguments[4], truths)])
+        return builder.zext(builder.ctpop(arguments[4]), LONG)
+
+    return types.int64(who, numbers, types.int64, types.int32, types.uint32, types.int32), generate
+
+
 def storing(count: int) -> Any:
     """Return the generator of an intrinsic that stores the chosen ones of ``count`` numbers."""
 
