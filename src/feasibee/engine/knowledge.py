@@ -381,6 +381,7 @@ def defer_all(params, state, functions, action, i, members, first):
     """
     if state.clock[Clock.PENDING] >= PENDING_ROOM - WORD:
         update_full(params, state, functions, action)
-    who, numbers, place = state.pending[Pending.WHO], state.pending[Pending.NUMBER], state.clock[Clock.PENDING]
+    who, numbers = state.pending[Pending.WHO], state.pending[Pending.NUMBER]
+    place = state.clock[Clock.PENDING]
     added = store_members(who, numbers, place, int32(i), members, int32(first))
     state.clock[Clock.PENDING] = place + added

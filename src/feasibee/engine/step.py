@@ -17,7 +17,8 @@ from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.counting import count_opinions
 from feasibee.engine.crowd import sense_crowd
-from feasibee.engine.draws import coin, draw, shuffle
+from feasibee.engine.draws import coin, draw
+from feasibee.engine.faults import NEVER, draw_faults, stop
 from feasibee.engine.few import move_few, number_tasks, sense_general_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.inbox import clear_inbox, free_all_tables
@@ -34,10 +35,8 @@ from feasibee.engine.sensing import clear_counts, forget, label_of, sense_genera
 from feasibee.engine.tasklists import fill_lists
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
-from feasibee.model.purposes import FAULT, FIRST_OPINION
+from feasibee.model.purposes import FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
-
-NEVER = 2**31 - 1
 
 
 @spliced
@@ -129,43 +128,6 @@ def prepare_robot(params, state, i, k):
     clear_counts(params, state, i)
     state.robots[Robot.AGREED, i] = 0
     state.memory[i] = 0.0
-
-
-@called
-def draw_faults(params, state):
-    """Draw the faulty robots: the first of a shuffle stop, the next lie, the next are stubborn."""
-    if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
-        return
-    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
-    for k in range(params.faults.stopped):
-        set_member(state.sets, Set.STOPPING, int64(state.robots[Robot.ORDER, k]), True)
-    for k in range(params.faults.byzantine):
-        i = int64(state.robots[Robot.ORDER, params.faults.stopped + k])
-        set_member(state.sets, Set.BYZANTINE, i, True)
-        set_member(state.sets, Set.COUNTED, i, False)
-    for k in range(params.faults.stubborn):
-        i = int64(state.robots[Robot.ORDER, params.faults.stopped + params.faults.byzantine + k])
-        set_member(state.sets, Set.STUBBORN, i, True)
-
-
-@called
-def stop(params, state, w):
-    """Stop the robots of a word with that fault for the rest of the run (model.md 6.6)."""
-    stopping = state.sets[Set.STOPPING, w]
-    left = stopping
-    while left:
-        i = lowest_member(w, left)
-        state.robots[Robot.WALK_LEFT, i] = NEVER
-        state.robots[Robot.PHASE_LEFT, i] = NEVER
-        state.robots[Robot.STEP_X, i] = 0
-        state.robots[Robot.STEP_Y, i] = 0
-        left = without_lowest(left)
-    for kind in (Set.WORKING, Set.COUNTED, Set.DISSEMINATING, Set.SPEAKING, Set.BLOCKED):
-        state.sets[kind, w] &= ~stopping
-    while stopping:
-        i = lowest_member(w, stopping)
-        state.robots[Robot.LABEL, i] = label_of(state, i)
-        stopping = without_lowest(stopping)
 
 
 @spliced
