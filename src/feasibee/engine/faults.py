@@ -1,4 +1,4 @@
-"""Faulty robots: who they are, and those that stop (model.md 6.6); what liars send is in `publishing`."""
+"""Faulty robots: which they are, and how some stop (model.md 6.6)."""
 
 from __future__ import annotations
 

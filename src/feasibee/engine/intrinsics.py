@@ -220,9 +220,9 @@ def store_many(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any,
 def store_members(
     _typing: Any, who: Any, numbers: Any, place: Any, robot: Any, members: Any, first: Any
 ) -> Any:
-    """Store the members of a word, of which the first has number ``first``, and beside each the same robot.
+    """Store the members of a word, whose lowest has number ``first``; return how many these are.
 
-    Return how many these are. 32 entries of ``who`` are written, whatever their number.
+    The robot is written to 32 entries of ``who``, whatever their number.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
