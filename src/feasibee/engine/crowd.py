@@ -12,10 +12,11 @@ from feasibee.engine.bits import has_bit, lowest_member, place_of, without_lowes
 from feasibee.engine.cells import are_few, block, count_within, few_near, few_near_both, near, near_both
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.inbox import keep_label, keeps_labels_only, receive
-from feasibee.engine.intrinsics import LANES, few_odd, many_odd, popcount, store_few, store_many
+from feasibee.engine.intrinsics import LANES, popcount
 from feasibee.engine.layout import HEARD_ROOM, WORD, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS
+from feasibee.engine.queues import few_odd, many_odd, store_few, store_many
 
 
 @called

@@ -11,7 +11,7 @@ from feasibee.engine.compile import entry, inlined
 from feasibee.engine.counting import count_opinions, sum_counts
 from feasibee.engine.layout import Clock, Share
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
-from feasibee.engine.team import comes_last, let_go, total, wait_for_all
+from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import (
     BITS_SENT,
@@ -120,6 +120,7 @@ def advance_few(params, state, outcome, row, until, control, functions, part):
     ``row`` is the run's row of the outcome. ``control.steps_done`` counts steps. Setting
     ``control.cancelled`` ends the run, as does an inbox without room.
     """
+    part = alone(part)
     if state.clock[Clock.STEP] == 0:
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
@@ -142,6 +143,7 @@ def advance_crowd(params, state, outcome, row, until, control, functions, part):
 
 def advance_general_few(params, state, outcome, row, until, control, functions, part):
     """Simulate a run of up to 32 robots in the general engine; see `advance_few`."""
+    part = alone(part)
     if state.clock[Clock.STEP] == 0:
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):

@@ -134,10 +134,10 @@ class Pending(IntEnum):
     """Rows of `State.pending`; the second has a meaning for each action."""
 
     WHO = 0  # the robot for which a function is called
-    NUMBER = 1  # of the robot or task that it sees; negative for a false sighting
+    NUMBER = 1  # of what it sees: robots, then tasks; negative for a false sighting
     FALSE_OPINION = 1  # opinion that its message must support if it is Byzantine, else -1
     SPEAKER = 1  # number of the robot that it hears
-    COLUMN = 2  # class of the robot or task that it sees: classes of robots, then of tasks
+    COLUMN = 2  # class of a false sighting: classes of robots, then of tasks
     MARK = 3  # hash of a false sighting
 
 
@@ -219,6 +219,17 @@ class Part(Struct):
     first: int  # first word of its robots
     last: int  # the word after its last one
     give_way: int  # address of the system's function that lets other threads run, or 0
+    shared: Annotated[Int64s, "thread", "Share"]
+
+
+class Alone(NamedTuple):
+    """The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
+
+    thread: int
+    threads: int
+    first: int
+    last: int
+    give_way: int
     shared: Annotated[Int64s, "thread", "Share"]
 
 

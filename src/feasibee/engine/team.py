@@ -17,7 +17,7 @@ from numba import int64, types
 from numba.extending import intrinsic
 
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.layout import WORD, Part, Share
+from feasibee.engine.layout import WORD, Alone, Part, Share
 from feasibee.engine.params import Params
 
 SPINS = 4000
@@ -111,6 +111,12 @@ def parts_of(params: Params, threads: int = 1) -> list[Part]:
         Part(thread, threads, int(bounds[thread]), int(bounds[thread + 1]), give_way(), shared)
         for thread in range(threads)
     ]
+
+
+@inlined
+def alone(part):
+    """Return the part of one thread with one word, in constants: the compiler leaves out waits and loops."""
+    return Alone(int64(0), int64(1), int64(0), int64(1), int64(0), part.shared)
 
 
 @cache
