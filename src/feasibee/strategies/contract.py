@@ -66,6 +66,8 @@ CONSTANTS: Final[Mapping[str, str]] = {
     "STARTS_NEUTRAL": "starts_neutral",
     "BY_NAME": "by_name",
     "NEEDS_COUNT": "needs_count",
+    "NEEDS_IDS": "needs_ids",
+    "NEEDS_NAMES": "needs_names",
     "ONE_CLASS": "one_class",
 }
 """The constants of a strategy's file, and the fields of `Manifest` that hold them."""
@@ -237,6 +239,12 @@ class Manifest:
         ``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing.
     needs_count : bool
         ``NEEDS_COUNT``: whether robots must know how many robots there are.
+    needs_ids : bool or str
+        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or the name of a parameter, with which it
+        does if that is above 0.
+    needs_names : bool or str
+        ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a frame
+        that they share; or the name of a parameter, as for ``needs_ids``.
     one_class : bool
         ``ONE_CLASS``: whether robots and tasks can't have classes.
     functions : frozenset of str
@@ -255,6 +263,8 @@ class Manifest:
     starts_neutral: bool = False
     by_name: bool = False
     needs_count: bool = False
+    needs_ids: bool | str = False
+    needs_names: bool | str = False
     one_class: bool = False
     functions: frozenset[str] = frozenset()
     source: str = ""

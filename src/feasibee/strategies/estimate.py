@@ -17,6 +17,7 @@ Our own.
 from feasibee.strategies import tally
 from feasibee.strategies.tally import rows_of, sum_up
 
+NEEDS_IDS = True
 quality = tally.quality
 dissemination = tally.dissemination
 decide = tally.decide

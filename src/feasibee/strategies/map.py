@@ -37,6 +37,8 @@ from feasibee.strategies import census, quiet_census
 BY_NAME = True
 STARTS_NEUTRAL = True
 NEEDS_COUNT = True
+NEEDS_IDS = "tolerates"
+NEEDS_NAMES = True
 ONE_CLASS = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
 MEMBERS = 31

@@ -31,6 +31,8 @@ from feasibee.strategies import census
 from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
 
 BY_NAME = True
+NEEDS_IDS = True
+NEEDS_NAMES = True
 STARTS_NEUTRAL = True
 ONE_CLASS = True
 PARAMETERS = {"quiet": 0.0, "tolerates": 0.0}

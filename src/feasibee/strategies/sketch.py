@@ -23,6 +23,8 @@ import math
 from feasibee.strategies import census
 
 BY_NAME = True
+NEEDS_IDS = True
+NEEDS_NAMES = True
 REGISTERS = 128
 TOP = 15
 

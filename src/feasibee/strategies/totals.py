@@ -41,6 +41,8 @@ from feasibee.strategies import tally
 from feasibee.strategies.certified import tolerated
 
 NEEDS_COUNT = True
+NEEDS_IDS = True
+NEEDS_NAMES = "arrivals"
 ONE_CLASS = True
 PARAMETERS = {"arrivals": 0.0, "kappa": 1.19, "tolerates": 0.0}
 DIGITS = 6

@@ -34,6 +34,8 @@ from feasibee.strategies.certified import steps_for, steps_given, tasks_to_inven
 from feasibee.strategies.quiet_census import patience
 
 NEEDS_COUNT = True
+NEEDS_IDS = "tolerates"
+NEEDS_NAMES = True
 ONE_CLASS = True
 PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0, "looks": 1.0}
 NAMES, NAME_BITS, QUIET, TOLERATES, LOOKS = 0, 1, 2, 3, 4
