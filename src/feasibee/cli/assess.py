@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shlex
+import sys
 from pathlib import Path
 from shutil import get_terminal_size
 
@@ -17,6 +19,7 @@ from feasibee.cli.options import (
     scenario_options,
     seed_option,
 )
+from feasibee.cli.size import right_option
 
 
 @click.command()
@@ -29,6 +32,7 @@ from feasibee.cli.options import (
 @click.option(
     "--runs", type=click.IntRange(1), default=400, show_default=True, help="Number of runs of each variant."
 )
+@right_option
 @seed_option
 @workforce_options
 @click.option("--report", type=file_type, metavar="FILE.html", help="Write the assessment as a page.")
@@ -43,16 +47,17 @@ def assess(
     reach: float | None,
     steps: int | None,
     runs: int,
+    right: float,
     seed: int,
     workforce: Workforce,
     report: Path | None,
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Assess in plain words how often a swarm is right, how soon, what limits it, and what would help.
+    """Assess in plain words how often a swarm is right, how soon, what it takes, and what would help.
 
-    FILE is a scenario in TOML; without one, the paper's defaults. Changes and other strategies are run on the
-    same worlds, so that their differences aren't chance.
+    FILE is a scenario in TOML; without one, the paper's defaults. The verdict comes first. Changes, faults
+    and other strategies are run on the same worlds, so that their differences aren't chance.
 
     \b
     Examples:
@@ -61,8 +66,8 @@ def assess(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import check_output
+    from feasibee.studies.advice import sections
     from feasibee.studies.assess import assess as simulate_all
-    from feasibee.studies.assessment import paragraphs
     from feasibee.studies.report import write_report
 
     fields = {
@@ -77,19 +82,22 @@ def assess(
     if report is not None:
         check_output(report, (".html", ".htm"), "--report")
     with executing("Assessing", out, workforce) as execution:
-        assessment = simulate_all(scenario, runs, seed, execution)
+        assessment = simulate_all(scenario, runs, seed, execution, right)
     if report is not None:
-        write_report(assessment, report)
+        write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         click.echo(json.dumps(assessment.to_dict(), indent=2))
         return
-    for paragraph in paragraphs(assessment):
-        click.echo(_wrapped(paragraph) + "\n")
+    for section in sections(assessment):
+        click.echo(f"{section.title}")
+        for line in section.lines:
+            click.echo(_wrapped(line))
+        click.echo()
     if report is not None:
         click.echo(f"The page is {report}")
 
 
-def _wrapped(paragraph: str) -> str:
-    """Wrap a paragraph for the terminal; never break between a number and its %."""
+def _wrapped(line: str) -> str:
+    """Wrap a line for the terminal; never break between a number and its %."""
     width = min(88, get_terminal_size().columns)
-    return click.wrap_text(paragraph.replace(" %", "\u00a0%"), width).replace("\u00a0%", " %")
+    return click.wrap_text(line.replace(" %", "\u00a0%"), width, "  ", "    ").replace("\u00a0%", " %")

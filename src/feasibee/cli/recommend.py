@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING
 
 import click
 
 from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
 from feasibee.cli.options import (
-    console,
     json_option,
     read_scenario,
     scenario_options,
@@ -20,14 +20,7 @@ from feasibee.cli.options import (
 from feasibee.cli.size import by_option, right_option
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from feasibee.studies.recommendation import Recommendation
-
-CAPTION = (
-    "right: the lesser of the shares with these tasks and at the opposite truth (%), with an interval; step: from "
-    "where on enough swarms are right; bits: per robot-step, and in the longest message"
-)
 
 
 @click.command()
@@ -104,36 +97,25 @@ def _print(found: Recommendation) -> None:
     from feasibee.studies.recommendation import described
 
     if found.ranking:
-        console().print(_table(found))
+        click.echo(f"Right in at least {100 * found.constraints.right:g} % of the swarms, the best first:")
     else:
         click.echo("No strategy is shown to meet all constraints.")
-        for each in found.relax:
-            click.echo(f"  Without {each.constraint}: {each.candidate.strategy}, {described(each.candidate)}")
+    for place, each in enumerate(found.ranking, start=1):
+        best = found.best[each.strategy]
+        title = f"{place}. {each.strategy}" + (f" ({', '.join(best)})" if best else "")
+        click.echo(_entry(title, described(each)))
+    for relaxed in found.relax:
+        title = f"Without {relaxed.constraint}: {relaxed.candidate.strategy}"
+        click.echo(_entry(title, described(relaxed.candidate)))
     if found.excluded:
         click.echo("Excluded:")
     for name, reason in found.excluded.items():
-        click.echo(f"  {name}: {reason}")
+        click.echo(click.wrap_text(f"{name}: {reason}", _width(), "  ", "    "))
 
 
-def _table(found: Recommendation) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+def _entry(title: str, text: str) -> str:
+    return f"  {title}\n" + click.wrap_text(text, _width(), "     ", "     ")
 
-    title = f"Strategies that are right in {100 * found.constraints.right:g} % of the swarms or more"
-    table = Table(title=title, caption=CAPTION, box=SIMPLE_HEAD, pad_edge=False)
-    for name in ("strategy", "right", "step", "bits", "message"):
-        table.add_column(name, no_wrap=True, justify="left" if name == "strategy" else "right")
-    table.add_column("needs")
-    table.add_column("best")
-    for each in found.ranking:
-        share = each.worst.right
-        table.add_row(
-            each.strategy,
-            f"{100 * share.estimate:.1f} ({100 * share.low:.1f} to {100 * share.high:.1f})",
-            "" if each.step is None else str(each.step),
-            f"{each.bits:.3g}",
-            str(each.message_bits),
-            ", ".join(each.needs),
-            ", ".join(found.best[each.strategy]),
-        )
-    return table
+
+def _width() -> int:
+    return min(100, get_terminal_size().columns)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -20,11 +19,6 @@ from feasibee.cli.options import (
     scenario_options,
     seed_option,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from feasibee.studies.sizing import Edge, Sizing
 
 right_option = click.option(
     "--right",
@@ -86,11 +80,11 @@ def size(
 ) -> None:
     """Find out how many robots are enough for a swarm to be right often enough.
 
-    FILE is a scenario in TOML; without one, the paper's defaults. The answer is the least number of robots for
-    these tasks, or the least value of another field. It also has the blind band: the numbers of tasks for
-    which this swarm is not right often enough. The search tests few values, each by as many runs as it
-    takes; the whole answer holds with a probability of 95 %. It assumes that the share of right swarms
-    doesn't fall as the field grows.
+    FILE is a scenario in TOML; without one, the paper's defaults. The answer is the least number of robots
+    for these tasks, or the least value of another field. It also has the blind band: the numbers of tasks for
+    which this swarm is not right often enough. The search tests few values, each by as many runs as it takes;
+    the whole answer holds with a probability of 95 %. It assumes that the share of right swarms doesn't fall
+    as the field grows.
 
     \b
     Examples:
@@ -99,11 +93,12 @@ def size(
       feasibee size mine.toml --over radio.range=1:8
     """
     keep_matplotlib_in_cache()
+    from feasibee.figures.sizing import draw_sizing
     from feasibee.figures.style import save_figure
     from feasibee.results.crossing import Rule
     from feasibee.scenario.runs import Runs
     from feasibee.studies.size import size as search
-    from feasibee.studies.sizing import sentences
+    from feasibee.studies.sizing import panels_of, sentences
 
     check_figure("--plot", plot)
     shorts = {"decision.strategy": strategy, "run.steps": by}
@@ -115,7 +110,7 @@ def size(
             scenario, over, Rule(right, most=runs), seed, execution, lambda line: click.echo(line, err=True)
         )
     if plot is not None:
-        save_figure(_drawn(found), plot)
+        save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
     if as_json:
         click.echo(json.dumps(found.to_dict(), indent=2))
         return
@@ -124,19 +119,3 @@ def size(
     click.echo(f"Whole answer: {100 * found.rule.confidence:g} % confidence.")
     if plot is not None:
         click.echo(f"The figure is {plot}")
-
-
-def _drawn(found: Sizing) -> Figure:
-    from feasibee.figures.sizing import Panel, draw_sizing
-
-    def points(*edges: Edge) -> list[tuple[float, object]]:
-        return sorted((value, each.interval) for edge in edges for value, each in edge.tested)
-
-    panels = [Panel(found.edge.path, points(found.edge), least=found.edge.enough)]
-    if found.band is not None:
-        band = None if found.band.empty else (found.band.first, found.band.last)
-        truth = found.scenario.robots.count
-        panels.append(
-            Panel("tasks.count", points(found.band.below, found.band.above), band=band, truth=truth)
-        )
-    return draw_sizing(panels, found.rule.target)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from feasibee.figures.style import figure, spaced_by_ratio
 from feasibee.results.statistics import Interval
 
-BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "0.45"
+BLUE, ORANGE, DARK_ORANGE, GREY = "#0072B2", "#D55E00", "#9c4400", "0.45"
 DECADE: Final = 10
 """Ratio of the largest to the least value from which an axis is spaced by ratio."""
 
@@ -86,7 +86,13 @@ def _draw(ax: Any, panel: Panel, target: float) -> None:
         middle_of_band = np.sqrt(first * last) if ax.get_xscale() == "log" else (first + last) / 2
         ends = f"{first:g}" if first == last else f"{first:g} to {last:g}"
         ax.text(
-            middle_of_band, 101, f"blind band: {ends}", ha="center", va="bottom", color="#9c4400", fontsize=8
+            middle_of_band,
+            101,
+            f"blind band: {ends}",
+            ha="center",
+            va="bottom",
+            color=DARK_ORANGE,
+            fontsize=8,
         )
     if panel.truth is not None:
         ax.axvline(panel.truth + 0.5, color=GREY, linewidth=0.8, linestyle=":")

@@ -8,7 +8,7 @@ rate of the whole answer (Bonferroni), so that it doesn't matter which values ar
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
@@ -124,33 +124,20 @@ def find_crossing(places: int, test: Callable[[int], Tested]) -> Crossing:
         Tests the value at a place; see `tested_at`.
     """
     found: dict[int, Tested] = {}
-
-    def answer_at(place: int) -> Answer:
+    place: int | None = 0
+    while place is not None:
         found[place] = test(place)
-        return found[place].answer
-
-    below, enough = -1, None
-    place = 0
-    while enough is None:
-        answer = answer_at(place)
-        if answer == "enough":
-            enough = place
-        elif answer == "too few":
-            below = place
-        if place == places - 1:
-            break
-        place = min(2 * place + 1, places - 1)
-    while (place := _between(found, below, enough, places)) is not None:
-        answer = answer_at(place)
-        if answer == "enough":
-            enough = place
-        elif answer == "too few":
-            below = place
-    return Crossing(tuple(found[each] for each in sorted(found)), enough, below + 1)
+        below = max((at for at, each in found.items() if each.answer == "too few"), default=-1)
+        enough = min((at for at, each in found.items() if each.answer == "enough"), default=None)
+        if enough is None and places - 1 not in found:
+            place = min(2 * place + 1, places - 1)
+        else:
+            place = _between(found, below, enough, places)
+    return Crossing(tuple(found[at] for at in sorted(found)), enough, below + 1)
 
 
-def _between(found: dict[int, Tested], below: int, enough: int | None, places: int) -> int | None:
-    """Return the place to test next: the middle of a gap next to the last below or the first that is enough."""
+def _between(found: Collection[int], below: int, enough: int | None, places: int) -> int | None:
+    """Return the middle of the larger gap: above the last below, or below the first that is enough."""
     upper = places if enough is None else enough
     opened = [place for place in found if below < place < upper]
     gaps = [(below, min(opened, default=upper))]

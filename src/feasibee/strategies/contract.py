@@ -243,8 +243,8 @@ class Manifest:
         ``NEEDS_IDS``: whether ids of robots must never be mistaken; or the name of a parameter, with which it
         does if that is above 0.
     needs_names : bool or str
-        ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a frame
-        that they share; or the name of a parameter, as for ``needs_ids``.
+        ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
+        frame that they share; or the name of a parameter, as for ``needs_ids``.
     one_class : bool
         ``ONE_CLASS``: whether robots and tasks can't have classes.
     functions : frozenset of str

@@ -13,7 +13,7 @@ from feasibee.results.crossing import Rule, tested_at
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.studies.comparison import Outcome, check_distinct, outcomes_of
+from feasibee.studies.comparison import CONTENDER, Outcome, check_distinct, outcomes_of
 from feasibee.studies.needs import longest_message, needs_of
 from feasibee.studies.recommendation import (
     Candidate,
@@ -24,7 +24,7 @@ from feasibee.studies.recommendation import (
     ranked,
 )
 from feasibee.studies.suitable import strategy_change
-from feasibee.sweeps.plan import DesignPoint
+from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
 TOLERATES: Final = "tolerates"
@@ -70,14 +70,26 @@ def recommend(
     constraints = constraints or Constraints()
     names = list(strategies or dict.fromkeys([*STRATEGIES, scenario.decision.strategy]))
     check_distinct(names)
-    world = world_of(scenario, constraints)
-    rule = Rule(constraints.right, most=runs)
-    with Rounds(execution, 3 * len(names) * rule.first) as rounds:
-        trials = Trials(rounds, rule, seed, 2 * len(names))
-        candidates, problems = trials.candidates(world, names, constraints)
-        reasons = {each.strategy: each.reasons(constraints) for each in candidates}
-        ranking = ranked([each for each in candidates if not reasons[each.strategy]])
-        relax = () if ranking else _relaxations(trials, scenario, constraints, names, candidates)
+    world = world_of(scenario, constraints)  # raises before the work
+    with Rounds(execution, 3 * len(names) * Rule.first) as rounds:
+        return recommend_within(rounds, scenario, world, constraints, names, runs, seed)
+
+
+def recommend_within(
+    rounds: Rounds,
+    scenario: Scenario,
+    world: Scenario,
+    constraints: Constraints,
+    names: Sequence[str],
+    runs: int,
+    seed: int,
+) -> Recommendation:
+    """Recommend as a part of another study; ``world`` is the scenario with what strategies must bear."""
+    trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
+    candidates, problems = trials.candidates(world, names, constraints)
+    reasons = {each.strategy: each.reasons(constraints) for each in candidates}
+    ranking = ranked([each for each in candidates if not reasons[each.strategy]])
+    relax = () if ranking else _relaxations(trials, scenario, constraints, names, candidates)
     excluded = {name: "; ".join(why.values()) for name, why in reasons.items() if why}
     return Recommendation(world, constraints, ranking, {**excluded, **problems}, relax, seed)
 
@@ -100,8 +112,8 @@ def _check(constraints: Constraints, robots: int) -> None:
     faulty = constraints.liars + constraints.stopped
     if faulty >= robots:
         raise FeasibeeError(
-            f"--liars {constraints.liars} --stopped {constraints.stopped}: must be fewer than the {robots} robots "
-            f"together; such as --liars {min(1, robots - 1)}"
+            f"--liars {constraints.liars} --stopped {constraints.stopped}: must be fewer together than the "
+            f"{robots} robots; such as --liars {min(1, robots - 1)}"
         )
     least = max(1, math.ceil(math.log2(robots))) + 1
     if constraints.message_bits is not None and constraints.message_bits < least and constraints.ids:
@@ -124,15 +136,15 @@ class Trials:
         self, world: Scenario, names: Sequence[str], constraints: Constraints
     ) -> tuple[list[Candidate], dict[str, str]]:
         """Return what each strategy does in a world, and why the world supports the others not."""
-        found, problems = [], {}
+        scenarios, problems = [], {}
         for name in names:
             try:
-                scenario = world.replace(_changes(world, name, constraints.liars))
+                scenarios.append(world.replace(strategy_for(world, name, constraints.liars)))
             except ScenarioError as error:
                 problems[name] = error.problems[0].rule
-                continue
-            found.append(self._candidate(scenario))
-        return found, problems
+        designs = list(map(_design, scenarios))  # their first runs side by side, on all workers
+        self.rounds.complete(Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True))
+        return [self._candidate(scenario) for scenario in scenarios], problems
 
     def _candidate(self, scenario: Scenario) -> Candidate:
         worlds = [self._measured(scenario)]
@@ -149,18 +161,21 @@ class Trials:
         )
 
     def _measured(self, scenario: Scenario) -> Measured:
-        design = DesignPoint({"decision.strategy": scenario.decision.strategy}, scenario)
         last: list[Outcome] = []
 
         def count(runs: int) -> int:
-            last[:] = outcomes_of(self.rounds, [design], runs, self.seed)
+            last[:] = outcomes_of(self.rounds, [_design(scenario)], runs, self.seed)
             return int(last[0].right.sum())
 
         test = tested_at(0, count, self.rule, self.tests)
         return Measured(scenario.tasks.count, test, last[0])
 
 
-def _changes(world: Scenario, name: str, liars: int) -> dict[str, Any]:
+def _design(scenario: Scenario) -> DesignPoint:
+    return DesignPoint({CONTENDER: scenario.decision.strategy}, scenario)
+
+
+def strategy_for(world: Scenario, name: str, liars: int) -> dict[str, Any]:
     """Return the changes that give a world a strategy, which bears the Byzantine robots if it can."""
     changes = strategy_change(world, name)
     if not liars or not changes:

@@ -11,9 +11,9 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.crossing import Tested
 from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.assessment import percent, wait_for
 from feasibee.studies.comparison import Outcome
 from feasibee.studies.needs import IDS, NAMES
+from feasibee.studies.shares import percent, wait_for
 
 BEST: Final = ("right most", "soonest", "cheapest")
 """What the first of a ranking by share, by step and by bits is called."""

@@ -19,8 +19,8 @@ from feasibee.sweeps.sweep import Execution, Rounds
 TASKS: Final = "tasks.count"
 REACH: Final = 8
 """The search goes up to so many times the number of robots or tasks, whichever is larger."""
-SEARCHES: Final = 3
-"""Crossings that share the error rate: that of the field, and both ends of the blind band."""
+EXPECTED: Final = 20
+"""Tests of a search as short as its first look, about: for the progress only."""
 
 Tell = Callable[[str], None]
 
@@ -62,25 +62,42 @@ def size(
     """
     rule = rule or Rule(0.95)
     scenario = scenario.replace({"run.stop_at_decision": False})
-    path, values = _robots(scenario, over) if over.partition("=")[0] == ROBOTS else ladder(scenario, over)
-    lists = [(path, values), *_task_lists(scenario)]
-    tests = SEARCHES * max(most_tests(len(each)) for _, each in lists)
-    with Rounds(execution, tests * rule.first // 2) as rounds:
-        swarms = Swarms(rounds, scenario, rule, seed, tests, tell)
-        edges = [swarms.search(path, values) for path, values in lists]
-    return Sizing(scenario, rule, edges[0], Band(*edges[1:]) if len(edges) > 1 else None, seed)
+    path = over.partition("=")[0]
+    field = _robots(scenario, over) if path == ROBOTS else ladder(scenario, over)
+    lists = [field, *_task_lists(scenario)]
+    with Rounds(execution, EXPECTED * len(lists) * rule.first) as rounds:
+        edge, *ends = _search_all(rounds, scenario, rule, seed, lists, tell)
+    return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
 
-def blind_band(
-    scenario: Scenario, rule: Rule, seed: int, rounds: Rounds, tell: Tell | None = None
-) -> Band | None:
-    """Search the blind band of a swarm alone; see `size`."""
-    lists = _task_lists(scenario)
-    if not lists:
+def size_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Sizing | None:
+    """Size a swarm by its number of robots, as a part of another study; None if it can't vary."""
+    if scenario.robots.classes or scenario.robots.points:
         return None
-    tests = sum(most_tests(len(each)) for _, each in lists)
+    edge, *ends = _search_all(
+        rounds, scenario, rule, seed, [_robots(scenario, ROBOTS), *_task_lists(scenario)]
+    )
+    return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
+
+
+def band_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Band | None:
+    """Search the blind band of a swarm, as a part of another study; None if its tasks can't vary."""
+    ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario))
+    return Band(*ends) if ends else None
+
+
+def _search_all(
+    rounds: Rounds,
+    scenario: Scenario,
+    rule: Rule,
+    seed: int,
+    lists: Sequence[tuple[str, Sequence[Any]]],
+    tell: Tell | None = None,
+) -> list[Edge]:
+    """Search along several fields; the answers share the error rate."""
+    tests = sum(most_tests(len(values)) for _, values in lists)
     swarms = Swarms(rounds, scenario, rule, seed, tests, tell)
-    return Band(*(swarms.search(path, values) for path, values in lists))
+    return [swarms.search(path, values) for path, values in lists]
 
 
 @dataclass(frozen=True)
@@ -126,8 +143,8 @@ def _robots(scenario: Scenario, over: str) -> tuple[str, list[int]]:
     feasible = [value for value in values if truth(scenario.replace({ROBOTS: value}))]
     if not feasible:
         raise FeasibeeError(
-            f"robots.count = {values[0]} to {values[-1]}: too few for the tasks; search higher, such as --over "
-            f"robots.count={_places(scenario)}:{2 * _places(scenario)}"
+            f"robots.count = {values[0]} to {values[-1]}: too few for the tasks; search higher, such as "
+            f"--over robots.count={_places(scenario)}:{2 * _places(scenario)}"
         )
     return path, feasible
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, Final
 
+from feasibee.figures.sizing import Panel
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.crossing import Crossing, Rule, Tested
+from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
 
 ROBOTS: Final = "robots.count"
@@ -80,13 +82,13 @@ class Band:
 
     @property
     def firsts(self) -> tuple[int | None, int | None]:
-        """Interval of the first number of tasks in the band; None if there is no such number among those tried."""
+        """Interval of the first number of tasks in the band; None for an end that wasn't found."""
         possible, enough = self.below.interval
         return (None if enough is None else enough + 1), (None if possible is None else possible + 1)
 
     @property
     def lasts(self) -> tuple[int | None, int | None]:
-        """Interval of the last number of tasks in the band; None if there is no such number among those tried."""
+        """Interval of the last number of tasks in the band; None for an end that wasn't found."""
         possible, enough = self.above.interval
         return (None if possible is None else possible - 1), (None if enough is None else enough - 1)
 
@@ -164,30 +166,34 @@ def in_words(tested: Tested) -> str:
 
 def sentences(sizing: Sizing) -> list[str]:
     """Return the answer in words: the field, then the blind band."""
-    return [_edge_in_words(sizing), *([] if sizing.band is None else [_band_in_words(sizing, sizing.band)])]
+    band, robots = sizing.band, sizing.scenario.robots.count
+    return [
+        edge_sentence(sizing),
+        *([] if band is None else [band_sentence(band, robots, sizing.rule.target)]),
+    ]
 
 
-def _edge_in_words(sizing: Sizing) -> str:
-    edge, share = sizing.edge, f"{100 * sizing.rule.target:g} %"
+def edge_sentence(sizing: Sizing) -> str:
+    """Return in words from which value of the field the swarm is right often enough."""
+    edge, step = sizing.edge, sizing.scenario.run.steps
     first, last = edge.values[0], edge.values[-1]
-    step, strategy = sizing.scenario.run.steps, sizing.scenario.decision.strategy
-    what = "robots" if edge.path == ROBOTS else edge.path
+    of_robots = edge.path == ROBOTS
+    right = f"{100 * sizing.rule.target:g} % of the swarms are right at step {step}"
+    start = f"With {sizing.scenario.decision.strategy}, "
     if edge.enough is None:
-        return (
-            f"With {strategy}, no tried number of robots is enough: up to {last}, fewer than {share} of the swarms, "
-            f"or too close to tell, are right at step {step}."
-            if edge.path == ROBOTS
-            else f"With {strategy}, no {what} up to {last} is shown to be enough for {share} right at step {step}."
-        )
-    value = f"{edge.enough} robots" if edge.path == ROBOTS else f"{what} = {edge.enough}"
-    low = edge.interval[0]
-    between = "" if low == edge.enough else f" The least that is enough lies between {low} and {edge.enough}."
-    already = f", the least that can do all tasks" if edge.path == ROBOTS and edge.enough == first else ""
-    return f"With {strategy}, at least {share} of the swarms are right at step {step} from {value} on{already}.{between}"
+        tried = f"from {first} to {last} robots" if of_robots else f"{edge.path} from {first} to {last}"
+        return f"{start}nothing that was tried is shown to be enough ({tried}), so that {right}."
+    value = f"{edge.enough} robots" if of_robots else f"{edge.path} = {edge.enough}"
+    least = edge.interval[0]
+    text = f"{start}at least {right} from {value} on."
+    if of_robots and edge.enough == first:
+        text += " Fewer robots could not do all tasks."
+    return text if least == edge.enough else f"{text} The least that is enough is {least} to {edge.enough}."
 
 
-def _band_in_words(sizing: Sizing, band: Band) -> str:
-    robots, share = sizing.scenario.robots.count, f"{100 * sizing.rule.target:g} %"
+def band_sentence(band: Band, robots: int, target: float) -> str:
+    """Return the blind band of a number of robots in words."""
+    share = f"{100 * target:g} %"
     if band.empty:
         return f"Blind band: none. {robots} robots are right often enough for any number of tasks."
     ends = f"from {band.first} to {band.last} tasks" if band.first < band.last else f"with {band.first} tasks"
@@ -207,3 +213,21 @@ def _uncertain(which: str, ends: tuple[int | None, int | None]) -> str:
     if high is None:
         return f" Its {which} number of tasks is {low} or more."
     return f" Its {which} number of tasks lies between {low} and {high}."
+
+
+def panels_of(sizing: Sizing) -> list[Panel]:
+    """Return what the figure of a sizing shows: its field, and tasks with the blind band."""
+
+    def points(*edges: Edge) -> list[tuple[float, Interval]]:
+        return sorted((value, each.interval) for edge in edges for value, each in edge.tested)
+
+    panels = [Panel(sizing.edge.path, points(sizing.edge), least=sizing.edge.enough)]
+    band = sizing.band
+    if band is not None:
+        ends = None if band.empty else (band.first, band.last)
+        panels.append(
+            Panel(
+                "tasks.count", points(band.below, band.above), band=ends, truth=sizing.scenario.robots.count
+            )
+        )
+    return panels

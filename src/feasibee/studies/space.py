@@ -144,7 +144,7 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
     else:
         dimension = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
     if dimension.whole:
-        values = list(range(max(1, round(dimension.low)), round(dimension.high) + 1))
+        values: list[Any] = list(range(max(1, round(dimension.low)), round(dimension.high) + 1))
     else:
         values = [float(f"{dimension.at(step / (STEPS - 1)):.3g}") for step in range(STEPS)]
     return path, values[: valid_values(scenario, path, values)]
