@@ -173,7 +173,8 @@ def test_an_empty_cache_is_filled_once(tmp_path):
     assert out.count(": compiled in ") == 3
     assert str(tmp_path / "cache") in out
     assert [line.split(",")[0] for line in errors.splitlines()] == [
-        f"feasibee: compiling the {name}" for name in (FAST, FAST, GENERAL, GENERAL)  # for few robots, and for more
+        f"feasibee: compiling the {name}"
+        for name in (FAST, FAST, GENERAL, GENERAL)  # for few robots, and for more
     ]
     out, errors = told("compile")
     assert out.endswith("There was nothing to compile.\n")

@@ -22,7 +22,7 @@ class Panel(NamedTuple):
     label: str
     """Of the horizontal axis."""
     points: Sequence[tuple[float, Interval]]
-    """Tested values, ascending, and their shares."""
+    """Finding values, ascending, and their shares."""
     least: float | None = None
     """First value that is enough."""
     band: tuple[float, float] | None = None

@@ -21,7 +21,7 @@ Answer = Literal["enough", "too few", "open"]
 """Whether a rate is shown to reach the target, shown not to, or neither after the most trials."""
 
 
-class Tested(NamedTuple):
+class Finding(NamedTuple):
     """A tested value."""
 
     place: int
@@ -59,7 +59,7 @@ class Crossing:
 
     Parameters
     ----------
-    tested : tuple of Tested
+    tested : tuple of Finding
         The tested values, in their order.
     enough : int or None
         First place from which on the rate is shown to reach the target; None if it isn't shown of any.
@@ -68,7 +68,7 @@ class Crossing:
         between this one and ``enough``.
     """
 
-    tested: tuple[Tested, ...]
+    tested: tuple[Finding, ...]
     enough: int | None
     possible: int
 
@@ -78,7 +78,7 @@ def most_tests(places: int) -> int:
     return 3 * places.bit_length()
 
 
-def tested_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) -> Tested:
+def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) -> Finding:
     """Test one value.
 
     Parameters
@@ -99,7 +99,7 @@ def tested_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) -
         interval = confidence_sequence(successes, trials, confidence)
         answer = _answer(interval, rule.target)
         if answer != "open" or trials == rule.most:
-            return Tested(place, successes, trials, interval, answer)
+            return Finding(place, successes, trials, interval, answer)
         trials = min(rule.most, math.ceil(GROWTH * trials))
 
 
@@ -109,7 +109,7 @@ def _answer(interval: Interval, target: float) -> Answer:
     return "too few" if interval.high < target else "open"
 
 
-def find_crossing(places: int, test: Callable[[int], Tested]) -> Crossing:
+def find_crossing(places: int, test: Callable[[int], Finding]) -> Crossing:
     """Find the first of the places ``0 ... places - 1`` from which on the rate reaches the target.
 
     The first place is tested, then places at twice the distance each until one reaches the target. The gap
@@ -121,9 +121,9 @@ def find_crossing(places: int, test: Callable[[int], Tested]) -> Crossing:
     places : int
         Number of values, at least 1.
     test : callable
-        Tests the value at a place; see `tested_at`.
+        Tests the value at a place; see `finding_at`.
     """
-    found: dict[int, Tested] = {}
+    found: dict[int, Finding] = {}
     place: int | None = 0
     while place is not None:
         found[place] = test(place)

@@ -188,7 +188,18 @@ def _parsed(name: str, source: str) -> Manifest:
         for constant, field in CONSTANTS.items()
         if constant in bound
     }
+    _check_needs(constants, file)
     return Manifest(name=name, source=source, functions=functions, **constants)
+
+
+def _check_needs(constants: Mapping[str, Any], file: str) -> None:
+    """Raise an error if a need depends on a parameter that the file doesn't have."""
+    parameters = constants.get("parameters", {})
+    for constant, field in CONSTANTS.items():
+        need = constants.get(field)
+        if RULES[constant] is NEED and isinstance(need, str) and need not in parameters:
+            known = ", ".join(parameters) or "none"
+            raise FeasibeeError(f"{file}: {constant} = {need!r} must be {NEED[0]}; it has {known}")
 
 
 def _check_imports(tree: ast.Module, file: str) -> None:

@@ -18,7 +18,6 @@ Our own; a table whose rows only grow is the grow-only counter of Shapiro et al.
 data types", 2011.
 """
 
-NEEDS_IDS = True
 FORGED = 2**20 - 1
 """Total in a forged row; an honest robot with 20 things in sight reaches it after 50,000 steps."""
 

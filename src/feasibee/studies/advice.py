@@ -34,10 +34,10 @@ def sections(assessment: Assessment) -> list[Section]:
     """Return an assessment in words."""
     found = [
         Section("Verdict", [verdict_sentence(assessment)]),
+        Section("Recommended", _recommended(assessment)),
         Section("What to expect", _expected(assessment)),
         Section("How many robots, and which numbers of tasks", _sized(assessment)),
         Section("What is asked of the robots", _asked(assessment)),
-        Section("Recommended", _recommended(assessment)),
         Section("If something fails", _faults(assessment)),
         Section("What would help", _changes(assessment)),
     ]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, ScenarioError
-from feasibee.results.crossing import Rule, tested_at
+from feasibee.results.crossing import Rule, finding_at
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
@@ -167,7 +167,7 @@ class Trials:
             last[:] = outcomes_of(self.rounds, [_design(scenario)], runs, self.seed)
             return int(last[0].right.sum())
 
-        test = tested_at(0, count, self.rule, self.tests)
+        test = finding_at(0, count, self.rule, self.tests)
         return Measured(scenario.tasks.count, test, last[0])
 
 

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from typing import Any, Final
 
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.crossing import Tested
+from feasibee.results.crossing import Finding
 from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import Outcome
@@ -64,14 +64,14 @@ class Measured:
     ----------
     tasks : int
         Number of tasks.
-    test : Tested
+    test : Finding
         Its test, with an interval that holds for all tests together.
     outcome : Outcome
         Outcome of the same runs.
     """
 
     tasks: int
-    test: Tested
+    test: Finding
     outcome: Outcome
 
     @property

@@ -20,7 +20,7 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.studies.advice import WORDS, Section, sections
 from feasibee.studies.assessment import SIGNS, Assessment, Trial
 from feasibee.studies.shares import percent, points
-from feasibee.studies.sizing import panels_of
+from feasibee.studies.sizing import panels_of, sentences
 
 OWN = "this swarm"
 
@@ -47,9 +47,8 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         The command that made it, for the footer.
     """
     _, *others = sections(assessment)
-    body = _verdict(assessment) + "".join(map(_section, others[:2]))
+    body = _verdict(assessment) + "".join(map(_section, others))
     body += "".join(map(_figure, _figures(assessment)))
-    body += "".join(map(_section, others[2:]))
     body += _table("Strategies", assessment.strategies) + _table("Changes", assessment.limits)
     body += _table("Faults", assessment.faults) + _excluded(assessment)
     written = html.escape(assessment.scenario.to_toml())
@@ -64,12 +63,12 @@ def _verdict(assessment: Assessment) -> str:
     colour, shape = SIGNS[level]
     middle, low, high = (100 * value for value in right)
     steps, target = assessment.scenario.run.steps, 100 * assessment.target
-    where = f"{assessment.scenario.robots.count} robots, {tasks} tasks"
+    world = f"{assessment.scenario.robots.count} robots, {tasks} tasks"
     return (
         f'<section class="verdict {colour}"><p class="level"><span aria-hidden="true">{shape}</span> '
         f'{WORDS[level]}</p><p class="number">{middle:.1f} %</p>'
-        f"<p>of the swarms are right after {steps} steps ({where}). 95 % interval: {low:.1f} to {high:.1f} %. "
-        f"Asked for: {target:g} %.</p></section>"
+        f"<p>of the swarms are right after {steps} steps ({world}). "
+        f"95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
     )
 
 
@@ -82,7 +81,7 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
     if assessment.sizing is not None:
         yield Shown(
             "Share of right swarms against the number of robots, and against the number of tasks",
-            " ".join(sections(assessment)[2].lines),
+            " ".join(sentences(assessment.sizing)),
             draw_sizing(panels_of(assessment.sizing), assessment.target),
         )
     outcomes = {
@@ -115,7 +114,7 @@ def _figure(shown: Shown) -> str:
     data = base64.b64encode(buffer.getvalue()).decode()
     alt = html.escape(f"{shown.title}. {shown.text}", quote=True)
     return (
-        f'<figure><img alt="{alt}" src="data:image/png;base64,{data}">'
+        f'<figure><div class="wide"><img alt="{alt}" src="data:image/png;base64,{data}"></div>'
         f"<figcaption>{html.escape(shown.title)}</figcaption></figure>"
     )
 
@@ -182,7 +181,8 @@ ul { padding-left: 1.2rem; } li { margin: .25rem 0; }
 .number { font-size: 2.6rem; line-height: 1.1; font-weight: 600; }
 .green { border-color: #0b7a53; } .amber { border-color: #b06d00; } .red { border-color: #c2410c; }
 .green .level { color: #0b7a53; } .amber .level { color: #8f5800; } .red .level { color: #c2410c; }
-figure { margin: 1.5rem 0; } img { max-width: 100%; background: white; border-radius: .3rem; }
+figure { margin: 1.5rem 0; }
+img { width: 100%; max-width: 100%; min-width: 32rem; background: white; border-radius: .3rem; }
 figcaption { font-size: .9rem; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 td, th { text-align: left; padding: .25rem 1rem .25rem 0; white-space: nowrap; font-weight: normal; }
@@ -197,7 +197,7 @@ footer code { overflow-wrap: anywhere; }
   img { filter: invert(0.92) hue-rotate(180deg); }
 }
 @media print {
-  body { max-width: none; margin: 0; font-size: 10.5pt; } img { filter: none; max-height: 9cm; }
+  body { max-width: none; margin: 0; font-size: 10.5pt; } img { filter: none; min-width: 0; }
   figure, .verdict, tr { break-inside: avoid; } h2 { break-after: avoid; } .wide { overflow: visible; }
   td, th { padding-right: .5rem; font-size: 8.5pt; }
 }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
-from feasibee.results.crossing import Rule, Tested, find_crossing, most_tests, tested_at
+from feasibee.results.crossing import Finding, Rule, find_crossing, finding_at, most_tests
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import right_at_end
@@ -114,10 +114,10 @@ class Swarms:
     def search(self, path: str, values: Sequence[Any]) -> Edge:
         """Search where along the values the swarm becomes right often enough."""
 
-        def test(place: int) -> Tested:
+        def test(place: int) -> Finding:
             changes = {path: values[place]}
             design = DesignPoint(changes, self.scenario.replace(changes))
-            found = tested_at(place, lambda runs: self._right(design, runs), self.rule, self.tests)
+            found = finding_at(place, lambda runs: self._right(design, runs), self.rule, self.tests)
             if self.tell is not None:
                 self.tell(f"{path} = {values[place]}: {in_words(found)}")
             return found

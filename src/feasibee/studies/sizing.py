@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from feasibee.figures.sizing import Panel
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.crossing import Crossing, Rule, Tested
+from feasibee.results.crossing import Crossing, Finding, Rule
 from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
 
@@ -27,7 +27,7 @@ class Edge:
     values : sequence of float or int
         Values in the order of the search: it begins at the hardest.
     crossing : Crossing
-        Tested places among the values.
+        Finding places among the values.
     """
 
     path: str
@@ -47,8 +47,8 @@ class Edge:
         return (self.values[possible] if possible < len(self.values) else None), self.enough
 
     @property
-    def tested(self) -> list[tuple[Any, Tested]]:
-        """Tested values, ascending, and what came of each."""
+    def tested(self) -> list[tuple[Any, Finding]]:
+        """Finding values, ascending, and what came of each."""
         return sorted((self.values[each.place], each) for each in self.crossing.tested)
 
 
@@ -158,7 +158,7 @@ def _rows(edge: Edge) -> list[dict[str, Any]]:
     ]
 
 
-def in_words(tested: Tested) -> str:
+def in_words(tested: Finding) -> str:
     """Return what came of a test, in words."""
     answer = {"enough": "often enough", "too few": "too rarely", "open": "too close to tell"}[tested.answer]
     return f"right in {tested.successes} of {tested.trials}, {answer}"

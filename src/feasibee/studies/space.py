@@ -137,10 +137,10 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
     """
     path, given = text.partition("=")[::2]
     now = _number(scenario, path)
+    if given and ":" not in given:
+        raise FeasibeeError(f"{text}: must be a range, such as {path}={now:g}:{2 * now:g}")
     if given:
         (dimension,) = dimensions(scenario, [text])
-        if dimension.choices:
-            raise FeasibeeError(f"{text}: must be a range, such as {path}={now:g}:{2 * now or 1:g}")
     else:
         dimension = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
     if dimension.whole:
