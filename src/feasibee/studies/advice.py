@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from feasibee.results.statistics import Interval, pareto
+from feasibee.scenario.scenario import Scenario
 from feasibee.studies.assessment import (
     NOT_READY,
     READY,
@@ -16,7 +17,7 @@ from feasibee.studies.assessment import (
     Trial,
 )
 from feasibee.studies.comparison import Outcome
-from feasibee.studies.needs import IDS, NAMES, Asked
+from feasibee.studies.needs import IDS, NAMES, Asked, needs_of
 from feasibee.studies.shares import percent, points, wait_for
 from feasibee.studies.sizing import Band, band_sentence, edge_sentence
 
@@ -36,7 +37,7 @@ def sections(assessment: Assessment) -> list[Section]:
         Section("Verdict", [verdict_sentence(assessment)]),
         Section("Recommended", _recommended(assessment)),
         Section("What to expect", _expected(assessment)),
-        Section("How many robots, and which numbers of tasks", _sized(assessment)),
+        Section("How many robots, for how many tasks", _sized(assessment)),
         Section("What is asked of the robots", _asked(assessment)),
         Section("If something fails", _faults(assessment)),
         Section("What would help", _changes(assessment)),
@@ -114,19 +115,22 @@ def _sized(assessment: Assessment) -> list[str]:
     lines = [edge_sentence(sizing)]
     if sizing.band is not None:
         robots = assessment.scenario.robots.count
-        lines += [band_sentence(sizing.band, robots, assessment.target), *_bias(sizing.band, assessment)]
+        lines += [
+            band_sentence(sizing.band, robots, assessment.target),
+            *bias_in_words(sizing.band, assessment.scenario),
+        ]
     return lines
 
 
-def _bias(band: Band, assessment: Assessment) -> list[str]:
-    """Return why a swarm is right far more often on one side of the truth, if it is."""
-    robots = assessment.scenario.robots.count
+def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
+    """Return how often a swarm is right on both sides of the truth, and why one is harder, if it is."""
+    robots = scenario.robots.count
     shares = {value: each.interval for edge in (band.below, band.above) for value, each in edge.tested}
     here, there = shares[robots], shares[robots + 1]
     lines = [f"With {robots} tasks {percent(here)} are right, with {robots + 1} tasks {percent(there)}."]
     if here.high < there.low:
         why = f"The swarm leans to infeasible around {robots} tasks."
-        if not assessment.scenario.sensing.count_self and NAMES not in assessment.asked.needs:
+        if not scenario.sensing.count_self and NAMES not in needs_of(scenario):
             why += (
                 f" Robots don't see themselves: each can see {robots - 1} others, so that {robots} tasks "
                 "look like one too many. The strategy estimate corrects for it; so does sensing.count_self."

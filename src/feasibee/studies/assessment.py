@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, Final, NamedTuple
@@ -10,7 +9,7 @@ from typing import Any, Final, NamedTuple
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import Interval, paired_difference
 from feasibee.scenario.feasibility import Verdict as Truth
-from feasibee.scenario.html import framed
+from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import Outcome
 from feasibee.studies.needs import Asked
@@ -200,13 +199,12 @@ class Assessment:
     def _repr_html_(self) -> str:
         """Return the assessment as HTML, for notebooks."""
         from feasibee.studies.advice import sections
+        from feasibee.studies.markup import section_as_html, table_of
 
-        parts = (
-            f"<p><b>{html.escape(each.title)}</b></p>"
-            + "".join(f"<p>{html.escape(line)}</p>" for line in each.lines)
-            for each in sections(self)
-        )
-        return framed("".join(parts) + self.scenario._repr_html_())
+        tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
+        parts = [section_as_html(each) for each in sections(self)]
+        parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
+        return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
 
 
 def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:

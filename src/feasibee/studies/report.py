@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -17,9 +17,10 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_time
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.studies.advice import WORDS, Section, sections
-from feasibee.studies.assessment import SIGNS, Assessment, Trial
-from feasibee.studies.shares import percent, points
+from feasibee.studies.advice import WORDS, sections
+from feasibee.studies.assessment import SIGNS, Assessment
+from feasibee.studies.markup import excluded_as_html, section_as_html, table_of
+from feasibee.studies.shares import percent
 from feasibee.studies.sizing import panels_of, sentences
 
 OWN = "this swarm"
@@ -47,10 +48,10 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         The command that made it, for the footer.
     """
     _, *others = sections(assessment)
-    body = _verdict(assessment) + "".join(map(_section, others))
+    body = _verdict(assessment) + "".join(map(section_as_html, others))
     body += "".join(map(_figure, _figures(assessment)))
-    body += _table("Strategies", assessment.strategies) + _table("Changes", assessment.limits)
-    body += _table("Faults", assessment.faults) + _excluded(assessment)
+    body += table_of("Strategies", assessment.strategies) + table_of("Changes", assessment.limits)
+    body += table_of("Faults", assessment.faults) + excluded_as_html(assessment.recommendation.excluded)
     written = html.escape(assessment.scenario.to_toml())
     body += f"<details><summary>Scenario</summary><pre>{written}</pre></details>"
     text = PAGE.replace("{body}", body).replace("{footer}", _footer(assessment, command))
@@ -70,11 +71,6 @@ def _verdict(assessment: Assessment) -> str:
         f"<p>of the swarms are right after {steps} steps ({world}). "
         f"95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
     )
-
-
-def _section(section: Section) -> str:
-    lines = "".join(f"<li>{html.escape(line)}</li>" for line in section.lines)
-    return f"<h2>{html.escape(section.title)}</h2><ul>{lines}</ul>"
 
 
 def _figures(assessment: Assessment) -> Iterator[Shown]:
@@ -117,44 +113,6 @@ def _figure(shown: Shown) -> str:
         f'<figure><div class="wide"><img alt="{alt}" src="data:image/png;base64,{data}"></div>'
         f"<figcaption>{html.escape(shown.title)}</figcaption></figure>"
     )
-
-
-def _table(title: str, trials: Sequence[Trial]) -> str:
-    """Return trials as a table in HTML that scrolls where it is too wide."""
-    if not trials:
-        return ""
-    turned = {trial.opposite.tasks for trial in trials if trial.opposite}
-    columns: dict[str, Callable[[Trial], str]] = {
-        "right at the end": lambda trial: percent(trial.outcome.accuracy),
-        "difference": lambda trial: points(trial.difference),
-        **{f"right with {tasks} tasks": _opposite_share for tasks in turned},
-        "bits per robot-step": lambda trial: f"{trial.outcome.bits.mean():.3g}",
-    }
-    head = "".join(f'<th scope="col">{name}</th>' for name in ("", *columns))
-    rows = "".join(
-        f'<tr><th scope="row">{html.escape(trial.name)}</th>'
-        f"{''.join(f'<td>{shown(trial)}</td>' for shown in columns.values())}</tr>"
-        for trial in trials
-    )
-    return _framed(title, f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>")
-
-
-def _excluded(assessment: Assessment) -> str:
-    """Return why strategies aren't recommended, as a table in HTML."""
-    rows = "".join(
-        f'<tr><th scope="row">{html.escape(name)}</th><td class="text">{html.escape(why)}</td></tr>'
-        for name, why in assessment.recommendation.excluded.items()
-    )
-    return _framed("Not recommended", f"<table><tbody>{rows}</tbody></table>") if rows else ""
-
-
-def _framed(title: str, table: str) -> str:
-    label = html.escape(title, quote=True)
-    return f'<h2>{label}</h2><div class="wide" tabindex="0" role="region" aria-label="{label}">{table}</div>'
-
-
-def _opposite_share(trial: Trial) -> str:
-    return percent(trial.opposite.accuracy) if trial.opposite else ""
 
 
 def _footer(assessment: Assessment, command: str) -> str:
