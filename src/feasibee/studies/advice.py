@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from feasibee.results.statistics import Interval, pareto
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
 from feasibee.studies.assessment import (
     NOT_READY,
     READY,
@@ -49,12 +50,12 @@ def verdict_sentence(assessment: Assessment) -> str:
     """Return the verdict in a sentence, with one number and its interval."""
     level, right, tasks = assessment.verdict
     shape = SIGNS[level][1]
-    steps = assessment.scenario.run.steps
+    steps = steps_in_words(assessment.scenario, assessment.scenario.run.steps)
     other = (
         "" if tasks == assessment.outcome.tasks else f" with {tasks} tasks, where the truth is the opposite"
     )
     wanted = f"{100 * assessment.target:g} % are asked for"
-    text = f"{percent(right)} of such swarms are right after {steps} steps{other}; {wanted}."
+    text = f"{percent(right)} of such swarms are right after {steps}{other}; {wanted}."
     return f"{shape} {WORDS[level]}: {text}"
 
 
@@ -65,7 +66,8 @@ def _expected(assessment: Assessment) -> list[str]:
         for name, answer in (("right", "are right"), ("wrong", "are wrong"), ("split", "are undecided"))
     ]
     waiting = (
-        f"From step {assessment.wait} on, at least {target} of the swarms are right."
+        f"From {step_in_words(assessment.scenario, assessment.wait)} on, at least {target} of the swarms are "
+        "right."
         if assessment.wait is not None
         else f"The share of right swarms never stays at {target} or more."
     )
@@ -75,7 +77,7 @@ def _expected(assessment: Assessment) -> list[str]:
         f"{', '.join(shares)}.",
         waiting,
         f"The first collective decision is right in {percent(outcome.first)} of the swarms.",
-        *_declared(outcome, target),
+        *_declared(outcome, assessment.scenario),
     ]
     other = assessment.opposite
     if other is not None:
@@ -96,14 +98,14 @@ def _truth(assessment: Assessment) -> str:
     return f"The tasks are infeasible: they need {demand} robots{named}, and there are {able}."
 
 
-def _declared(outcome: Outcome, target: str) -> list[str]:
+def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
     if outcome.declared is None:
         return []
     ok, wrong, steps = outcome.declared
     when = (
         "Fewer than 95 % of the swarms declare."
         if steps.p95 is None
-        else f"By step {steps.p95}, 95 % of the swarms have declared."
+        else f"By {step_in_words(scenario, steps.p95)}, 95 % of the swarms have declared."
     )
     return [f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"]
 
@@ -142,18 +144,20 @@ def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
 
 
 def _asked(assessment: Assessment) -> list[str]:
-    lines = [f"{assessment.scenario.decision.strategy}: {_asked_in_words(assessment.asked)}."]
+    lines = [
+        f"{assessment.scenario.decision.strategy}: {_asked_in_words(assessment.asked, assessment.scenario)}."
+    ]
     recommended, asked = assessment.recommended, assessment.recommended_asked
     if (
         recommended is not None
         and asked is not None
         and recommended.strategy != assessment.scenario.decision.strategy
     ):
-        lines.append(f"{recommended.strategy}: {_asked_in_words(asked)}.")
+        lines.append(f"{recommended.strategy}: {_asked_in_words(asked, assessment.scenario)}.")
     return lines
 
 
-def _asked_in_words(asked: Asked) -> str:
+def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
     needs = {
         IDS: "every robot must have an id that is never mistaken",
         NAMES: "all robots must have the same name for a task, such as its position in a shared frame",
@@ -162,7 +166,7 @@ def _asked_in_words(asked: Asked) -> str:
     parts = [
         needed or "no ids that are never mistaken, no names of tasks, no known number of robots",
         f"messages of up to {asked.message_bits} bits",
-        f"sight {asked.sight:g}, radio {asked.radio:g} units",
+        f"sight {length_in_words(scenario, asked.sight)}, radio {length_in_words(scenario, asked.radio)}",
         f"{math.ceil(asked.memory_bits / 8):,} bytes of memory",
     ]
     return "; ".join(parts)
@@ -179,7 +183,11 @@ def _recommended(assessment: Assessment) -> list[str]:
     text = (
         f"right in {percent(found.worst.right)}, with {found.worst.tasks} tasks; "
         f"{found.bits:.3g} bits per robot-step"
-        + ("" if found.step is None else f"; {target} are right from step {found.step} on")
+        + (
+            ""
+            if found.step is None
+            else f"; {target} are right from {step_in_words(found.scenario, found.step)} on"
+        )
     )
     own = found.strategy == assessment.scenario.decision.strategy
     lines = [f"{found.strategy}{', as it is' if own else ''}: {text}."]

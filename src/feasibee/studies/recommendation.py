@@ -11,6 +11,7 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.crossing import Finding
 from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.units import step_in_words
 from feasibee.studies.comparison import Outcome
 from feasibee.studies.needs import IDS, NAMES
 from feasibee.studies.shares import percent, wait_for
@@ -247,7 +248,8 @@ def _or_last(step: int | None) -> float:
 
 def described(candidate: Candidate) -> str:
     """Return what a candidate does, in words."""
-    step = "" if candidate.step is None else f", from step {candidate.step} on"
+    found = candidate.step
+    step = "" if found is None else f", from {step_in_words(candidate.scenario, found)} on"
     needs = f"needs {', '.join(candidate.needs)}" if candidate.needs else "needs nothing more"
     return (
         f"right in {percent(candidate.worst.right)}{step}; {candidate.bits:.3g} bits per robot-step, "

@@ -17,6 +17,7 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_time
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.scenario.units import steps_in_words
 from feasibee.studies.advice import WORDS, sections
 from feasibee.studies.assessment import SIGNS, Assessment
 from feasibee.studies.markup import excluded_as_html, section_as_html, table_of
@@ -63,12 +64,13 @@ def _verdict(assessment: Assessment) -> str:
     level, right, tasks = assessment.verdict
     colour, shape = SIGNS[level]
     middle, low, high = (100 * value for value in right)
-    steps, target = assessment.scenario.run.steps, 100 * assessment.target
-    world = f"{assessment.scenario.robots.count} robots, {tasks} tasks"
+    scenario, target = assessment.scenario, 100 * assessment.target
+    steps = steps_in_words(scenario, scenario.run.steps)
+    world = f"{scenario.robots.count} robots, {tasks} tasks"
     return (
         f'<section class="verdict {colour}"><p class="level"><span aria-hidden="true">{shape}</span> '
         f'{WORDS[level]}</p><p class="number">{middle:.1f} %</p>'
-        f"<p>of the swarms are right after {steps} steps ({world}). "
+        f"<p>of the swarms are right after {steps} ({world}). "
         f"95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
     )
 

@@ -12,6 +12,7 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.crossing import Crossing, Finding, Rule
 from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.units import axis_of, step_in_words, value_in_words
 
 ROBOTS: Final = "robots.count"
 
@@ -178,12 +179,13 @@ def edge_sentence(sizing: Sizing) -> str:
     edge, step = sizing.edge, sizing.scenario.run.steps
     first, last = edge.values[0], edge.values[-1]
     of_robots = edge.path == ROBOTS
-    right = f"{100 * sizing.rule.target:g} % of the swarms are right at step {step}"
+    when = step_in_words(sizing.scenario, step)
+    right = f"{100 * sizing.rule.target:g} % of the swarms are right at {when}"
     start = f"With {sizing.scenario.decision.strategy}, "
     if edge.enough is None:
         tried = f"from {first} to {last} robots" if of_robots else f"{edge.path} from {first} to {last}"
         return f"{start}nothing that was tried is shown to be enough ({tried}), so that {right}."
-    value = f"{edge.enough} robots" if of_robots else f"{edge.path} = {edge.enough}"
+    value = f"{edge.enough} robots" if of_robots else value_in_words(sizing.scenario, edge.path, edge.enough)
     least = edge.interval[0]
     text = f"{start}at least {right} from {value} on."
     if of_robots and edge.enough == first:
@@ -221,7 +223,10 @@ def panels_of(sizing: Sizing) -> list[Panel]:
     def points(*edges: Edge) -> list[tuple[float, Interval]]:
         return sorted((value, each.interval) for edge in edges for value, each in edge.tested)
 
-    panels = [Panel(sizing.edge.path, points(sizing.edge), least=sizing.edge.enough)]
+    label, factor = axis_of(sizing.scenario, sizing.edge.path)
+    least = None if sizing.edge.enough is None else factor * sizing.edge.enough
+    tested = [(factor * value, share) for value, share in points(sizing.edge)]
+    panels = [Panel(label, tested, least=least)]
     band = sizing.band
     if band is not None:
         ends = None if band.empty else (band.first, band.last)
