@@ -415,6 +415,15 @@ def test_every_strategy_is_equal_in_every_world(name, world):
         assert STRATEGIES[name].one_class or STRATEGIES[name].declares
 
 
+@pytest.mark.parametrize("name", ["census", "tally"])
+def test_robots_that_all_see_and_hear_each_other_are_equal(name):
+    """Their queue of what they learn is full several times in a step, at a word or at a false sighting."""
+    near = {"arena.side": 8.5, "sensing.range": 4.0, "radio.range": 4.0, "run.steps": 40}
+    things = {"robots.count": 32, "tasks.count": 128}
+    wrong = {} if STRATEGIES[name].by_name else {"sensing.false_robots": 0.5, "sensing.false_tasks": 0.5}
+    assert_equal(quick(name, {**near, **things, **wrong}), seed=7)
+
+
 DECLARING = [name for name, each in STRATEGIES.items() if each.declares]
 COLLUDING = {"faults.byzantine": 0.15, "faults.byzantine_says": "colluding", "run.steps": 60}
 

@@ -84,7 +84,8 @@ def test_robots_in_the_order_of_space_give_the_same_bytes(world):
 
 @pytest.mark.parametrize("threads", [1, 2, 3, 7])
 @pytest.mark.parametrize("world", HASHES["4500"])
-def test_any_number_of_threads_gives_the_same_bytes(world, threads):
+def test_any_number_of_threads_gives_the_same_bytes(world, threads, monkeypatch):
+    monkeypatch.setattr(runner, "ROBOTS_A_THREAD", 500)
     assert runner.team_size(lower(scenario_of(world, 4500, 40), 3).params, 1, threads) == threads
     assert outcome(world, 4500, 40, threads) == HASHES["4500"][world]
 
@@ -106,6 +107,22 @@ def test_runs_one_after_another_by_several_threads_give_the_same_bytes():
     together = simulate_record(scenario, Runs(3, 5), curves=True, threads=2)
     assert runner.team_size(lower(scenario, 5).params, 3, 2) == 2
     assert digest(together) == digest(simulate_record(scenario, Runs(3, 5), curves=True, threads=1))
+
+
+@pytest.mark.parametrize(
+    ("robots", "runs", "threads", "team"),
+    [
+        (4000, 1, 8, 1),  # too few robots to share
+        (4500, 1, 2, 2),
+        (4500, 1, 64, 4),  # at least 1,000 robots a thread
+        (10_000, 1, 8, 8),
+        (10_000, 8, 8, 1),  # runs side by side
+        (10_000, 9, 8, 8),  # side by side, the ninth would leave seven threads idle
+        (4500, 3, 16, 4),
+    ],
+)
+def test_threads_share_a_swarm_where_that_is_faster(robots, runs, threads, team):
+    assert runner.team_size(lower(scenario_of("paper", robots, 10), 3).params, runs, threads) == team
 
 
 def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():

@@ -41,11 +41,11 @@ def sort_into_cells(cells, grid, xs, ys, count):
         return
     clear_cells(cells.start, 0, cell_count(grid))
     for i in range(count):
-        count_point(cells.start, grid, cell_of(xs[i], grid.scale_x), cell_of(ys[i], grid.scale_y))
-    sum_up(cells.start, 0, cell_count(grid), 0)
+        count_point(cells.start, cell_at(grid, xs[i], ys[i]))
+    sum_up(cells.start, grid, 0, grid.rows, 0)
     for i in range(count):
-        column, row = cell_of(xs[i], grid.scale_x), cell_of(ys[i], grid.scale_y)
-        place(cells, grid, column, row, xs[i], ys[i], i)
+        append(cells, cell_at(grid, xs[i], ys[i]), xs[i], ys[i], i)
+    repeat_columns(cells, grid, 0, grid.rows, 0)
 
 
 @inlined
@@ -68,38 +68,60 @@ def clear_cells(start, first, last):
 
 
 @inlined
-def count_point(start, grid, column, row):
-    """Count a point in its cell, and in the cell that repeats it; return how often it is counted."""
-    cell = row * (grid.columns + 1) + column
-    start[cell + 1] += int32(1)
-    if column > 0 or grid.columns == 1:
-        return int64(1)
-    start[cell + grid.columns + 1] += int32(1)
-    return int64(2)
+def cell_at(grid, x, y):
+    """Return the cell of a place."""
+    return cell_of(y, grid.scale_y) * (grid.columns + 1) + cell_of(x, grid.scale_x)
 
 
 @inlined
-def sum_up(start, first, last, place):
-    """Replace the numbers of points of cells by the places where the points of these cells begin."""
-    for cell in range(first, last):
-        place += int64(start[cell + 1])
-        start[cell + 1] = int32(place - int64(start[cell + 1]))
+def count_point(start, cell):
+    """Count a point in its cell."""
+    start[uint64(cell + 1)] += int32(1)
 
 
 @inlined
-def place(cells, grid, column, row, x, y, number):
-    """Append a point to its cell, and to the cell that repeats it."""
-    cell = row * (grid.columns + 1) + column
-    append(cells, cell, x, y, number)
-    if column == 0 and grid.columns > 1:
-        append(cells, cell + grid.columns, x, y, number)
+def repeated(start, grid, first, last):
+    """Return the number of points in the first column of some rows, which each row repeats at its end."""
+    points = int64(0)
+    if grid.columns > 1:
+        for row in range(first, last):
+            points += int64(start[row * (grid.columns + 1) + 1])
+    return points
+
+
+@inlined
+def sum_up(start, grid, first, last, place):
+    """Replace the numbers of points of the cells of some rows by the places where these points begin."""
+    for row in range(first, last):
+        cell = row * (grid.columns + 1)
+        if grid.columns > 1:
+            start[cell + grid.columns + 1] = start[cell + 1]
+        for k in range(uint64(cell + 1), uint64(cell + grid.columns + 2)):
+            place += int64(start[k])
+            start[k] = int32(place - int64(start[k]))
+
+
+@inlined
+def repeat_columns(cells, grid, first, last, place):
+    """Append the points of the first column of some rows to the cells that repeat it.
+
+    The points of these rows are stored from ``place`` on.
+    """
+    points, start = cells.points, cells.start
+    if grid.columns > 1:
+        for row in range(first, last):
+            cell = row * (grid.columns + 1)
+            for k in range(uint64(place), uint64(uint32(start[cell + 1]))):
+                x, y, number = points[Point.X, k], points[Point.Y, k], points[Point.NUMBER, k]
+                append(cells, cell + grid.columns, x, y, number)
+            place = int64(start[cell + grid.columns + 1])
 
 
 @inlined
 def append(cells, cell, x, y, number):
     """Append a point to a cell; in the end each cell begins where the one before it ends."""
-    slot = uint64(uint32(cells.start[cell + 1]))
-    cells.start[cell + 1] = int32(slot + uint64(1))
+    slot = uint64(uint32(cells.start[uint64(cell + 1)]))
+    cells.start[uint64(cell + 1)] = int32(slot + uint64(1))
     place_at(cells.points, slot, x, y, number)
 
 
@@ -163,6 +185,34 @@ def near(params, points, first, last, x, y, limit):
     else:
         close = within_on(xs, ys, first, x, y, limit, arena.width, arena.height)
     return close & first_bits(last - first)
+
+
+@inlined
+def few_near_both(params, points, first, last, x, y):
+    """Return which of up to 8 points are in sight of a place, and which are in radio range."""
+    xs, ys, arena, sight, radio = points[Point.X], points[Point.Y], params.arena, params.sensing, params.radio
+    if arena.wraps:  # in one branch, so that LLVM computes distances once
+        seen = few_within(xs, ys, first, x, y, sight.limit)
+        heard = few_within(xs, ys, first, x, y, radio.limit)
+    else:
+        seen = few_within_on(xs, ys, first, x, y, sight.limit, arena.width, arena.height)
+        heard = few_within_on(xs, ys, first, x, y, radio.limit, arena.width, arena.height)
+    valid = first_bits(last - first)
+    return seen & valid, heard & valid
+
+
+@inlined
+def near_both(params, points, first, last, x, y):
+    """Return what `few_near_both` returns, of up to 32 points."""
+    xs, ys, arena, sight, radio = points[Point.X], points[Point.Y], params.arena, params.sensing, params.radio
+    if arena.wraps:
+        seen = within(xs, ys, first, x, y, sight.limit)
+        heard = within(xs, ys, first, x, y, radio.limit)
+    else:
+        seen = within_on(xs, ys, first, x, y, sight.limit, arena.width, arena.height)
+        heard = within_on(xs, ys, first, x, y, radio.limit, arena.width, arena.height)
+    valid = first_bits(last - first)
+    return seen & valid, heard & valid
 
 
 @inlined

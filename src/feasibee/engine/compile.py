@@ -24,7 +24,7 @@ from numba.core import compiler, serialize, types
 from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typeinfer import register_dispatcher
 
-from feasibee.engine.linking import PartCompiler, WholeCompiler
+from feasibee.engine.linking import OwnPartCompiler, PartCompiler, WholeCompiler, remembered_types
 from feasibee.errors import FeasibeeError
 from feasibee.files.cache import cache_root, check_cache, own_folder, read_sealed, write_sealed
 from feasibee.files.reading import named
@@ -37,10 +37,15 @@ unliteral: Any = types.unliteral
 OPTIONS: dict[str, Any] = {"nogil": True, "_nrt": False, "error_model": "numpy"}
 # Functions that only compiled code calls need no code for calls from Python, which took longer to compile
 # than the functions themselves: it converts each array of the state.
-INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler}
+INNER: dict[str, Any] = {
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "pipeline_class": OwnPartCompiler,
+}
 on_compile: ContextVar[Callable[[str], None]] = ContextVar("on_compile", default=lambda name: None)
 """Called with the name of an entry whose code isn't on disk, before it is compiled."""
 CAREFUL: dict[str, Any] = {**OPTIONS, "error_model": "python", "boundscheck": True}
+USERS: dict[str, Any] = {**CAREFUL, **INNER, "pipeline_class": PartCompiler}
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -61,8 +66,11 @@ def spliced(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def called(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a helper that is called: where a call costs little, one copy compiles sooner."""
-    return one_copy(numba.njit(**OPTIONS, **INNER)(function))
+    """Compile a helper that is called: where a call costs little, one copy compiles sooner.
+
+    Left open, it would be inlined if numba comes upon it in a helper that is.
+    """
+    return one_copy(numba.njit(forceinline=False, **OPTIONS, **INNER)(function))
 
 
 def one_copy(compiled: Any) -> Callable[..., Any]:
@@ -87,9 +95,9 @@ def careful(function: Callable[..., Any], arguments: Any = None) -> Callable[...
     With types of its arguments it is compiled at once and for these only, and inlined where it is called.
     """
     if arguments is None:
-        compiled: Callable[..., Any] = numba.njit(**CAREFUL, **INNER)(function)
+        compiled: Callable[..., Any] = numba.njit(**USERS)(function)
     else:
-        compiled = numba.njit(arguments, forceinline=True, **CAREFUL, **INNER)(function)
+        compiled = numba.njit(arguments, forceinline=True, **USERS)(function)
     return compiled
 
 
@@ -152,7 +160,12 @@ def entry(
         compiled: Any = numba.njit(pipeline_class=WholeCompiler, **options)(function)
         compiled._cache = kept
         named = _named(function, kept.digest)
-        with named, register_dispatcher(compiled), _without_collection():  # it may call itself
+        with (
+            named,
+            register_dispatcher(compiled),
+            _without_collection(),
+            remembered_types(),
+        ):  # it may call itself
             compiled.compile(signature)
         compiled.disable_compile()
         compiled.__class__ = Entry

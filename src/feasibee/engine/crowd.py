@@ -9,13 +9,14 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import has_bit, lowest_member, place_of, without_lowest
-from feasibee.engine.cells import are_few, block, count_within, few_near, near
+from feasibee.engine.cells import are_few, block, count_within, few_near, few_near_both, near, near_both
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.inbox import receive
-from feasibee.engine.intrinsics import LANES, few_odd, many_odd, popcount, store_few, store_many
+from feasibee.engine.inbox import keep_label, keeps_labels_only, receive
+from feasibee.engine.intrinsics import LANES, popcount
 from feasibee.engine.layout import HEARD_ROOM, WORD, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.order import fill_robots
 from feasibee.engine.params import ALWAYS
+from feasibee.engine.queues import few_odd, many_odd, store_few, store_many
 
 
 @called
@@ -53,19 +54,17 @@ def look_and_listen(params, state, part, i, exploring, listening, queued):
 def scan(params, state, part, i, listens, queued):
     """Return how many robots are in sight of a robot, itself included; queue the messages that it hears."""
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
-    sight, radio = params.sensing.limit, params.radio.limit
     first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
     if not are_few(first, last, other_first, other_last):
         return scan_many(params, state, part, i, listens, queued, (first, last, other_first, other_last))
     heard, numbers, own = state.heard[part.thread], points[Point.NUMBER], own_number(i)
-    seen = few_near(params, points, first, last, x, y, sight)
-    seen |= few_near(params, points, other_first, other_last, x, y, sight) << uint32(LANES)
-    if listens:  # LLVM computes distances once for both ranges
-        close = few_near(params, points, first, last, x, y, radio) & few_odd(numbers, first, own)
-        queued = queue_few(heard, numbers, first, close, i, queued)
-        close = few_near(params, points, other_first, other_last, x, y, radio)
-        queued = queue_few(heard, numbers, other_first, close & few_odd(numbers, other_first, own), i, queued)
-    return popcount(seen), queued
+    seen, close = few_near_both(params, points, first, last, x, y)
+    other_seen, other_close = few_near_both(params, points, other_first, other_last, x, y)
+    if listens:
+        queued = queue_few(heard, numbers, first, close & few_odd(numbers, first, own), i, queued)
+        other_close &= few_odd(numbers, other_first, own)
+        queued = queue_few(heard, numbers, other_first, other_close, i, queued)
+    return popcount(uint32(seen | other_seen << uint32(LANES))), queued
 
 
 @inlined
@@ -73,17 +72,17 @@ def scan_many(params, state, part, i, listens, queued, stretches):
     """Do what `scan` does where more robots are around."""
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], state.robot_cells.points
     first, last, other_first, other_last = stretches
-    seen = int64(0)
+    total = int64(0)
     for _ in range(2):
         while first < last:
-            seen += popcount(near(params, points, first, last, x, y, params.sensing.limit))
+            seen, close = near_both(params, points, first, last, x, y)
+            total += popcount(seen)
             if listens:
-                close = near(params, points, first, last, x, y, params.radio.limit)
                 close &= many_odd(points[Point.NUMBER], first, own_number(i))
                 queued = queue_many(state.heard[part.thread], points[Point.NUMBER], first, close, i, queued)
             first += WORD
         first, last = other_first, other_last
-    return seen, queued
+    return total, queued
 
 
 @inlined
@@ -95,29 +94,31 @@ def own_number(i):
 @inlined
 def queue_few(heard, numbers, first, chosen, i, queued):
     """Queue the chosen ones of 8 numbers for a robot; return how many are queued."""
-    for k in range(LANES):
-        heard[Heard.RECEIVER, uint64(queued + k)] = int32(i)
-    return queued + store_few(numbers, first, chosen, heard[Heard.SENDER], queued)
+    return queued + store_few(numbers, first, chosen, heard[Heard.SENDER], queued, i, heard[Heard.RECEIVER])
 
 
 @inlined
 def queue_many(heard, numbers, first, chosen, i, queued):
-    """Queue the chosen ones of 32 numbers for a robot; return how many are queued."""
-    if chosen:
-        for k in range(WORD):
-            heard[Heard.RECEIVER, uint64(queued + k)] = int32(i)
-        queued += store_many(numbers, first, chosen, heard[Heard.SENDER], queued)
-    return queued
+    """Queue the chosen ones of 32 numbers for a robot; return how many are queued.
+
+    Even if none is chosen: a branch would often be mispredicted, which took a tenth of a step.
+    """
+    return queued + store_many(numbers, first, chosen, heard[Heard.SENDER], queued, i, heard[Heard.RECEIVER])
 
 
 @called
 def receive_queued(params, state, part, queued):
     """Let robots receive the queued messages; return 0."""
-    heard, labels = state.heard[part.thread], state.robots[Robot.LABEL]
-    values = state.robots[Robot.SENT_VALUE]
-    for k in range(queued):
-        i, other = uint64(heard[Heard.RECEIVER, k]), uint64(place_of(heard[Heard.SENDER, k]))
-        receive(params, state, part, i, labels[other], values[other])
+    receivers, senders = state.heard[part.thread, Heard.RECEIVER], state.heard[part.thread, Heard.SENDER]
+    labels, values = state.robots[Robot.LABEL], state.robots[Robot.SENT_VALUE]
+    if keeps_labels_only(params):  # so the loop need not ask
+        for k in range(queued):
+            i, other = uint64(receivers[k]), uint64(place_of(senders[k]))
+            keep_label(params, state, part, i, labels[other])
+    else:
+        for k in range(queued):
+            i, other = uint64(receivers[k]), uint64(place_of(senders[k]))
+            receive(params, state, part, i, labels[other], values[other])
     return int64(0)
 
 

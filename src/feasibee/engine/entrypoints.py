@@ -11,7 +11,7 @@ from feasibee.engine.compile import entry, inlined
 from feasibee.engine.counting import count_opinions, sum_counts
 from feasibee.engine.layout import Clock, Share
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
-from feasibee.engine.team import total, wait_for_all
+from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import (
     BITS_SENT,
@@ -80,13 +80,12 @@ def record_totals(params, state, outcome, row):
 def end_step(params, state, outcome, row, steps, control, part):
     """Count a step, or none at the start, and record the swarm once all threads have come here."""
     part.shared[part.thread, Share.ENDED] = int64(control.cancelled[0])
-    wait_for_all(part)
-    if part.thread == 0:
+    if comes_last(part):
         state.clock[Clock.STEP] += steps
         control.steps_done[0] += steps
         sum_counts(params, state, part)
         record_step(params, state, outcome, row)
-    wait_for_all(part)
+        let_go(part)
 
 
 @inlined
@@ -121,6 +120,7 @@ def advance_few(params, state, outcome, row, until, control, functions, part):
     ``row`` is the run's row of the outcome. ``control.steps_done`` counts steps. Setting
     ``control.cancelled`` ends the run, as does an inbox without room.
     """
+    part = alone(part)
     if state.clock[Clock.STEP] == 0:
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
@@ -143,6 +143,7 @@ def advance_crowd(params, state, outcome, row, until, control, functions, part):
 
 def advance_general_few(params, state, outcome, row, until, control, functions, part):
     """Simulate a run of up to 32 robots in the general engine; see `advance_few`."""
+    part = alone(part)
     if state.clock[Clock.STEP] == 0:
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
@@ -188,17 +189,23 @@ def play(params, state, outcome, first_run, control, start, advance, functions, 
     return outcome.decision.size
 
 
-@entry(ABANDON)
-def abandon(part):
+def abandon_run(part):
     """Let the other threads end the run, instead of a thread in which a strategy has raised an error."""
     part.shared[part.thread, Share.ENDED] = 1
     wait_for_all(part)
-    wait_for_all(part)
+
+
+@cache
+def abandon():
+    """Compile `abandon_run`, which only larger swarms need."""
+    return entry(ABANDON)(abandon_run)
 
 
 @cache
 def world_functions(fast, few):
     """Compile the start and the steps of a run: on the fast path or not, for up to 32 robots or for more."""
+    if not few:
+        abandon()
     if fast:
         start, advance = start_fast, advance_few if few else advance_crowd
     else:

@@ -24,14 +24,13 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import draw
 from feasibee.engine.inbox import receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within_roughly
-from feasibee.engine.knowledge import defer, update_pending
+from feasibee.engine.knowledge import defer_all, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
 from feasibee.engine.motion import around, meet, move_freely
 from feasibee.engine.params import Action
 from feasibee.engine.publishing import publish
 from feasibee.engine.sensing import (
     count_all_false_sightings,
-    count_sighting,
     find_listeners,
     observe_tasks,
 )
@@ -232,10 +231,7 @@ def observe_neighbours(params, state, functions, i):
     if params.sensing.only_counts:
         state.counts[Count.ROBOTS_SEEN, i] += popcount(seen)
         return
-    while seen:
-        other = lowest(seen)
-        count_sighting(params, state, functions, i, other, int64(state.tables.class_of[other]), True)
-        seen = without_lowest(seen)
+    count_sightings(params, state, functions, i, seen, int64(0), int64(0))
 
 
 @inlined
@@ -253,12 +249,24 @@ def observe_numbered(params, state, functions, i):
         if params.sensing.only_counts:
             total += popcount(seen)
             continue
-        while seen:
-            task = lowest_member(w, seen)
-            kind = int64(state.tables.class_of[params.robots.count + task])
-            count_sighting(params, state, functions, i, task, kind, False)
-            seen = without_lowest(seen)
+        first = params.robots.count + WORD * w
+        count_sightings(params, state, functions, i, seen, first, params.robots.classes)
     return total
+
+
+@inlined
+def count_sightings(params, state, functions, i, seen, first, classes):
+    """Count the members of a word of robots or tasks by class, or add them to what the robot knows.
+
+    ``first`` is the number of the lowest and ``classes`` that of the classes before theirs.
+    """
+    if params.strategy.knowledge.enabled:
+        defer_all(params, state, functions, Action.OBSERVE, i, seen, first)
+        return
+    while seen:
+        kind = int64(state.tables.class_of[first + lowest(seen)])
+        state.seen[i, classes + kind] += 1
+        seen = without_lowest(seen)
 
 
 @inlined
@@ -339,9 +347,7 @@ def merge_heard(params, state, functions):
     """Let robots that pass on knowledge merge what they hear."""
     for i in range(params.robots.count):
         heard = state.links[Link.SIGHT, i]
-        while heard:
-            defer(params, state, functions, Action.MERGE, int64(i), lowest(heard), int64(0))
-            heard = without_lowest(heard)
+        defer_all(params, state, functions, Action.MERGE, int64(i), heard, int64(0))
 
 
 @inlined

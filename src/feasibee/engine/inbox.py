@@ -1,7 +1,8 @@
 """Inboxes (model.md 4.5): sets for up to 32 robots with ids of their own, else a small hash table per robot.
 
 Each robot has a line of 8 slots, in the order of the robots. An inbox that outgrows it takes one of the
-tables that lie behind all lines. Most never do: so a large swarm needs little memory.
+tables that lie behind all lines. Most never do: so a large swarm needs little memory. Eight slots are
+compared at once.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.layout import LINE, WORD, Clock, Count, Lack, Link, Robot, Slot
+from feasibee.engine.queues import same_or_free
 from feasibee.model.codes import NO_OPINION
 
 
@@ -44,50 +46,69 @@ def receive_together(params, state, speaking, said):
 @inlined
 def receive(params, state, part, i, message, value):
     """Add a message, the sender's label and value, to a robot's inbox."""
-    opinion = says_feasible(message)
     if params.decision.every_message:
         state.counts[Count.VOTES, i] += 1
-        state.counts[Count.FEASIBLE_VOTES, i] += opinion
+        state.counts[Count.FEASIBLE_VOTES, i] += says_feasible(message)
         return
+    place = keep_label(params, state, part, i, message)
+    if place >= 0 and params.strategy.value_scale > 0.0:
+        state.inbox[Slot.VALUE, place] = value
+    if place >= 0 and params.decision.inbox_size > 0:
+        state.inbox[Slot.WHEN, place] = state.robots[Robot.MESSAGES, i]
+        state.robots[Robot.MESSAGES, i] += int32(1)
+
+
+@inlined
+def keeps_labels_only(params):
+    """Return whether inboxes keep the label of each sender and no more."""
+    decision = params.decision
+    return not decision.every_message and decision.inbox_size == 0 and params.strategy.value_scale == 0.0
+
+
+@inlined
+def keep_label(params, state, part, i, message):
+    """Keep a sender's label in a robot's inbox; return its slot, or -1 if there is no room for it."""
     senders = state.inbox[Slot.SENDER]
     first, slots = slots_of(state, i)
     place = find(senders, first, slots, sender_of(message))
     known = senders[place]
-    if known >= 0:
-        state.counts[Count.FEASIBLE_VOTES, i] += opinion - says_feasible(known)
-    else:
+    if known < 0:
         if 4 * state.counts[Count.VOTES, i] >= 3 * slots:  # nearly full
             if not take_table(params, state, part, i):
-                return
+                return int64(-1)
             first, slots = slots_of(state, i)
             place = find(senders, first, slots, sender_of(message))
         state.counts[Count.VOTES, i] += 1
-        state.counts[Count.FEASIBLE_VOTES, i] += opinion
-    senders[place] = message
-    if params.strategy.value_scale > 0.0:
-        state.inbox[Slot.VALUE, place] = value
-    if params.decision.inbox_size > 0:
-        state.inbox[Slot.WHEN, place] = state.robots[Robot.MESSAGES, i]
-        state.robots[Robot.MESSAGES, i] += int32(1)
+        state.counts[Count.FEASIBLE_VOTES, i] += says_feasible(message)
+        senders[place] = message
+    elif known != message:  # most say the same again
+        state.counts[Count.FEASIBLE_VOTES, i] += says_feasible(message) - says_feasible(known)
+        senders[place] = message
+    return int64(place)
 
 
 @inlined
 def slots_of(state, i):
     """Return the first slot of a robot's inbox and the number of its slots."""
     table = int64(state.robots[Robot.TABLE, i])
-    if table == 0:
-        return int64(LINE * i), int64(LINE)
-    slots = state.clock[Clock.TABLE_SLOTS]
-    return LINE * state.robots.shape[1] + (table - 1) * slots, slots
+    slots, behind = state.clock[Clock.TABLE_SLOTS], LINE * state.robots.shape[1]
+    in_line = -int64(table == 0)  # a mask: to mispredict a branch takes longer
+    first = (LINE * i & in_line) | (behind + (table - 1) * slots & ~in_line)
+    return first, (LINE & in_line) | (slots & ~in_line)
 
 
 @inlined
 def find(senders, first, slots, sender):
-    """Return the slot of a sender, or the free one that it would take."""
-    place = scrambled(sender) & (slots - 1)
-    while senders[uint64(first + place)] >= 0 and sender_of(senders[uint64(first + place)]) != sender:
-        place = (place + 1) & (slots - 1)
-    return uint64(first + place)
+    """Return the slot of a sender, or the free one that it would take.
+
+    A sender is looked for in eight slots at once: in those that its hash chooses, and then in the next eight.
+    """
+    place = scrambled(sender) & (slots - LINE)
+    found = same_or_free(senders, first + place, sender)
+    while found == 0:  # all are taken by others
+        place = (place + LINE) & (slots - 1)
+        found = same_or_free(senders, first + place, sender)
+    return uint64(first + place + (lowest(found) & (LINE - 1)))
 
 
 @inlined

@@ -201,64 +201,6 @@ def few_within_on(
     return types.uint32(xs, ys, *kinds), near_points(LANES, square_on_rectangle)
 
 
-@intrinsic
-def store_few(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any) -> Any:
-    """Store the chosen ones of the 8 numbers from ``first`` on, from ``place`` on; return how many these are.
-
-    What follows them in the target is lost.
-    """
-    return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(LANES)
-
-
-@intrinsic
-def store_many(_typing: Any, numbers: Any, first: Any, chosen: Any, target: Any, place: Any) -> Any:
-    """Store of 32 numbers what `store_few` stores of 8."""
-    return types.int64(numbers, types.int64, types.uint32, target, types.int64), storing(WORD)
-
-
-def storing(count: int) -> Any:
-    """Return the generator of an intrinsic that stores the chosen ones of ``count`` numbers."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        words, truths = ir.VectorType(INT, count), ir.VectorType(BIT, count)
-        source, target = (
-            context.make_array(signature.args[k])(context, builder, arguments[k]).data for k in (0, 3)
-        )
-        found = vector_at(builder, source, arguments[1], words)
-        bits = arguments[2] if count == WORD else builder.trunc(arguments[2], ir.IntType(count))
-        kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
-        store = declared(builder.module, kind, f"llvm.masked.compressstore.v{count}i32")
-        builder.call(store, [found, builder.gep(target, [arguments[4]]), builder.bitcast(bits, truths)])
-        return builder.zext(builder.ctpop(bits), LONG)
-
-    return generate
-
-
-@intrinsic
-def few_odd(_typing: Any, numbers: Any, first: Any, other: Any) -> Any:
-    """Return which of the 8 numbers from ``first`` on are odd and not a certain one."""
-    return types.uint32(numbers, types.int64, types.int32), odd_numbers(LANES)
-
-
-@intrinsic
-def many_odd(_typing: Any, numbers: Any, first: Any, other: Any) -> Any:
-    """Return of 32 numbers what `few_odd` returns of 8."""
-    return types.uint32(numbers, types.int64, types.int32), odd_numbers(WORD)
-
-
-def odd_numbers(count: int) -> Any:
-    """Return the generator of an intrinsic: the set of odd numbers but one."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        words = ir.VectorType(INT, count)
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        found = vector_at(builder, data, arguments[1], words)
-        differs = builder.icmp_unsigned("!=", found, spread(builder, arguments[2], words))
-        return as_word(builder, builder.and_(differs, builder.trunc(found, ir.VectorType(BIT, count))))
-
-    return generate
-
-
 def vector_at(builder: Any, data: Any, place: Any, vector: Any) -> Any:
     """Return a vector of consecutive numbers."""
     return builder.load(builder.bitcast(builder.gep(data, [place]), vector.as_pointer()), align=4)

@@ -22,6 +22,7 @@ from feasibee.engine.compile import called, inlined, rebound, spliced
 from feasibee.engine.intrinsics import row_of
 from feasibee.engine.layout import (
     PENDING_ROOM,
+    WORD,
     Clock,
     Copy,
     Count,
@@ -33,6 +34,7 @@ from feasibee.engine.layout import (
 )
 from feasibee.engine.opinions import keeps_opinion, set_opinion
 from feasibee.engine.params import Action
+from feasibee.engine.queues import store_members
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
 from feasibee.strategies.contract import Me, Setting, Thing
 
@@ -70,18 +72,26 @@ def in_units(params, fixed):
 
 @inlined
 def thing_seen(params, passing, number, column, mark):
-    """Return a robot or task as robots see it; one that isn't there has the number -1 and the hash given."""
-    is_robot = column < params.robots.classes
-    kind = column if is_robot else column - params.robots.classes
+    """Return a robot or task as robots see it.
+
+    Robots are numbered first, then tasks. One that isn't there has number -1, and the class and hash given.
+    """
     if number < 0:
+        is_robot = column < params.robots.classes
+        kind = column if is_robot else column - params.robots.classes
         return Thing(is_robot, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
     # Without a branch: a wrong guess whether robot or task follows costs more than the rest.
+    is_robot, kind, task = (
+        number < params.robots.count,
+        int64(passing.class_of[number]),
+        number - params.robots.count,
+    )
     identity = int64(passing.robots[Robot.IDENTITY, number if is_robot else 0])
-    place = identity if is_robot else params.robots.count + number
-    fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, number]
-    fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, number]
+    mark = int64(passing.hashes[identity if is_robot else number])
+    fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, task]
+    fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, task]
     x, y = in_units(params, fixed_x), in_units(params, fixed_y)
-    return Thing(is_robot, identity if is_robot else number, kind, int64(passing.hashes[place]), x, y)
+    return Thing(is_robot, identity if is_robot else task, kind, mark, x, y)
 
 
 @inlined
@@ -362,3 +372,17 @@ def defer(params, state, functions, action, i, first, second):
     state.clock[Clock.PENDING] = place + 1
     if place + 1 == PENDING_ROOM:
         update_full(params, state, functions, action)
+
+
+@inlined
+def defer_all(params, state, functions, action, i, members, first):
+    """Queue the call of a function for robot i with each member of a word, whose lowest is ``first``.
+
+    Without a branch for each member: where there are few, the wrong guesses took more time than the rest.
+    """
+    if state.clock[Clock.PENDING] >= PENDING_ROOM - WORD:
+        update_full(params, state, functions, action)
+    who, numbers = state.pending[Pending.WHO], state.pending[Pending.NUMBER]
+    place = state.clock[Clock.PENDING]
+    added = store_members(who, numbers, place, int32(i), members, int32(first))
+    state.clock[Clock.PENDING] = place + added

@@ -8,6 +8,7 @@ walls the unit is twice that, and no difference wraps. Sets of robots are words 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.engine.params import Params
+from feasibee.engine.structs import Struct
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
@@ -59,7 +61,7 @@ class Robot(IntEnum):
     MESSAGES = 12  # heard since the inbox was emptied
     IDENTITY = 13  # the first robot with the same id
     TABLE = 14  # number of the table that its inbox takes, from 1 on, or 0
-    SPARE = 15  # room to sort the others in
+    SPARE = 15  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -82,7 +84,6 @@ class Set(IntEnum):
     DECLARED = 14
     DECLARED_FEASIBLE = 15
     STOPPING = 16  # robots that stop at `FaultParams.stop_step`
-    SPARE = 17  # room to sort the others in
 
 
 class Count(IntEnum):
@@ -133,10 +134,10 @@ class Pending(IntEnum):
     """Rows of `State.pending`; the second has a meaning for each action."""
 
     WHO = 0  # the robot for which a function is called
-    NUMBER = 1  # of the robot or task that it sees; negative for a false sighting
+    NUMBER = 1  # of what it sees: robots, then tasks; negative for a false sighting
     FALSE_OPINION = 1  # opinion that its message must support if it is Byzantine, else -1
     SPEAKER = 1  # number of the robot that it hears
-    COLUMN = 2  # class of the robot or task that it sees: classes of robots, then of tasks
+    COLUMN = 2  # class of a false sighting: classes of robots, then of tasks
     MARK = 3  # hash of a false sighting
 
 
@@ -209,7 +210,8 @@ class Share(IntEnum):
     TURN = 8  # number of the times that all have waited: a cache line of its own
 
 
-class Part(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Part(Struct):
     """A thread's part of the work on a swarm; see `feasibee.engine.team`."""
 
     thread: int
@@ -217,6 +219,17 @@ class Part(NamedTuple):
     first: int  # first word of its robots
     last: int  # the word after its last one
     give_way: int  # address of the system's function that lets other threads run, or 0
+    shared: Annotated[Int64s, "thread", "Share"]
+
+
+class Alone(NamedTuple):
+    """The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
+
+    thread: int
+    threads: int
+    first: int
+    last: int
+    give_way: int
     shared: Annotated[Int64s, "thread", "Share"]
 
 
@@ -243,11 +256,9 @@ class Tables(NamedTuple):
     parameters: Annotated[Floats, "parameter"]
 
 
-class State(NamedTuple):
-    """One swarm at one step; robots are padded to whole words.
-
-    The arrays are few and wide: each kernel that is passed the state takes longer to compile for each field.
-    """
+@dataclass(frozen=True, eq=False)
+class State(Struct):
+    """One swarm at one step; robots are padded to whole words."""
 
     robots: Annotated[Int32s, "Robot", "robot"]
     sets: Annotated[Words, "Set", "word of robots"]
@@ -299,7 +310,8 @@ class Functions(NamedTuple):
     update: Any  # see `feasibee.engine.knowledge`
 
 
-class Outcome(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Outcome(Struct):
     """The arrays of a `Record` that the engine fills in."""
 
     decision: Annotated[Int8s, "run"]
@@ -309,7 +321,8 @@ class Outcome(NamedTuple):
     account: Annotated[Int64s, "run", "column of the account"]
 
 
-class Control(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Control(Struct):
     """The numbers that a simulating thread shares with the thread that waits for it."""
 
     steps_done: Annotated[Int64s, "one"]

@@ -6,31 +6,36 @@ its label has its number. Draws are coordinates of that number, so the order cha
 
 Robots are sorted into cells in each step. Each thread does that for some rows of cells. It gets its own
 robots that are in these rows, and those that others have listed as leaving.
+
+In the paper's world threads wait for each other four times a step, and seven times more where they sort.
 """
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32
+from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import bit_if, contains
 from feasibee.engine.cells import (
+    append,
+    cell_at,
     cell_of,
     clear_cells,
     count_point,
     is_one_cell,
-    place,
     place_at,
+    repeat_columns,
+    repeated,
     sum_up,
 )
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.intrinsics import bits_of, float_of
 from feasibee.engine.layout import LINE, TILE, WORD, Clock, Count, Robot, Set, Share
-from feasibee.engine.team import first_word, wait_for_all
+from feasibee.engine.team import comes_last, first_word, let_go, wait_for_all
 
 INTERVAL = 8
 """Steps between two sorts."""
-NUMBERS = tuple(int(each) for each in Robot if each not in (Robot.ORDER, Robot.SPARE))
-"""Rows of `State.robots` that are sorted."""
+ROOM = int(Robot.ORDER), int(Robot.SPARE)
+"""Rows of `State.robots` that are only room to work in."""
 OPINION_SETS = tuple(
     map(int, (Set.FEASIBLE, Set.NEUTRAL, Set.DISSEMINATING, Set.SPEAKING, Set.SAYS_FEASIBLE))
 )
@@ -47,39 +52,38 @@ def keep_order(params, state, part):
 @called
 def sort_robots(params, state, part):
     """Sort the robots by tiles."""
-    tiles = state.tiles[part.thread]
+    tiles, tile_of, order = state.tiles[part.thread], state.robots[Robot.SPARE], state.robots[Robot.ORDER]
+    first, last = WORD * part.first, end_of(params, part)
+    find_tiles(params, state, first, last)
     tiles[:] = 0
-    for i in range(WORD * part.first, end_of(params, part)):
-        tiles[tile_of(params.robots.grid, state, i)] += int32(1)
-    wait_for_all(part)
-    if part.thread == 0:
+    for i in range(first, last):
+        tiles[uint64(uint32(tile_of[i]))] += int32(1)
+    if comes_last(part):
         sum_up_tiles(params, state, part)
-    wait_for_all(part)
-    order = state.robots[Robot.ORDER]
-    for i in range(WORD * part.first, end_of(params, part)):
-        tile = tile_of(params.robots.grid, state, i)
-        order[tiles[tile]] = int32(i)
+        let_go(part)
+    for i in range(first, last):
+        tile = uint64(uint32(tile_of[i]))
+        order[uint64(uint32(tiles[tile]))] = int32(i)
         tiles[tile] += int32(1)
     wait_for_all(part)
     share_rows(params, state, part)
-    move_numbers(params, state, part, order)
-    move_counts(params, state, part, order)
-    move_sets(params, state, part, order)
-    move_inboxes(params, state, part, order)
+    move_state(params, state, part, order)
+
+
+@inlined
+def find_tiles(params, state, first, last):
+    """Store the tile of each robot; tiles are numbered by rows."""
+    grid, xs, ys = params.robots.grid, state.robots[Robot.X], state.robots[Robot.Y]
+    scale_x, scale_y, columns = grid.scale_x, grid.scale_y, tile_columns(grid)
+    tiles = state.robots[Robot.SPARE]
+    for i in range(first, last):
+        tiles[i] = int32(cell_of(ys[i], scale_y) // TILE * columns + cell_of(xs[i], scale_x) // TILE)
 
 
 @inlined
 def end_of(params, part):
     """Return the place after a thread's last robot."""
     return min(WORD * part.last, params.robots.count)
-
-
-@inlined
-def tile_of(grid, state, i):
-    """Return the tile of a robot; tiles are numbered by rows."""
-    column = cell_of(state.robots[Robot.X, i], grid.scale_x)
-    row = cell_of(state.robots[Robot.Y, i], grid.scale_y)
-    return row // TILE * tile_columns(grid) + column // TILE
 
 
 @inlined
@@ -103,48 +107,111 @@ def sum_up_tiles(params, state, part):
 def share_rows(params, state, part):
     """Let each thread have the rows of cells from that of its first robot on."""
     grid = params.robots.grid
-    first = int64(state.robots[Robot.ORDER, WORD * part.first])
-    row = tile_of(grid, state, first) // tile_columns(grid) * TILE
+    first = state.robots[Robot.ORDER, WORD * part.first]
+    row = cell_of(state.robots[Robot.Y, first], grid.scale_y) // TILE * TILE
     part.shared[part.thread, Share.ROW] = 0 if part.thread == 0 else row
 
 
+@called
+def move_state(params, state, part, order):
+    """Put what is stored of each robot in the new order: gather it, wait for all, and store it.
+
+    The room of the inboxes serves for eight rows of numbers at a time, so that threads seldom wait.
+    """
+    gather_numbers(params, state, part, order, 0)
+    gather_sets(params, state, part, order)
+    wait_for_all(part)
+    store_numbers(params, state, part, 0)
+    store_sets(params, state, part)
+    gather_numbers(params, state, part, order, LINE)
+    wait_for_all(part)
+    store_numbers(params, state, part, LINE)
+    gather_counts(params, state, part, order)
+    wait_for_all(part)
+    store_counts(params, state, part)
+    move_columns(params, state, part, order)
+    move_inboxes(params, state, part, order)
+
+
 @inlined
-def move_numbers(params, state, part, order):
-    """Put the rows of `State.robots` in the new order."""
-    for kind in NUMBERS:
-        if is_used(params, kind):
-            move_row(params, part, state.robots[kind], state.robots[Robot.SPARE], order)
+def spare_row(state):
+    """Return the row of `State.inbox` to sort in.
+
+    A thread uses the lines of its own robots there, for eight rows of numbers of 32 bits.
+    """
+    return state.inbox.shape[0] - 1
+
+
+@inlined
+def room_of(part, row):
+    """Return where the spare room for a row of a thread's robots begins."""
+    return WORD * (LINE * part.first + row * (part.last - part.first))
 
 
 @called
-def move_row(params, part, row, spare, order):
-    """Put a row of numbers in the new order, by way of a spare row."""
-    first, last = WORD * part.first, end_of(params, part)
-    for i in range(first, last):
-        spare[i] = row[order[i]]
-    wait_for_all(part)
-    for i in range(first, last):
-        row[i] = spare[i]
+def gather_numbers(params, state, part, order, begin):
+    """Gather up to eight rows of `State.robots`, from ``begin`` on."""
+    spare, first = state.inbox[spare_row(state)], WORD * part.first
+    for kind in range(begin, begin + LINE):
+        if is_used(params, kind):
+            row, room = state.robots[kind], room_of(part, kind - begin) - first
+            for i in range(first, end_of(params, part)):
+                spare[uint64(room + i)] = row[uint64(uint32(order[i]))]
+
+
+@called
+def store_numbers(params, state, part, begin):
+    """Store what `gather_numbers` has gathered."""
+    spare, first = state.inbox[spare_row(state)], WORD * part.first
+    for kind in range(begin, begin + LINE):
+        if is_used(params, kind):
+            row, room = state.robots[kind], room_of(part, kind - begin) - first
+            for i in range(first, end_of(params, part)):
+                row[i] = spare[uint64(room + i)]
 
 
 @inlined
 def is_used(params, kind):
-    """Return whether a scenario uses a row of `State.robots`."""
+    """Return whether a scenario uses a row of `State.robots` that is sorted."""
     if kind == Robot.AGREED:
         return params.decision.commit.enabled
     if kind == Robot.SENT_VALUE:
         return params.strategy.value_scale > 0.0
     if kind == Robot.IDENTITY:
         return params.radio.random_ids
-    return kind != Robot.MESSAGES or params.decision.inbox_size > 0
+    if kind == Robot.MESSAGES:
+        return params.decision.inbox_size > 0
+    return kind not in ROOM
 
 
 @inlined
-def move_counts(params, state, part, order):
-    """Put counts, memory and what was seen of each class in the new order."""
-    spare, first, last = state.counts[Count.SPARE], WORD * part.first, end_of(params, part)
+def gather_counts(params, state, part, order):
+    """Gather the counts, each as two numbers of 32 bits."""
+    spare, first = state.inbox[spare_row(state)], WORD * part.first
     for kind in range(int64(Count.SENT_BITS)):
-        move_row(params, part, state.counts[kind], spare, order)
+        row = state.counts[kind]
+        low, high = room_of(part, 2 * kind) - first, room_of(part, 2 * kind + 1) - first
+        for i in range(first, end_of(params, part)):
+            number = row[uint64(uint32(order[i]))]
+            spare[uint64(low + i)] = int32(uint32(number))
+            spare[uint64(high + i)] = int32(number >> 32)
+
+
+@inlined
+def store_counts(params, state, part):
+    """Store what `gather_counts` has gathered."""
+    spare, first = state.inbox[spare_row(state)], WORD * part.first
+    for kind in range(int64(Count.SENT_BITS)):
+        row = state.counts[kind]
+        low, high = room_of(part, 2 * kind) - first, room_of(part, 2 * kind + 1) - first
+        for i in range(first, end_of(params, part)):
+            row[i] = int64(spare[uint64(high + i)]) << 32 | int64(uint32(spare[uint64(low + i)]))
+
+
+@inlined
+def move_columns(params, state, part, order):
+    """Put memory and what was seen of each class in the new order, column by column."""
+    spare, first, last = state.counts[Count.SPARE], WORD * part.first, end_of(params, part)
     for k in range(state.memory.shape[1]):
         for i in range(first, last):
             spare[i] = bits_of(state.memory[order[i], k])
@@ -161,32 +228,39 @@ def move_counts(params, state, part, order):
 
 
 @inlined
-def move_sets(params, state, part, order):
-    """Put the sets that last from step to step in the new order."""
-    faults = params.faults.stopped + params.faults.byzantine + params.faults.stubborn > 0
-    for kind in OPINION_SETS:
-        move_set(params, state, part, order, kind)
-    if params.decision.commit.enabled:
-        move_set(params, state, part, order, int64(Set.COMMITTED))
-    if params.arena.walls or params.robots.avoid_collisions:
-        move_set(params, state, part, order, int64(Set.BLOCKED))
-    if faults:
-        for kind in FAULT_SETS:
-            move_set(params, state, part, order, kind)
+def gather_sets(params, state, part, order):
+    """Gather the sets, as words; a row of numbers has room for 32 of them."""
+    spare, words = state.robots[Robot.SPARE], state.sets.shape[1]
+    for kind in range(state.sets.shape[0]):
+        if is_kept(params, kind):
+            members = state.sets[kind]
+            for w in range(part.first, part.last):
+                word = uint32(0)
+                for j in range(min(WORD, params.robots.count - WORD * w)):
+                    word |= bit_if(contains(members, uint64(uint32(order[WORD * w + j]))), j)
+                spare[uint64(words * kind + w)] = int32(word)
 
 
-@called
-def move_set(params, state, part, order, kind):
-    """Put a set in the new order."""
-    spare, words = state.sets[Set.SPARE], state.sets[kind]
-    for w in range(part.first, part.last):
-        word = uint32(0)
-        for j in range(min(WORD, params.robots.count - WORD * w)):
-            word |= bit_if(contains(words, order[WORD * w + j]), j)
-        spare[w] = word
-    wait_for_all(part)
-    for w in range(part.first, part.last):
-        words[w] = spare[w]
+@inlined
+def store_sets(params, state, part):
+    """Store what `gather_sets` has gathered."""
+    spare, words = state.robots[Robot.SPARE], state.sets.shape[1]
+    for kind in range(state.sets.shape[0]):
+        if is_kept(params, kind):
+            for w in range(part.first, part.last):
+                state.sets[kind, w] = uint32(spare[uint64(words * kind + w)])
+
+
+@inlined
+def is_kept(params, kind):
+    """Return whether a set lasts from step to step, and has some of the robots."""
+    if kind == Set.COMMITTED:
+        return params.decision.commit.enabled
+    if kind == Set.BLOCKED:
+        return params.arena.walls or params.robots.avoid_collisions
+    if kind in FAULT_SETS:
+        return params.faults.stopped + params.faults.byzantine + params.faults.stubborn > 0
+    return kind in OPINION_SETS
 
 
 @inlined
@@ -194,17 +268,16 @@ def move_inboxes(params, state, part, order):
     """Put the lines of the inboxes in the new order; tables stay where they are."""
     if params.decision.every_message:
         return
-    first, last, rows = WORD * part.first, end_of(params, part), state.inbox.shape[0]
-    spare = state.inbox[rows - 1]
-    for kind in range(rows - 1):
+    first, last, spare = WORD * part.first, end_of(params, part), state.inbox[spare_row(state)]
+    for kind in range(spare_row(state)):
         slots = state.inbox[kind]
         for i in range(first, last):
-            old = LINE * int64(order[i])
+            old = LINE * int64(uint32(order[i]))
             for k in range(LINE):
-                spare[LINE * i + k] = slots[old + k]
+                spare[uint64(LINE * i + k)] = slots[uint64(old + k)]
         wait_for_all(part)
-        for place_ in range(LINE * first, LINE * last):
-            slots[place_] = spare[place_]
+        for place in range(LINE * first, LINE * last):
+            slots[uint64(place)] = spare[uint64(place)]
 
 
 @called
@@ -220,19 +293,18 @@ def fill_robots(params, state, part):
     low, high = part.shared[part.thread, Share.ROW], grid.rows
     if part.thread + 1 < part.threads:
         high = part.shared[part.thread + 1, Share.ROW]
-    first_cell, last_cell = low * (grid.columns + 1), high * (grid.columns + 1)
-    clear_cells(cells.start, first_cell, last_cell)
-    points = count_own(params, state, part, low, high)
+    first, last = low * (grid.columns + 1), high * (grid.columns + 1)
+    clear_cells(cells.start, first, last)
+    count_own(params, state, part, first, last)
+    part.shared[part.thread, Share.POINTS] += repeated(cells.start, grid, low, high)
     wait_for_all(part)
-    points += count_arriving(params, state, part, low, high)
-    part.shared[part.thread, Share.POINTS] = points
-    wait_for_all(part)
-    begin = int64(0)
+    begin = count_arriving(params, state, part, first, last)
     for thread in range(part.thread):
         begin += part.shared[thread, Share.POINTS]
-    sum_up(cells.start, first_cell, last_cell, begin)
-    place_own(params, state, part, low, high)
-    place_arriving(params, state, part, low, high)
+    sum_up(cells.start, grid, low, high, begin)
+    place_own(params, state, part, first, last)
+    place_arriving(params, state, part, first, last)
+    repeat_columns(cells, grid, low, high, begin)
     wait_for_all(part)
 
 
@@ -243,56 +315,67 @@ def numbered(state, i):
 
 
 @inlined
-def count_own(params, state, part, low, high):
-    """Count a thread's robots in its rows of cells, and list the others; return the places that they take."""
-    grid, start, points = params.robots.grid, state.robot_cells.start, int64(0)
-    xs, ys, leaving = state.robots[Robot.X], state.robots[Robot.Y], state.robots[Robot.ORDER]
-    first = listed = WORD * part.first
-    for i in range(first, end_of(params, part)):
-        row = cell_of(ys[i], grid.scale_y)
-        if low <= row < high:
-            points += count_point(start, grid, cell_of(xs[i], grid.scale_x), row)
+def count_own(params, state, part, first_cell, last_cell):
+    """Find the cell of each of a thread's robots; count those in its own cells, and list the others."""
+    grid, start, cells = params.robots.grid, state.robot_cells.start, state.robots[Robot.SPARE]
+    leaving, first, last = state.robots[Robot.ORDER], WORD * part.first, end_of(params, part)
+    find_cells(grid, state, first, last)
+    listed = first
+    for i in range(first, last):
+        cell = int64(cells[i])
+        if first_cell <= cell < last_cell:
+            count_point(start, cell)
         else:
             leaving[listed] = int32(i)
             listed += 1
     part.shared[part.thread, Share.LEAVING] = listed - first
-    return points
+    part.shared[part.thread, Share.POINTS] = last - listed
 
 
 @inlined
-def place_own(params, state, part, low, high):
-    """Store a thread's robots in its rows of cells."""
-    grid, cells, xs, ys = params.robots.grid, state.robot_cells, state.robots[Robot.X], state.robots[Robot.Y]
+def find_cells(grid, state, first, last):
+    """Store the cell of each robot: a loop of its own, which LLVM vectorizes."""
+    cells, xs, ys = state.robots[Robot.SPARE], state.robots[Robot.X], state.robots[Robot.Y]
+    for i in range(first, last):
+        cells[i] = int32(cell_at(grid, xs[i], ys[i]))
+
+
+@inlined
+def place_own(params, state, part, first_cell, last_cell):
+    """Store a thread's robots in its cells."""
+    cells, xs, ys = state.robots[Robot.SPARE], state.robots[Robot.X], state.robots[Robot.Y]
     for i in range(WORD * part.first, end_of(params, part)):
-        row = cell_of(ys[i], grid.scale_y)
-        if low <= row < high:
-            place(cells, grid, cell_of(xs[i], grid.scale_x), row, xs[i], ys[i], numbered(state, i))
+        if first_cell <= cells[i] < last_cell:
+            append(state.robot_cells, int64(cells[i]), xs[i], ys[i], numbered(state, i))
 
 
 @inlined
-def count_arriving(params, state, part, low, high):
-    """Count the robots in a thread's rows of cells that other threads have listed as leaving."""
-    grid, start, points = params.robots.grid, state.robot_cells.start, int64(0)
-    xs, ys, leaving = state.robots[Robot.X], state.robots[Robot.Y], state.robots[Robot.ORDER]
+def count_arriving(params, state, part, first_cell, last_cell):
+    """Count the robots in a thread's cells that other threads have listed as leaving.
+
+    Return how many places robots so listed take in the cells of the threads before.
+    """
+    grid, cells, before = params.robots.grid, state.robots[Robot.SPARE], int64(0)
+    leaving = state.robots[Robot.ORDER]
     for thread in range(part.threads):
         first = WORD * first_word(state.sets.shape[1], thread, part.threads)
         for k in range(first, first + part.shared[thread, Share.LEAVING]):
-            i = leaving[k]
-            row = cell_of(ys[i], grid.scale_y)
-            if low <= row < high:
-                points += count_point(start, grid, cell_of(xs[i], grid.scale_x), row)
-    return points
+            cell = int64(cells[leaving[k]])
+            if first_cell <= cell < last_cell:
+                count_point(state.robot_cells.start, cell)
+            elif cell < first_cell:
+                before += 2 if grid.columns > 1 and cell % (grid.columns + 1) == 0 else 1
+    return before
 
 
 @inlined
-def place_arriving(params, state, part, low, high):
-    """Store the robots that have been listed as leaving in the thread's rows of cells."""
-    grid, cells, xs, ys = params.robots.grid, state.robot_cells, state.robots[Robot.X], state.robots[Robot.Y]
+def place_arriving(params, state, part, first_cell, last_cell):
+    """Store the robots that have been listed as leaving in the thread's cells."""
+    cells, xs, ys = state.robots[Robot.SPARE], state.robots[Robot.X], state.robots[Robot.Y]
     leaving = state.robots[Robot.ORDER]
     for thread in range(part.threads):
         first = WORD * first_word(state.sets.shape[1], thread, part.threads)
         for k in range(first, first + part.shared[thread, Share.LEAVING]):
             i = int64(leaving[k])
-            row = cell_of(ys[i], grid.scale_y)
-            if low <= row < high:
-                place(cells, grid, cell_of(xs[i], grid.scale_x), row, xs[i], ys[i], numbered(state, i))
+            if first_cell <= cells[i] < last_cell:
+                append(state.robot_cells, int64(cells[i]), xs[i], ys[i], numbered(state, i))

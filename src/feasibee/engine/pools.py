@@ -5,8 +5,8 @@ its next draws of each kind. Eight together take about three times as long as on
 `POOLED` robots, memory costs more than arithmetic. There the robots whose heading or phase ends in a step
 are listed, and draw together.
 
-A logarithm to 12 digits suffices for nearly every duration. Where it leaves open to which whole step a
-duration is rounded up, `duration` computes it by the platform's own.
+A logarithm to 12 digits suffices for nearly every duration. Where it leaves open to which whole step one is
+rounded up, `duration` computes it by the platform's own.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.bits import lowest_member, number_of, without_lowest
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.draws import direction, draw_words, duration, rounds
+from feasibee.engine.draws import direction, draw_words, duration, philox, rounds
 from feasibee.engine.intrinsics import bits_of, float_of
 from feasibee.engine.layout import BATCH, POOL, POOLED, WORD, Clock, Heard, Pool, Robot
 from feasibee.model.codes import LONGEST
 from feasibee.model.purposes import PHASE, WALK
+
+LESS, MORE = 1.0 - 1e-12, 1.0 + 1e-12
 
 
 @inlined
@@ -97,11 +99,7 @@ def next_heading(params, state, thread, i, k):
             count = list_own(state, thread, i, number)
             fill_headings(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
     pool, place = state.pools[uint64(row)], uint64(place)
-    steps, doubtful = rounded_up(params.walk.mean_run * pool[Pool.WALK, place])
-    if doubtful:
-        counter, mean = state.robots[Robot.WALKS, i], params.walk.mean_run
-        steps = exact_duration(params, state, i, counter, int64(WALK), mean)
-    return int32(pool[Pool.STEP_X, place]), int32(pool[Pool.STEP_Y, place]), steps
+    return int32(pool[Pool.STEP_X, place]), int32(pool[Pool.STEP_Y, place]), int32(pool[Pool.WALK, place])
 
 
 @inlined
@@ -127,14 +125,22 @@ def step_along(word, reach):
 
 @called
 def fill_headings(params, pool, heard, run, count):
-    """Draw the headings of ``count`` coordinates."""
+    """Draw the headings of ``count`` coordinates, and their durations."""
     # Read once: the compiler must assume that writing to the pool changes them.
-    reach, low, high = params.robots.reach, params.seed.low, params.seed.high
+    reach, mean, low, high = params.robots.reach, params.walk.mean_run, params.seed.low, params.seed.high
     numbers, counters = heard[Heard.NUMBER], heard[Heard.COUNTER]
+    doubtful = int64(0)
     for k in range(count):
         words = rounds(counters[k], numbers[k], run, WALK, low, high)
         pool[Pool.STEP_X, k], pool[Pool.STEP_Y, k] = step_along(words[0], reach)
-        pool[Pool.WALK, k] = exponential(words[1])
+        length = mean * exponential(words[1])
+        least = rounded_up(length * LESS)
+        pool[Pool.WALK, k] = least
+        doubtful += int64(least != rounded_up(length * MORE))
+    if doubtful > 0:
+        for k in range(count):
+            word = philox(int64(counters[k]), int64(numbers[k]), run, int64(WALK), low, high)[1]
+            pool[Pool.WALK, k] = duration(word, mean)
 
 
 @called
@@ -152,27 +158,18 @@ def fill_phases(params, pool, heard, run, count):
 @inlined
 def phase_duration(params, state, i, length, mean):
     """Return the duration of a robot's present phase from its exponential of mean 1, to 12 digits."""
-    steps, doubtful = rounded_up(mean * length)
-    if doubtful:
-        steps = exact_duration(params, state, i, state.robots[Robot.PHASES, i], int64(PHASE), mean)
-    return steps
+    length *= mean
+    least = rounded_up(length * LESS)
+    if length < float64(LONGEST) and least == rounded_up(length * MORE):
+        return int32(least)
+    run, number = state.clock[Clock.RUN], number_of(state.robots[Robot.LABEL, i])
+    return duration(draw_words(params, run, number, state.robots[Robot.PHASES, i], PHASE)[0], mean)
 
 
 @inlined
 def rounded_up(length):
-    """Return a length of 12 digits in whole steps, at least 1, and whether they leave that in doubt."""
-    least = math.ceil(length * (1.0 - 1e-12))
-    sure = length < float64(LONGEST) and least == math.ceil(length * (1.0 + 1e-12))
-    return int32(max(int64(1), least)), not sure
-
-
-@called
-def exact_duration(params, state, i, counter, purpose, mean):
-    """Return the duration of a robot's heading or phase by the platform's own logarithm."""
-    words = draw_words(
-        params, state.clock[Clock.RUN], number_of(state.robots[Robot.LABEL, i]), counter, purpose
-    )
-    return duration(words[1] if purpose == WALK else words[0], mean)
+    """Return a duration in whole steps."""
+    return max(1.0, float64(math.ceil(min(length, float64(LONGEST)))))
 
 
 @inlined

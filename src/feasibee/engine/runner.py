@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,8 @@ from feasibee.strategies.contract import Strategy
 CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.1 ms for the call
 TOGETHER = 4096
 """Robots from which on the threads may simulate one swarm together."""
+ROBOTS_A_THREAD = 1000
+"""The fewest robots that each of those is given: with fewer, it would mostly wait for the others."""
 TOGETHER_SPEED = 0.9
 """Speed of a thread of those, in units of its speed alone."""
 FAILURES = (ArithmeticError, LookupError, TypeError, ValueError)
@@ -198,14 +201,19 @@ def simulate(
 
 
 def team_size(params: Params, runs: int, threads: int) -> int:
-    """Return the number of threads that simulate each run: one, or all of them.
+    """Return the number of threads that simulate each run.
 
     Runs side by side need no waiting. But the last of them may leave threads without work.
     """
-    apart = params.robots.count < TOGETHER or params.strategy.knowledge.enabled
-    if apart or math.ceil(runs / threads) <= runs / (TOGETHER_SPEED * threads):
+    if params.robots.count < TOGETHER or params.strategy.knowledge.enabled:
         return 1
-    return threads
+    most = max(1, min(threads, params.robots.count // ROBOTS_A_THREAD))
+
+    def duration(team: int) -> float:
+        speed = team if team == 1 else team * TOGETHER_SPEED
+        return math.ceil(runs / (threads // team)) / speed
+
+    return min(range(1, most + 1), key=duration)
 
 
 def _watch(
@@ -244,7 +252,7 @@ def _chunk_length(params: Params, runs: int, threads: int) -> int:
 
 def outcome_of(record: Record) -> Outcome:
     """Return the arrays of a record."""
-    return Outcome(*(getattr(record, name) for name in Outcome._fields))
+    return Outcome(*(getattr(record, each.name) for each in fields(Outcome)))
 
 
 def _play(
@@ -306,5 +314,5 @@ def _advance_part(engine: Engine, *arguments: Any) -> None:
     try:
         engine.advance(*arguments)
     except BaseException:
-        entrypoints.abandon(arguments[-1])
+        entrypoints.abandon()(arguments[-1])
         raise

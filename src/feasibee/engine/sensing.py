@@ -204,12 +204,12 @@ def observe_task(params, state, functions, i, task):
     seen = not happens(params, state, own, MISS_TASK + PAIR * task, params.sensing.miss)
     if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
         kind = int64(state.tables.class_of[params.robots.count + task])
-        count_sighting(params, state, functions, i, task, kind, False)
+        count_sighting(params, state, functions, i, params.robots.count + task, kind, False)
 
 
 @inlined
 def count_sighting(params, state, functions, i, number, kind, is_robot):
-    """Count one thing of a class, or add it to what the robot knows."""
+    """Count one thing of a class, or add it to what the robot knows; ``number`` as in `Pending`."""
     column = kind if is_robot else params.robots.classes + kind
     if params.strategy.knowledge.enabled:
         defer(params, state, functions, Action.OBSERVE, i, number, column)

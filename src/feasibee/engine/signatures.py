@@ -2,40 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, get_args, get_origin, get_type_hints
+from typing import Any, Final
 
-import numpy as np
 from numba import boolean, float64, from_dtype, int32, int64, none, types
 
 from feasibee.engine.layout import Control, Functions, Outcome, Part, Passing, State
 from feasibee.engine.params import PARAMS as RECORD
+from feasibee.engine.pointers import type_of
+from feasibee.engine.structs import fields_of
 from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
 
 of_types: Any = types.BaseTuple.from_types
 
 
-def array_type(annotation: Any) -> types.Array:
-    """Return the type of a contiguous array with an axis for each name of its annotation."""
-    array, *axes = get_args(annotation)
-    dtype = get_args(get_args(array)[1])[0]
-    return types.Array(from_dtype(np.dtype(dtype)), len(axes), "C")
-
-
-def tuple_type(cls: type[Any]) -> Any:
-    """Return the type of a NamedTuple of annotated arrays and of such tuples."""
-    hints = get_type_hints(cls, include_extras=True).values()
-    fields = [
-        int64 if each is int else array_type(each) if get_origin(each) is Annotated else tuple_type(each)
-        for each in hints
-    ]
-    return of_types(fields, cls)
+def tuple_type(cls: Any) -> Any:
+    """Return the type of a NamedTuple of annotated arrays."""
+    return of_types([type_of(kind) for kind in fields_of(cls).values()], cls)
 
 
 PARAMS: Final = from_dtype(RECORD)
-STATE: Final = tuple_type(State)
-OUTCOME: Final = tuple_type(Outcome)
-CONTROL: Final = tuple_type(Control)
-PART: Final = tuple_type(Part)
+STATE: Final = type_of(State)
+OUTCOME: Final = type_of(Outcome)
+CONTROL: Final = type_of(Control)
+PART: Final = type_of(Part)
 FLOATS: Final = types.Array(float64, 1, "C")
 MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
 INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)

@@ -17,10 +17,12 @@ from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.counting import count_opinions
 from feasibee.engine.crowd import sense_crowd
-from feasibee.engine.draws import coin, draw, shuffle
+from feasibee.engine.draws import coin, draw
+from feasibee.engine.faults import NEVER, draw_faults, stop
 from feasibee.engine.few import move_few, number_tasks, sense_general_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.inbox import clear_inbox, free_all_tables
+from feasibee.engine.intrinsics import lowest
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Point, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
@@ -33,10 +35,8 @@ from feasibee.engine.sensing import clear_counts, forget, label_of, sense_genera
 from feasibee.engine.tasklists import fill_lists
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
-from feasibee.model.purposes import FAULT, FIRST_OPINION
+from feasibee.model.purposes import FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
-
-NEVER = 2**31 - 1
 
 
 @spliced
@@ -130,43 +130,6 @@ def prepare_robot(params, state, i, k):
     state.memory[i] = 0.0
 
 
-@called
-def draw_faults(params, state):
-    """Draw the faulty robots: the first of a shuffle stop, the next lie, the next are stubborn."""
-    if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
-        return
-    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
-    for k in range(params.faults.stopped):
-        set_member(state.sets, Set.STOPPING, int64(state.robots[Robot.ORDER, k]), True)
-    for k in range(params.faults.byzantine):
-        i = int64(state.robots[Robot.ORDER, params.faults.stopped + k])
-        set_member(state.sets, Set.BYZANTINE, i, True)
-        set_member(state.sets, Set.COUNTED, i, False)
-    for k in range(params.faults.stubborn):
-        i = int64(state.robots[Robot.ORDER, params.faults.stopped + params.faults.byzantine + k])
-        set_member(state.sets, Set.STUBBORN, i, True)
-
-
-@called
-def stop(params, state, w):
-    """Stop the robots of a word with that fault for the rest of the run (model.md 6.6)."""
-    stopping = state.sets[Set.STOPPING, w]
-    left = stopping
-    while left:
-        i = lowest_member(w, left)
-        state.robots[Robot.WALK_LEFT, i] = NEVER
-        state.robots[Robot.PHASE_LEFT, i] = NEVER
-        state.robots[Robot.STEP_X, i] = 0
-        state.robots[Robot.STEP_Y, i] = 0
-        left = without_lowest(left)
-    for kind in (Set.WORKING, Set.COUNTED, Set.DISSEMINATING, Set.SPEAKING, Set.BLOCKED):
-        state.sets[kind, w] &= ~stopping
-    while stopping:
-        i = lowest_member(w, stopping)
-        state.robots[Robot.LABEL, i] = label_of(state, i)
-        stopping = without_lowest(stopping)
-
-
 @spliced
 def advance_few(params, state, functions, part):
     """Do one step of up to 32 robots on the fast path (model.md 3.1 to 3.3)."""
@@ -174,7 +137,7 @@ def advance_few(params, state, functions, part):
     tick(state, part)
     sense_together(params, state, part)
     rate_fast(params, state, functions.quality, part)
-    finish(params, state, functions, part)
+    finish_few(params, state, functions, part)
 
 
 @spliced
@@ -197,6 +160,7 @@ def advance_general_few(params, state, functions, part):
     tick(state, part)
     sense_general_few(params, state, functions, part)
     end_general(params, state, functions, part)
+    finish_few(params, state, functions, part)
 
 
 @spliced
@@ -211,6 +175,7 @@ def advance_general_crowd(params, state, functions, part):
     sense_general_crowd(params, state, functions, part)
     wait_for_all(part)
     end_general(params, state, functions, part)
+    finish(params, state, functions, part)
 
 
 @spliced
@@ -227,12 +192,26 @@ def begin_general(params, state, functions, part):
 
 @spliced
 def end_general(params, state, functions, part):
-    """Ask robots whether they are sure, rate what they know, and move on those whose phase ends."""
+    """Ask robots whether they are sure, and rate what they know."""
     if params.strategy.declares:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.DECLARE)
     rate_general(params, state, functions, part)
-    finish(params, state, functions, part)
+
+
+@spliced
+def finish_few(params, state, functions, part):
+    """Do what `finish` does with up to 32 robots, which have pools: so none are listed first."""
+    left = state.sets[Set.TURNING, 0]
+    while left:
+        head(params, state, 0, lowest(left), 0)
+        left = without_lowest(left)
+    left = state.sets[Set.ENDING, 0]
+    while left:
+        i = lowest(left)
+        end_phase(params, state, functions, part, i, present_phase(params, state, 0, i, 0))
+        left = without_lowest(left)
+    count_opinions(params, state, part)
 
 
 @spliced
@@ -246,11 +225,17 @@ def finish(params, state, functions, part):
         for k in range(count):
             i = int64(state.heard[part.thread, Heard.RECEIVER, k])
             phase = present_phase(params, state, part.thread, i, k)
-            if contains(state.sets[Set.DISSEMINATING], i):
-                end_dissemination(params, state, functions, part, i, phase)
-            else:
-                end_exploration(params, state, functions, i, phase)
+            end_phase(params, state, functions, part, i, phase)
     count_opinions(params, state, part)
+
+
+@spliced
+def end_phase(params, state, functions, part, i, phase):
+    """Begin a robot's next phase, which has been drawn."""
+    if contains(state.sets[Set.DISSEMINATING], i):
+        end_dissemination(params, state, functions, part, i, phase)
+    else:
+        end_exploration(params, state, functions, i, phase)
 
 
 @spliced

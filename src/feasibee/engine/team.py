@@ -17,7 +17,7 @@ from numba import int64, types
 from numba.extending import intrinsic
 
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.layout import WORD, Part, Share
+from feasibee.engine.layout import WORD, Alone, Part, Share
 from feasibee.engine.params import Params
 
 SPINS = 4000
@@ -64,24 +64,40 @@ def call_at(_typing: Any, address: Any) -> Any:
 @inlined
 def wait_for_all(part):
     """Wait until all threads have come here."""
+    if comes_last(part):
+        let_go(part)
+
+
+@inlined
+def comes_last(part):
+    """Wait until all threads have come here, and one of them has done what one must do for all.
+
+    That is the last to come. It gets True, does not wait, and lets the others go when it is done.
+    """
+    return part.threads == 1 or not has_waited(part)
+
+
+@inlined
+def let_go(part):
+    """Let the other threads go, which wait for the one that came last."""
     if part.threads > 1:
-        wait(part)
+        add_shared(part.shared[part.threads], int64(Share.TURN), int64(1))
 
 
 @called
-def wait(part):
-    """Wait until all of several threads have come here."""
+def has_waited(part):
+    """Wait until one of several threads lets the others go; return False at once if all others wait."""
     common = part.shared[part.threads]
     turn = read_shared(common, int64(Share.TURN))
     if add_shared(common, int64(Share.ARRIVED), int64(1)) == part.threads - 1:
         add_shared(common, int64(Share.ARRIVED), -part.threads)
-        add_shared(common, int64(Share.TURN), int64(1))
-        return
+        return False
     spins = int64(0)
     while read_shared(common, int64(Share.TURN)) == turn:
         spins += 1
         if spins > SPINS and part.give_way != 0:
             call_at(part.give_way)
+    return True
 
 
 def parts_of(params: Params, threads: int = 1) -> list[Part]:
@@ -95,6 +111,12 @@ def parts_of(params: Params, threads: int = 1) -> list[Part]:
         Part(thread, threads, int(bounds[thread]), int(bounds[thread + 1]), give_way(), shared)
         for thread in range(threads)
     ]
+
+
+@inlined
+def alone(part):
+    """Return the part of one thread with one word, in constants: the compiler leaves out waits and loops."""
+    return Alone(int64(0), int64(1), int64(0), int64(1), int64(0), part.shared)
 
 
 @cache
