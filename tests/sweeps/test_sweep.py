@@ -895,12 +895,12 @@ def test_what_tells_two_points_apart_has_a_column(twice, monkeypatch):
 
 
 def test_a_figure_says_which_runs_it_takes_together(twice, results):
-    told = invoke("plot", twice, "--x", "tasks.count").stderr
-    assert told == "feasibee: the figure pools runs that differ in run.steps\n"
-    assert invoke("plot", twice, "--x", "tasks.count", "--hue", "run.steps").stderr == ""
-    told = invoke("plot", results, "--x", "tasks.count").stderr
-    assert told == "feasibee: the figure pools runs that differ in decision.strategy\n"
-    assert invoke("plot", results, "--x", "tasks.count", "--hue", "decision.strategy").stderr == ""
+    told = output_of("plot", twice, "--x", "tasks.count")
+    assert told.endswith("averaged over run.steps\n")
+    assert "averaged" not in output_of("plot", twice, "--x", "tasks.count", "--hue", "run.steps")
+    told = output_of("plot", results, "--x", "tasks.count")
+    assert told.endswith("averaged over decision.strategy\n")
+    assert "averaged" not in output_of("plot", results, "--x", "tasks.count", "--hue", "decision.strategy")
 
 
 def test_a_strategy_that_was_edited_is_another(tmp_path):
@@ -913,9 +913,9 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
     output_of("export", folder)
     frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
     assert frame["source"].fillna(0).tolist() == [0, 1, 2]
-    told = invoke("plot", folder, "--x", "decision.strategy").stderr
-    assert told == "feasibee: the figure pools runs that differ in source\n"
-    assert invoke("plot", folder, "--x", "decision.strategy", "--hue", "source").stderr == ""
+    told = output_of("plot", folder, "--x", "decision.strategy")
+    assert told.endswith("averaged over source\n")
+    assert "averaged" not in output_of("plot", folder, "--x", "decision.strategy", "--hue", "source")
 
 
 def test_an_unbegun_point_has_a_status(tmp_path):

@@ -260,16 +260,14 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     if not points:
         raise FeasibeeError(f"--show {show}: no robots of {folder} declare; use --show accuracy")
     check_figure("--out", target)
-    if y:
-        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show)
-    else:
-        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show)
-    save_figure(drawn, target)
-    click.echo(f"The figure is {target}")
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)
-    if over:
-        click.echo(f"feasibee: the figure pools runs that differ in {', '.join(over)}", err=True)
+    if y:
+        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show, over)
+    else:
+        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show, over)
+    save_figure(drawn, target)
+    click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
 
 
 @click.command()

@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps, rc_context, style
+from matplotlib import rc_context, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.style import MARKERS, STYLE, axes_for
+from feasibee.figures.labels import label_ends
+from feasibee.figures.style import GREY, MARKERS, STYLE, Look, axes_for, fill_band, looks
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
@@ -55,24 +56,55 @@ def plot_opinions(
 
 
 def draw_opinion_bands(
-    bands: Mapping[str, NDArray[np.float64]],
-    ax: Axes | None = None,
-    until: int | None = None,
-    colours: Sequence[Any] = (),
+    bands: Mapping[str, NDArray[np.float64]], ax: Axes | None = None, until: int | None = None
 ) -> Axes:
-    """Draw quartiles, each of shape (3, steps + 1); later lines have longer dashes."""
+    """Draw quartiles, each of shape (3, steps + 1), with thin edges that tell overlapping bands apart.
+
+    The first lines have colours, as many as a figure may have; further ones are grey.
+    """
+    found = looks(dict.fromkeys(bands, 0.0))
     with axes_for(ax, 3.6, 2.7) as axes:
-        if not colours:
-            several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
-            colours = [COLOURS["feasible"]] if len(bands) == 1 else list(several)
-        for number, (name, (low, median, high)) in enumerate(bands.items()):
+        for name, (low, median, high) in bands.items():
+            look = found[name]
             steps = np.arange(median.size)
-            axes.fill_between(steps, low, high, color=colours[number], alpha=0.15, linewidth=0)
-            dashes = "-" if number == 0 else (0, (1 + 2 * number, 1.2))
-            axes.plot(steps, median, color=colours[number], linewidth=1.4, linestyle=dashes, label=name)
+            fill_band(axes, steps, low, high, look.colour)
+            axes.plot(steps, median, label=name, **look.line)
         axes.set(xlabel="time (steps)", ylabel="opinion feasible (% of robots)", ylim=(-2, 102))
         axes.set_xlim(0, until or max(median.size - 1 for _, median, _ in bands.values()))
         return axes
+
+
+def draw_opinion_panels(
+    bands: Mapping[str, NDArray[np.float64]], colours: Sequence[str], until: int, columns: int = 3
+) -> Figure:
+    """Draw quartiles as small multiples: each band in a panel of its own, the other medians in grey.
+
+    Parameters
+    ----------
+    bands : mapping of str to float64 array, shape (3, steps + 1)
+        Lower quartile, median and upper quartile, in percent of the robots, by title of the panel.
+    colours : sequence of str
+        One for each panel.
+    until : int
+        Last step to show.
+    columns : int
+        Panels side by side.
+    """
+    rows = -(-len(bands) // columns)
+    with style.context("default"), rc_context(STYLE):
+        drawn = Figure((6.4, 0.7 + 1.55 * rows), layout="constrained")
+        grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for ax, (title, (low, median, high)), colour in zip(grid.flat, bands.items(), colours, strict=False):
+            for other in bands.values():
+                ax.plot(other[1], color=GREY, linewidth=0.8, zorder=1.5)
+            fill_band(ax, np.arange(median.size), low, high, colour)
+            ax.plot(median, color=colour, linewidth=1.6)
+            ax.set(title=title, xlim=(0, until), ylim=(-2, 102), yticks=(0, 50, 100))
+        for ax in grid.flat[len(bands) :]:
+            ax.set_visible(False)
+        drawn.supylabel("opinion feasible (% of robots)", fontsize=9)
+        drawn.supxlabel("time (steps)", fontsize=9)
+    return drawn
 
 
 def plot_decisions(
@@ -104,7 +136,11 @@ def plot_decisions(
             axes.xaxis.set_major_locator(FixedLocator(ticks))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.legend(loc="center left", title="decision", bbox_to_anchor=(1.0, 0.5))
+        ends = {
+            name: (max(ratios), 100 * intervals[int(np.argmax(ratios))][0])
+            for name, intervals in rates.items()
+        }
+        label_ends(axes, ends, {name: Look(COLOURS[name], MARKERS[name]) for name in rates})
         return axes
 
 
