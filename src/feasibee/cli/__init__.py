@@ -18,6 +18,7 @@ from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
 from feasibee.cli.limits import frontier, limits
+from feasibee.cli.listings import presets, strategies
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
@@ -126,6 +127,8 @@ for command in (
     compile_engines,
     truth,
     scenario,
+    strategies,
+    presets,
     schema,
 ):
     command.short_help = re.split(r"[:,.]", command.help or "")[
