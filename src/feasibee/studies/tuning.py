@@ -51,6 +51,11 @@ class Tuned:
     gain: Interval
     trials: list[tuple[dict[str, Any], float]]
 
+    @property
+    def gains(self) -> bool:
+        """Whether the gain is clear: its interval lies above 0."""
+        return self.gain.low > 0
+
 
 def tune(
     scenario: Scenario,
