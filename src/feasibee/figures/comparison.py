@@ -61,13 +61,8 @@ def draw_against_ratio(
                 _draw_bars(ax, places, share, look)
                 ends[name] = (float(places[-1]), float(share[-1, 0]))
             _draw_crosses(ax, places, wrong.get(name, ()), look)
-        labels = [f"{ratio}\n{number}" for ratio, number in zip(ratios, tasks, strict=True)]
-        ax.set(
-            xticks=range(len(ratios)),
-            xticklabels=labels,
-            xlabel="robot-to-task ratio n/m, and below it the number of tasks m",
-        )
-        ax.set(ylabel=label, ylim=(-2, 102), xlim=(-0.4, len(ratios) - 0.6))
+        _finish_ratios(ax, ratios, tasks)
+        ax.set(ylabel=label, ylim=(-2, 102))
         if any(each.estimate for share in wrong.values() for each in share):
             ax.plot([], [], "x", color="0.4", markersize=6, label="with a robot that declared wrongly (%)")
             ax.legend(loc="best")
@@ -103,16 +98,16 @@ def draw_against_time(
     with figure(2.5 + 2.3 * len(sums), 3.2, columns=len(sums), sharey=True, squeeze=False) as (drawn, axes):
         for ax, (title, sum_up) in zip(axes[0], sums.items(), strict=True):
             lines = {name: 100 * sum_up(share, axis=0) for name, share in shares.items()}
+            last = max(line.size for line in lines.values()) - 1
             for name, line in lines.items():
                 ax.plot(np.arange(line.size)[1:], line[1:], **found[name].line)
-            last = max(line.size for line in lines.values()) - 1
-            ax.set(xlabel="time (steps)", title=title, xlim=(10 if last > 10 else 1, last))
+            ax.set(xlabel="time (steps)", title=title, xlim=(10 if last > 10 else 1, last), ylim=(-2, 102))
             spaced_by_ratio(ax)
-        axes[0][0].set(ylabel="swarms that are right (%)", ylim=(-2, 102))
+        axes[0][0].set(ylabel="swarms that are right (%)")
         name_others(drawn, found)
-        ends = {name: (lines[name].size - 1, float(lines[name][-1])) for name in lines}
-        shown = {name: ends[name] for name in ends if found[name].highlighted}
-        label_ends(axes[0][-1], shown, found, means, markers=False)
+        shown = [name for name, look in found.items() if look.highlighted]
+        ends = {name: (lines[name].size - 1, float(lines[name][-1])) for name in shown}
+        label_ends(axes[0][-1], ends, found, means, markers=False)
     return drawn
 
 
@@ -145,15 +140,8 @@ def draw_against_bits(
     best = pareto(bits, shares)
     found = _looks_of_front({names[place]: shares[place] for place in best}, names, keep, before)
     with figure(7.2, 3.6) as (drawn, ax):
-        ax.step(
-            [bits[place] for place in best],
-            [shares[place] for place in best],
-            where="post",
-            color="0.88",
-            linewidth=4,
-            solid_capstyle="round",
-            zorder=0,
-        )
+        front: dict[str, Any] = {"color": "0.88", "linewidth": 4, "solid_capstyle": "round", "zorder": 0}
+        ax.step([bits[each] for each in best], [shares[each] for each in best], where="post", **front)
         points = []
         for name, (cost, accuracy) in totals.items():
             share, look = 100 * np.array([accuracy]), found[name]
@@ -178,6 +166,14 @@ def _looks_of_front(
     scores = {name: front.get(name, -1.0) for name in names if name in front or name in kept}
     shown = looks(scores, kept, before)
     return {name: shown.get(name, PLAIN) for name in names}
+
+
+def _finish_ratios(ax: Axes, ratios: Sequence[str], tasks: Sequence[int]) -> None:
+    """Write the ratio and the number of tasks at each place of the x axis."""
+    labels = [f"{ratio}\n{number}" for ratio, number in zip(ratios, tasks, strict=True)]
+    ax.set_xticks(range(len(ratios)), labels)
+    ax.set_xlabel("robot-to-task ratio n/m, and below it the number of tasks m")
+    ax.set_xlim(-0.4, len(ratios) - 0.6)
 
 
 def _beside(found: Mapping[str, Look]) -> dict[str, float]:

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox, blended_transform_factory, offset_copy
+from matplotlib.transforms import Bbox, Transform, blended_transform_factory, offset_copy
 from numpy.typing import NDArray
 
 from feasibee.figures.style import GREY, Look, text_colour
@@ -71,23 +71,35 @@ def label_ends(
     heights = spread(wanted, GAP * scale, box.y0, box.y1)
     side = offset_copy(blended_transform_factory(ax.transAxes, ax.transData), figure, SPACE, 0, "points")
     for name, height in zip(names, heights, strict=True):
-        look = looks[name]
-        place = (1.0, inverse.transform((0, height))[1])
-        joint = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
-        if markers:
-            ax.plot(*place, look.marker, color=look.colour, markersize=4, transform=side, clip_on=False)
-            joint = {"color": GREY, "linewidth": 0.5}
-        ax.annotate(
-            f"  {name}",
-            ends[name],
-            place,
-            textcoords=side,
-            va="center",
-            fontsize=SIZE,
-            color=text_colour(look.colour),
-            annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "shrinkA": 0, "shrinkB": 2, "relpos": (0, 0.5), **joint},
-        )
+        place = (1.0, float(inverse.transform((0, height))[1]))
+        _label_end(ax, name, ends[name], place, side, looks[name], markers)
+
+
+def _label_end(
+    ax: Axes,
+    name: str,
+    end: tuple[float, float],
+    place: tuple[float, float],
+    side: Transform,
+    look: Look,
+    markers: bool,
+) -> None:
+    """Write a name at a place to the side of the axes, and join it to the end of its line."""
+    joint: dict[str, Any] = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
+    if markers:
+        ax.plot(*place, look.marker, color=look.colour, markersize=4, transform=side, clip_on=False)
+        joint = {"color": GREY, "linewidth": 0.5}
+    ax.annotate(
+        f"  {name}",
+        end,
+        place,
+        textcoords=side,
+        va="center",
+        fontsize=SIZE,
+        color=text_colour(look.colour),
+        annotation_clip=False,
+        arrowprops={"arrowstyle": "-", "shrinkA": 0, "shrinkB": 2, "relpos": (0, 0.5), **joint},
+    )
 
 
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> list[float]:
