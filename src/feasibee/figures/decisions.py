@@ -159,16 +159,27 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         raise FeasibeeError("the results have no decisions of runs; use the results of feasibee.simulate")
     runs = results.sizes["run"]
     with axes_for(ax, 3.6, 2.7) as axes:
+        looks_of, taken = {}, {}
         for code, name in DECISIONS.items():
-            if code == UNDECIDED:
-                continue
-            taken = results["decision_step"].values[results["decision"].values == code]
-            dashes = "-" if code == FEASIBLE else "--"
-            draw_share_by_step(axes, taken, runs, steps, color=COLOURS[name], linestyle=dashes, label=name)
+            if code != UNDECIDED:
+                taken[name] = results["decision_step"].values[results["decision"].values == code]
+                looks_of[name] = Look(COLOURS[name], dashes="-" if code == FEASIBLE else "--")
+        draw_shares_by_step(axes, taken, runs, steps, looks_of)
         mark_median(axes, decision_times(results["decision_step"].values).median)
-        axes.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
-        axes.legend(loc="center right")
+        axes.set_ylabel("runs that had decided (%)")
         return axes
+
+
+def draw_shares_by_step(
+    ax: Axes, taken: Mapping[str, NDArray[Any]], runs: int, steps: int, found: Mapping[str, Look]
+) -> None:
+    """Draw lines of `draw_share_by_step` with their names at the ends."""
+    for name, at in taken.items():
+        look = {"color": found[name].colour, "linestyle": found[name].dashes, "label": name}
+        draw_share_by_step(ax, at, runs, steps, **look)
+    ax.set(xlabel="time (steps)", xlim=(0, steps), ylim=(-2, 102))
+    ends = {name: (float(steps), 100 * at.size / runs) for name, at in taken.items()}
+    label_ends(ax, ends, found, markers=False)
 
 
 def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **look: Any) -> None:
@@ -178,10 +189,18 @@ def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **l
 
 
 def mark_median(ax: Axes, median: int | None) -> None:
-    """Mark the median of a step over the runs; do nothing if it is None."""
+    """Mark the median of a step over the runs, named where few curves pass; do nothing if it is None."""
     if median is not None:
         label = f"half of the runs: step {median}"
         ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=label)
+        late = median > 0.6 * ax.get_xlim()[1]
+        look: dict[str, Any] = {
+            "ha": "right" if late else "left",
+            "va": "center",
+            "fontsize": 8,
+            "color": "0.4",
+        }
+        ax.annotate(label, (median, 30), (-4 if late else 4, 0), textcoords="offset points", **look)
 
 
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:
