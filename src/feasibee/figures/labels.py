@@ -54,7 +54,8 @@ def label_ends(
     scores : mapping of str to float
         Which of several lines that end in the same place is named above the others: the larger one.
     markers : bool
-        Whether the lines have markers. The names then have them, too; otherwise a piece of the line.
+        Whether the lines have markers. The names then have them, too; otherwise the lines reach the edge of
+        the axes, and a piece of the line leads from there to the name.
     title : str
         What the names are values of.
     """
@@ -85,15 +86,19 @@ def _label_end(
     markers: bool,
 ) -> None:
     """Write a name at a place to the side of the axes, and join it to the end of its line."""
-    joint: dict[str, Any] = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
     if markers:
+        start, frame = end, ax.transData
+        joint: dict[str, Any] = {"color": GREY, "linewidth": 0.5}
         ax.plot(*place, look.marker, color=look.colour, markersize=4, transform=side, clip_on=False)
-        joint = {"color": GREY, "linewidth": 0.5}
+    else:
+        start, frame = (1.0, end[1]), blended_transform_factory(ax.transAxes, ax.transData)
+        joint = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
     ax.annotate(
         f"  {name}",
-        end,
+        start,
         place,
-        textcoords=side,
+        frame,
+        side,
         va="center",
         fontsize=SIZE,
         color=text_colour(look.colour),
