@@ -16,7 +16,7 @@ from feasibee.figures.style import PLAIN, Look, figure, looks, spaced_by_ratio
 from feasibee.results.statistics import Interval, pareto
 
 BESIDE = 0.06
-"""Distance of two highlighted lines along the axis of ratios, so that their bars are told apart."""
+"""Distance of two highlighted lines along the axis of ratios, so that their bars do not overlap."""
 
 
 def draw_against_ratio(

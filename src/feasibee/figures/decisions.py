@@ -58,7 +58,7 @@ def plot_opinions(
 def draw_opinion_bands(
     bands: Mapping[str, NDArray[np.float64]], ax: Axes | None = None, until: int | None = None
 ) -> Axes:
-    """Draw quartiles, each of shape (3, steps + 1), with thin edges that tell overlapping bands apart.
+    """Draw quartiles, each of shape (3, steps + 1), with thin edges that separate overlapping bands.
 
     The first lines have colours, as many as a figure may have; further ones are grey.
     """

@@ -149,7 +149,7 @@ def spaced_by_ratio(ax: Axes) -> None:
 
 
 def fill_band(ax: Axes, x: Any, low: Any, high: Any, colour: str) -> None:
-    """Fill the band between two lines, with thin edges that tell it from bands that overlap it."""
+    """Fill the band between two lines, with thin edges that separate it from bands that overlap it."""
     face, edge = to_rgba(colour, 0.15), to_rgba(colour, 0.6)
     ax.fill_between(x, low, high, facecolor=face, edgecolor=edge, linewidth=0.5)
 
