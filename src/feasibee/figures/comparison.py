@@ -31,7 +31,7 @@ def draw_against_ratio(
 ) -> Figure:
     """Draw each contender's share of swarms at each ratio, evenly spaced, with intervals.
 
-    The contenders with the largest mean share are highlighted; see `feasibee.figures.style.looks`.
+    The contenders with the largest mean share are highlighted; see ``feasibee.figures.style.looks``.
 
     Parameters
     ----------
