@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
     """List the strategies: what each needs, the length of its messages in bits, and its rule.
 
-    Needs: names (robots recognise tasks), ids (robots' ids are never mistaken), n (robots know their number),
-    one class (all robots can do all tasks). A strategy that declares says when it is sure. Bits are those of
-    a message in the scenario, by default the paper's: at first, and once its robot has seen and heard all.
+    Needs: names (robots recognise tasks), ids (robots' ids are never mistaken), n (robots know their number).
+    A strategy that declares says when it is sure. Bits are those of a message in the scenario, by default the
+    paper's: at first, and once its robot has seen and heard all; - if the scenario doesn't support it.
 
     \b
     Examples:
@@ -117,6 +117,7 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     return {
         "strategy": name,
         "needs": _needs(manifest),
+        "one_class": manifest.one_class,
         "declares": manifest.declares,
         "bits": bits,
         "rule": _rule(manifest),
@@ -129,7 +130,6 @@ def _needs(manifest: Manifest) -> list[str]:
         "names": manifest.by_name,
         "ids": getattr(manifest, "needs_ids", False),
         "n": manifest.needs_count,
-        "one class": manifest.one_class,
     }
     return [name for name, is_needed in declared.items() if is_needed]
 
