@@ -108,6 +108,14 @@ def test_what_another_beats_in_both_is_grey():
     assert colours_of(drawn) == {PALETTE[0]}  # the cheapest is also the best
 
 
+def test_a_strategy_that_sends_nothing_is_drawn():
+    totals = {"silent": (0.0, wilson(1, 9)), "loud": (6.0, wilson(8, 9))}
+    drawn = draw_against_bits(totals)
+    assert names_of(drawn) == set(totals)
+    assert drawn.axes[0].get_xscale() == "linear"
+    assert names_of(draw_against_bits({"silent": totals["silent"]})) == {"silent"}
+
+
 def boxes(drawn, ax):
     drawn.draw_without_rendering()
     return [Text.get_window_extent(text) for text in ax.texts]  # without the lines to their points

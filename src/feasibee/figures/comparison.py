@@ -101,7 +101,12 @@ def draw_against_time(
             last = max(line.size for line in lines.values()) - 1
             for name, line in lines.items():
                 ax.plot(np.arange(line.size)[1:], line[1:], **found[name].line)
-            ax.set(xlabel="time (steps)", title=title, xlim=(10 if last > 10 else 1, last), ylim=(-2, 102))
+            ax.set(
+                xlabel="time (steps)",
+                title=title,
+                xlim=(10 if last > 10 else 1, max(last, 2)),
+                ylim=(-2, 102),
+            )
             spaced_by_ratio(ax)
         axes[0][0].set(ylabel="swarms that are right (%)")
         name_others(drawn, found)
@@ -126,7 +131,8 @@ def draw_against_bits(
     Parameters
     ----------
     totals : mapping of str to pair of float and Interval
-        Bits per robot-step, above 0, and share of right swarms, by contender.
+        Bits per robot-step and share of right swarms, by contender. The axis of bits is logarithmic unless
+        some are 0.
     label : str
         What the share is of.
     keep : sequence of str, optional
@@ -147,12 +153,20 @@ def draw_against_bits(
             share, look = 100 * np.array([accuracy]), found[name]
             _draw_bars(ax, np.array([cost]), share, look)
             points.append(Point(name, cost, share[0, 0], look, share[0, 1], share[0, 2]))
-        span = max(bits) / min(bits)
-        room = min(bits) / max(span**0.2, 1.5), max(bits) * max(span**0.12, 1.3)  # for the names
-        ax.set(xlabel="bits sent per robot-step", ylabel=label, xlim=room, ylim=(None, 104))
-        spaced_by_ratio(ax)
+        ax.set(xlabel="bits sent per robot-step", ylabel=label, ylim=(None, 104))
+        _leave_room(ax, min(bits), max(bits))
         label_points(ax, points)
     return drawn
+
+
+def _leave_room(ax: Axes, least: float, most: float) -> None:
+    """Set the limits of the axis of bits so that names fit at both sides of the points."""
+    if least > 0:
+        span = most / least
+        ax.set_xlim(least / max(span**0.2, 1.5), most * max(span**0.12, 1.3))
+        spaced_by_ratio(ax)
+    else:
+        ax.set_xlim(-0.2 * (most or 1), 1.2 * (most or 1))
 
 
 def _looks_of_front(
