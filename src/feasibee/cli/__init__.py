@@ -18,6 +18,7 @@ from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
 from feasibee.cli.limits import frontier, limits
+from feasibee.cli.listings import presets, strategies
 from feasibee.cli.recommend import recommend
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
@@ -130,6 +131,8 @@ for command in (
     compile_engines,
     truth,
     scenario,
+    strategies,
+    presets,
     schema,
 ):
     command.short_help = re.split(r"[:,.]", command.help or "")[
