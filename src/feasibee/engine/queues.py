@@ -1,4 +1,4 @@
-"""Operations on lists of robots, written as LLVM instructions: choose from them, and store the chosen ones."""
+"""Operations on lists of robots, in LLVM instructions: choose from them, and store the chosen ones."""
 
 from __future__ import annotations
 
