@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from commands import invoke
 
 from feasibee import Scenario, simulate
-from feasibee.cli.listings import _needs
 from feasibee.scenario.messages import message_bits
 from feasibee.scenario.presets import ABOUT, PRESETS
 from feasibee.strategies import STRATEGIES
@@ -26,15 +24,23 @@ def test_each_strategy_has_a_line_with_what_its_file_declares():
     assert [line.split()[0] for line in lines] == list(STRATEGIES)
     for row in listed("strategies"):
         manifest = STRATEGIES[row["strategy"]]
-        assert ("names" in row["needs"], "n" in row["needs"]) == (manifest.by_name, manifest.needs_count)
+        assert ("names" in row["needs"], "n" in row["needs"]) == (
+            manifest.needs_names is True,
+            manifest.needs_count,
+        )
         assert row["declares"] == manifest.declares
         assert row["rule"].endswith(".")
 
 
-def test_ids_are_needed_once_a_file_says_so():
-    nothing = {"by_name": False, "needs_count": False}
-    assert _needs(SimpleNamespace(**nothing)) == []
-    assert _needs(SimpleNamespace(**nothing, needs_ids=True)) == ["ids"]
+def test_needs_follow_the_scenarios_own_parameters():
+    options = ["--set", "decision.strategy=turns", "--set", "robots.know_count=true"]
+    plain, tolerant = (
+        {row["strategy"]: row["needs"] for row in listed("strategies", *options, *more)}
+        for more in ((), ("--set", "decision.parameters.tolerates=1.0"))
+    )
+    assert plain["turns"] == ["names", "n"]
+    assert tolerant["turns"] == ["names", "ids", "n"]
+    assert tolerant["map"] == ["names", "n"]
 
 
 def test_bits_are_those_of_the_scenario():

@@ -13,7 +13,7 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
 from feasibee.studies.comparison import compare
-from feasibee.studies.needs import COUNT, IDS, NAMES, asked_of, declared_needs, longest_message, needs_of
+from feasibee.studies.needs import COUNT, IDS, NAMES, asked_of, longest_message, needs_of
 
 KNOWING = [name for name, each in STRATEGIES.items() if each.knowledge]
 FEW_IDS = {"radio.id_bits": 3}
@@ -66,7 +66,7 @@ def test_a_parameter_may_make_names_needed():
     assert counted_after("totals", True, arrivals) != counted_after("totals", False, arrivals)
     scenario = scenario_of("totals")
     assert needs_of(scenario) == [IDS, COUNT]
-    assert needs_of(scenario.replace({"decision.parameters": arrivals})) == [IDS, NAMES, COUNT]
+    assert needs_of(scenario.replace({"decision.parameters": arrivals})) == [NAMES, IDS, COUNT]
 
 
 @pytest.mark.parametrize("name", STRATEGIES)
@@ -102,7 +102,8 @@ def test_needs_of_a_file_are_read_without_running_it(tmp_path):
     )
     file = tmp_path / "mine.py"
     file.write_text(text)
-    assert declared_needs(manifest_of(str(file))) == [IDS, NAMES]
+    assert manifest_of(str(file)).needs({"looks": 1.0}) == ("names", "ids")
+    assert manifest_of(str(file)).needs({"looks": 0.0}) == ("ids",)
     file.write_text(text.replace("'looks'\n", "'times'\n", 1))
     with pytest.raises(FeasibeeError, match=r"NEEDS_NAMES = 'times' must be True, False or .* parameter"):
         manifest_of(str(file))

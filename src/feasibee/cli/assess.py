@@ -7,6 +7,7 @@ import shlex
 import sys
 from pathlib import Path
 from shutil import get_terminal_size
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,6 +21,9 @@ from feasibee.cli.options import (
     seed_option,
 )
 from feasibee.cli.size import right_option
+
+if TYPE_CHECKING:
+    from feasibee.studies.assessment import Assessment
 
 
 @click.command()
@@ -66,7 +70,6 @@ def assess(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import check_output
-    from feasibee.studies.advice import sections
     from feasibee.studies.assess import assess as simulate_all
     from feasibee.studies.report import write_report
 
@@ -87,9 +90,15 @@ def assess(
         write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         click.echo(json.dumps(assessment.to_dict(), indent=2))
-        return
+    else:
+        _print(assessment, report)
+
+
+def _print(assessment: Assessment, report: Path | None) -> None:
+    from feasibee.studies.advice import sections
+
     for section in sections(assessment):
-        click.echo(f"{section.title}")
+        click.echo(section.title)
         for line in section.lines:
             click.echo(_wrapped(line))
         click.echo()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,7 +104,7 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     from feasibee.scenario.plugins import manifest_of
     from feasibee.studies.suitable import strategy_change
 
-    manifest = manifest_of(name)
+    manifest, own = manifest_of(name), scenario.decision.strategy
     changes = strategy_change(scenario, name)
     if manifest.declares:
         changes["decision.commit"] = None
@@ -116,7 +116,7 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
         bits = None
     return {
         "strategy": name,
-        "needs": _needs(manifest),
+        "needs": _needs(manifest, scenario.decision.parameters if name == own else manifest.parameters),
         "one_class": manifest.one_class,
         "declares": manifest.declares,
         "bits": bits,
@@ -124,14 +124,9 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     }
 
 
-def _needs(manifest: Manifest) -> list[str]:
+def _needs(manifest: Manifest, parameters: Mapping[str, float]) -> list[str]:
     """Return what a strategy's file declares that its robots need."""
-    declared = {
-        "names": manifest.by_name,
-        "ids": getattr(manifest, "needs_ids", False),
-        "n": manifest.needs_count,
-    }
-    return [name for name, is_needed in declared.items() if is_needed]
+    return ["n" if need == "count" else need for need in manifest.needs(parameters)]
 
 
 def _rule(manifest: Manifest) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -19,6 +20,9 @@ from feasibee.cli.options import (
     scenario_options,
     seed_option,
 )
+
+if TYPE_CHECKING:
+    from feasibee.studies.sizing import Sizing
 
 right_option = click.option(
     "--right",
@@ -98,7 +102,7 @@ def size(
     from feasibee.results.crossing import Rule
     from feasibee.scenario.runs import Runs
     from feasibee.studies.size import size as search
-    from feasibee.studies.sizing import panels_of, sentences
+    from feasibee.studies.sizing import panels_of
 
     check_figure("--plot", plot)
     shorts = {"decision.strategy": strategy, "run.steps": by}
@@ -113,7 +117,13 @@ def size(
         save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
     if as_json:
         click.echo(json.dumps(found.to_dict(), indent=2))
-        return
+    else:
+        _print(found, plot)
+
+
+def _print(found: Sizing, plot: Path | None) -> None:
+    from feasibee.studies.sizing import sentences
+
     for sentence in sentences(found):
         click.echo(sentence)
     click.echo(f"Whole answer: {100 * found.rule.confidence:g} % confidence.")

@@ -281,6 +281,21 @@ class Manifest:
         """Whether robots pass on knowledge in addition to opinions."""
         return "merge" in self.functions
 
+    def needs(self, parameters: Mapping[str, float]) -> tuple[str, ...]:
+        """Return what a robot needs: ``"names"``, ``"ids"`` or ``"count"``, by the file's constants.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            Values of the strategy's parameters.
+        """
+        all_needs = {"names": self.needs_names, "ids": self.needs_ids, "count": self.needs_count}
+        return tuple(
+            name
+            for name, need in all_needs.items()
+            if (parameters[need] > 0 if isinstance(need, str) else need)
+        )
+
     @property
     def declares(self) -> bool:
         """Whether robots declare when they are sure."""

@@ -7,11 +7,12 @@ from typing import Any, Final, NamedTuple
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.lowering import lower
 from feasibee.simulation.swarm import Swarm
-from feasibee.strategies.contract import Manifest, Me, Words
+from feasibee.strategies.contract import Me, Words
 
 IDS: Final = "ids that are never mistaken"
 NAMES: Final = "names of tasks"
 COUNT: Final = "the number of robots"
+IN_WORDS: Final = {"ids": IDS, "names": NAMES, "count": COUNT}
 WORD_BITS: Final = 32
 FLOAT_BITS: Final = 64
 LOOKS: Final = 20
@@ -47,26 +48,7 @@ def asked_of(scenario: Scenario, seed: int = 0) -> Asked:
 
 def needs_of(scenario: Scenario) -> list[str]:
     """Return what a scenario's strategy needs, in words, with the scenario's values of its parameters."""
-    manifest = scenario.manifest
-    found = [IDS] if _needs(manifest.needs_ids, scenario) else []
-    found += [NAMES] if _needs(manifest.needs_names, scenario) else []
-    return found + ([COUNT] if manifest.needs_count else [])
-
-
-def _needs(declared: bool | str, scenario: Scenario) -> bool:
-    if isinstance(declared, str):
-        return float(scenario.decision.parameters.get(declared, 0.0)) > 0
-    return declared
-
-
-def declared_needs(manifest: Manifest) -> list[str]:
-    """Return what a strategy needs with the default values of its parameters, in words."""
-    of = {IDS: manifest.needs_ids, NAMES: manifest.needs_names, COUNT: manifest.needs_count}
-    return [
-        name
-        for name, need in of.items()
-        if (manifest.parameters[need] > 0 if isinstance(need, str) else need)
-    ]
+    return [IN_WORDS[need] for need in scenario.manifest.needs(scenario.decision.parameters)]
 
 
 def longest_message(scenario: Scenario, seed: int = 0) -> int:
