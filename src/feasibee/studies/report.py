@@ -82,6 +82,8 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
             " ".join(sentences(assessment.sizing)),
             draw_sizing(panels_of(assessment.sizing), assessment.target),
         )
+    recommended = assessment.recommended
+    keep = [OWN] if recommended is None else [OWN, recommended.strategy]
     outcomes = {
         OWN: assessment.outcome,
         **{trial.name: trial.outcome for trial in assessment.strategies},
@@ -90,13 +92,13 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
     yield Shown(
         "Share of right swarms at each step, with each strategy",
         _best_in_words(assessment),
-        draw_against_time(shares),
+        draw_against_time(shares, keep=keep),
     )
     totals = {name: (float(each.bits.mean()), each.accuracy) for name, each in outcomes.items()}
     yield Shown(
         "Share of right swarms against bits on the air",
         _best_in_words(assessment),
-        draw_against_bits(totals),
+        draw_against_bits(totals, keep=keep),
     )
 
 
