@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from feasibee import Scenario, ScenarioError
+from feasibee import (
+    Scenario,
+    ScenarioError,
+    Swarm,
+    plot_arena,
+    plot_decision_steps,
+    plot_opinions,
+    simulate,
+)
 from feasibee.scenario import units
 from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.runs import Runs
@@ -71,3 +79,20 @@ def test_values_in_words():
     assert units.value_in_words(HALL, "run.steps", 100) == "run.steps = 100 steps (3 min 20 s)"
     assert units.value_in_words(Scenario(), "tasks.count", 7) == "tasks.count = 7"
     assert units.step_in_words(Scenario(), 7) == "step 7"
+
+
+def test_figures_have_axes_in_metres_and_seconds():
+    results = simulate(HALL, 3, curves=True)
+    for draw, given, labels in (
+        (plot_opinions, results, ["time (s)"]),
+        (plot_decision_steps, results, ["time (s)"]),
+        (plot_arena, Swarm(HALL), ["x (m)", "y (m)"]),
+    ):
+        axes = draw(given)
+        found = [each.get_xlabel() or each.get_ylabel() for each in axes.child_axes]
+        assert found == labels
+        axes.figure.draw_without_rendering()
+        assert axes.child_axes[0].get_xlim()[1] == pytest.approx(
+            axes.get_xlim()[1] * (2.0 if draw is not plot_arena else 0.5)
+        )
+    assert not plot_arena(Swarm(Scenario())).child_axes

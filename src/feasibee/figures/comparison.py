@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.labels import Point, label_ends, label_points, name_others
-from feasibee.figures.style import PLAIN, Look, figure, looks, spaced_by_ratio
+from feasibee.figures.style import PLAIN, Look, also_in_seconds, figure, looks, spaced_by_ratio
 from feasibee.results.statistics import Interval, pareto
 
 BESIDE = 0.06
@@ -76,6 +76,7 @@ def draw_against_time(
     *,
     keep: Sequence[str] | None = None,
     before: Mapping[str, Look] | None = None,
+    seconds: float | None = None,
 ) -> Figure:
     """Draw the share of right swarms at each step: the mean over the ratios, and the least.
 
@@ -89,6 +90,8 @@ def draw_against_time(
         Contenders that are highlighted in any case; by default the first.
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
+    seconds : float, optional
+        Length of a step in seconds, for a second axis.
     """
     sums: dict[str, Any] = {"mean over the ratios": np.mean, "at the hardest ratio": np.min}
     if all(share.shape[0] == 1 for share in shares.values()):
@@ -108,6 +111,7 @@ def draw_against_time(
                 ylim=(-2, 102),
             )
             spaced_by_ratio(ax)
+            also_in_seconds(ax, seconds)
         axes[0][0].set(ylabel="swarms that are right (%)")
         name_others(drawn, found)
         shown = [name for name, look in found.items() if look.highlighted]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.figures.labels import label_ends
-from feasibee.figures.style import GREY, MARKERS, STYLE, Look, axes_for, fill_band, looks
+from feasibee.figures.style import GREY, MARKERS, STYLE, Look, also_in_seconds, axes_for, fill_band, looks
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
@@ -52,7 +52,10 @@ def plot_opinions(
         str(name): opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
         for name, dataset in named.items()
     }
-    return draw_opinion_bands(bands, ax, until)
+    axes = draw_opinion_bands(bands, ax, until)
+    lengths = {scenario.units.seconds for scenario in scenarios.values()}
+    also_in_seconds(axes, lengths.pop() if len(lengths) == 1 else None)
+    return axes
 
 
 def draw_opinion_bands(
@@ -154,7 +157,7 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
-    steps = scenario_of(results).run.steps
+    scenario = scenario_of(results)
     if not {"decision", "decision_step"} <= set(results.data_vars) or results["decision"].dims != ("run",):
         raise FeasibeeError("the results have no decisions of runs; use the results of feasibee.simulate")
     runs = results.sizes["run"]
@@ -164,7 +167,8 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
             if code != UNDECIDED:
                 taken[name] = results["decision_step"].values[results["decision"].values == code]
                 looks_of[name] = Look(COLOURS[name], dashes="-" if code == FEASIBLE else "--")
-        draw_shares_by_step(axes, taken, runs, steps, looks_of)
+        draw_shares_by_step(axes, taken, runs, scenario.run.steps, looks_of)
+        also_in_seconds(axes, scenario.units.seconds)
         mark_median(axes, decision_times(results["decision_step"].values).median)
         axes.set_ylabel("runs that had decided (%)")
         return axes

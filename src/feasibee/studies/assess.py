@@ -15,7 +15,7 @@ from feasibee.strategies import STRATEGIES
 from feasibee.studies.assessment import Assessment, Trial
 from feasibee.studies.comparison import Outcome, design_points, outcomes_of
 from feasibee.studies.needs import asked_of
-from feasibee.studies.recommend import TOLERATES, opposite_of, recommend_within, world_of
+from feasibee.studies.recommend import TOLERATES, all_strategies, opposite_of, recommend_within, world_of
 from feasibee.studies.recommendation import Candidate, Constraints, Recommendation
 from feasibee.studies.shares import SURE, wait_for
 from feasibee.studies.size import band_within, size_within
@@ -117,7 +117,7 @@ class _Assessing:
             self.scenario,
             world_of(self.scenario, constraints),
             constraints,
-            list(dict.fromkeys([*STRATEGIES, own])),
+            all_strategies(self.scenario),
             self.runs,
             self.seed,
         )

@@ -11,6 +11,7 @@ from typing import Any, Final
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.results.crossing import Rule, finding_at
 from feasibee.scenario.feasibility import truth
+from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import CONTENDER, Outcome, check_distinct, outcomes_of
@@ -54,7 +55,7 @@ def recommend(
     constraints : Constraints, optional
         What strategies must do with, and bear.
     strategies : sequence of str
-        Names or files; by default the built-in ones and the scenario's own.
+        Names or files; by default those of `all_strategies`.
     runs : int
         Largest number of runs of each strategy in each world; a test begins with 100.
     seed : int
@@ -68,11 +69,16 @@ def recommend(
         If the constraints contradict each other or the scenario.
     """
     constraints = constraints or Constraints()
-    names = list(strategies or dict.fromkeys([*STRATEGIES, scenario.decision.strategy]))
+    names = list(strategies or all_strategies(scenario))
     check_distinct(names)
     world = world_of(scenario, constraints)  # raises before the work
     with Rounds(execution, 3 * len(names) * Rule.first) as rounds:
         return recommend_within(rounds, scenario, world, constraints, names, runs, seed)
+
+
+def all_strategies(scenario: Scenario) -> list[str]:
+    """Return the names of the built-in strategies, of those of installed packages, and the scenario's own."""
+    return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
 
 
 def recommend_within(

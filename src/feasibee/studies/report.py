@@ -92,7 +92,7 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
     yield Shown(
         "Share of right swarms at each step, with each strategy",
         _best_in_words(assessment),
-        draw_against_time(shares, keep=keep),
+        draw_against_time(shares, keep=keep, seconds=assessment.scenario.units.seconds),
     )
     totals = {name: (float(each.bits.mean()), each.accuracy) for name, each in outcomes.items()}
     yield Shown(
