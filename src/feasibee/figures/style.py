@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -169,17 +169,15 @@ def axes_for(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
 def also_in_seconds(ax: Axes, seconds: float | None) -> None:
     """Add an axis in seconds above one in steps, if it is known how long a step is."""
     if seconds is not None:
-        _beside(ax.secondary_xaxis, "top", seconds, "time (s)")
+        above = ax.secondary_xaxis(
+            "top", functions=(lambda value: value * seconds, lambda value: value / seconds)
+        )
+        above.set_xlabel("time (s)", fontsize="medium")
 
 
-def also_in_metres(ax: Axes, metres: float | None) -> None:
-    """Add axes in metres to axes x and y in units, if it is known how long a unit is."""
+def in_metres(ax: Axes, metres: float | None) -> None:
+    """Label axes x and y in metres instead of units, if it is known how long a unit is."""
     if metres is not None:
-        _beside(ax.secondary_xaxis, "top", metres, "x (m)")
-        _beside(ax.secondary_yaxis, "right", metres, "y (m)")
-
-
-def _beside(axis: Callable[..., Any], side: str, factor: float, label: str) -> None:
-    added = axis(side, functions=(lambda value: value * factor, lambda value: value / factor))
-    set_label = added.set_xlabel if side == "top" else added.set_ylabel
-    set_label(label)
+        for name, axis in {"x": ax.xaxis, "y": ax.yaxis}.items():
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * metres:g}"))
+            axis.set_label_text(f"{name} (m)")
