@@ -169,9 +169,8 @@ def axes_for(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
 def also_in_seconds(ax: Axes, seconds: float | None) -> None:
     """Add an axis in seconds above one in steps, if it is known how long a step is."""
     if seconds is not None:
-        above = ax.secondary_xaxis(
-            "top", functions=(lambda value: value * seconds, lambda value: value / seconds)
-        )
+        ways: Any = (lambda value: value * seconds, lambda value: value / seconds)
+        above = ax.secondary_xaxis("top", functions=ways)
         above.set_xlabel("time (s)", fontsize="medium")
 
 
