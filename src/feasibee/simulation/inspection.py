@@ -34,7 +34,7 @@ class RobotState(NamedTuple):
     heard: tuple[tuple[int, int, int], ...]
     """Id, latest opinion and value of each sender in its inbox, by id.
 
-    None if the inbox keeps every message, or if the strategy passes on knowledge and no rule to commit reads it.
+    None if the inbox keeps every message, or if robots pass on knowledge and have no rule to commit.
     """
     agreed: int
     """Number of successive decisions with which its inbox agreed."""
@@ -64,7 +64,9 @@ def state_of(
     """
     inside = [bool(words[i >> 5] >> (i & 31) & 1) for words in state.sets]
     rows, counts = state.robots[:, i], state.counts[:, i]
-    seen = state.seen[i] if params.sensing.by_class else counts[[Count.ROBOTS_SEEN, Count.TASKS_SEEN]]
+    seen, first = counts[[Count.ROBOTS_SEEN, Count.TASKS_SEEN]], 1
+    if params.sensing.by_class:
+        seen, first = state.seen[i], kinds
     heard = _heard_by(params, state, i)
     votes, feasible = len(heard), sum(opinion for _, opinion, _ in heard)
     if params.decision.every_message:
@@ -76,8 +78,8 @@ def state_of(
         flags=sum(inside[each] << bit for bit, each in enumerate(flags)),
         phase_left=int(rows[Robot.PHASE_LEFT]),
         broadcasts=int(inside[Set.SAYS_FEASIBLE]) if inside[Set.SPEAKING] else -1,
-        robots_seen=tuple(map(int, seen[:kinds])),
-        tasks_seen=tuple(map(int, seen[kinds:])),
+        robots_seen=tuple(map(int, seen[:first])),
+        tasks_seen=tuple(map(int, seen[first:])),
         feasible_quality=float(state.memory[i, 0]) if rows[Robot.PHASES] > 1 else 0.5,
         votes=(feasible, votes - feasible),
         heard=heard,

@@ -25,6 +25,7 @@ observe = tally.observe
 lie = tally.lie
 merge = tally.merge
 bits = tally.bits
+tell = tally.tell
 
 
 def count(known, counts, me):
