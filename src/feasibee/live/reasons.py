@@ -115,12 +115,9 @@ def _heard(scenario: Scenario, state: RobotState) -> str:
     for opinion, votes in zip((1, 0), state.votes, strict=True):
         senders = [str(sender) for sender, said, _ in state.heard if said == opinion]
         more = f" and {len(senders) - LISTED} more" if len(senders) > LISTED else ""
-        named = (
-            f" ({called}{'s' if len(senders) > 1 else ''} {', '.join(senders[:LISTED])}{more})"
-            if senders
-            else ""
-        )
-        parts.append(f"{votes:,} {OPINIONS[opinion]}{named if votes else ''}")
+        many = "s" if len(senders) > 1 else ""
+        named = f" ({called}{many} {', '.join(senders[:LISTED])}{more})" if senders else ""
+        parts.append(f"{votes:,} {OPINIONS[opinion]}{named}")
     return ", ".join(parts)
 
 
