@@ -62,7 +62,7 @@ function tasks(buffer, view) {
 
 // End of the generated part.
 
-/** @typedef {ReturnType<typeof frame>} Frame One step of a swarm. */
+/** @typedef {ReturnType<typeof frame> & {beside?: Frame}} Frame One step of a swarm, and of that beside it. */
 /** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks. */
 
 /**

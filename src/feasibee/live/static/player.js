@@ -37,6 +37,17 @@ export class Player {
     this.frames.push(frame);
   }
 
+  /**
+   * Show this frame at once, and go on from its step.
+   * @param {Frame} frame
+   */
+  arrive(frame) {
+    this.asked = false;
+    this.frames = [frame];
+    this.head = this.target = frame.step;
+    if (this.ended) this.playing = false;
+  }
+
   get latest() {
     return this.frames[this.frames.length - 1];
   }
