@@ -135,10 +135,10 @@ def _rated(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
         yield "Memory", ", ".join(f"{each:.4g}" for each in state.memory)
     yield "Next", _next(scenario, state, _prospects(swarm, state, number), swarm.step)
     rule = strategy.quality if not _has(state, "disseminating") else strategy.decide
-    text = " ".join((rule.__doc__ or "").split())
+    text = " ".join((rule.__doc__ or "").replace("*", "").split())
     if text:
-        text = text.removeprefix("Return ")
-        yield f"Rule of {strategy.name}", text
+        name = strategy.name.replace("\\", "/").rpartition("/")[2]
+        yield f"Rule of {name}", text.removeprefix("Return ")
     fixed = [name for name in ("byzantine", "stubborn", "committed", "declared") if _has(state, name)]
     if fixed:
         shown = {"byzantine": "Byzantine: it broadcasts what is false", "declared": "has declared"}
@@ -192,7 +192,8 @@ def controller_of(
     controller._memory[:] = state.memory
     controller.committed = _has(state, "committed")
     if controller.knowledge is not None:
-        controller.knowledge.words[:] = state.knowledge
+        if swarm.step:  # at step 0, the engine has not called the strategy's start yet
+            controller.knowledge.words[:] = state.knowledge
         controller.knowledge.declared = opinion_of(state) if _has(state, "declared") else -1
         controller.knowledge.me = controller.knowledge.me._replace(
             step=swarm.step, explores=not _has(state, "disseminating")

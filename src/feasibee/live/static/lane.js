@@ -20,6 +20,7 @@ export class Lane {
     this.frame = id("frame");
     this.tip = id("tip");
     this.caption = id("caption");
+    this.title = id("plot-title");
     this.canvas = /** @type {HTMLCanvasElement} */ (id("arena"));
     this.arena = new Arena(this.canvas, colours());
     this.plot = new Plot(id("plot"), colours());
@@ -31,6 +32,7 @@ export class Lane {
   /** @param {Opened} world */
   open(world) {
     this.world = world;
+    this.title.textContent = world.strategy;
     this.arena.open(world);
     this.plot.clear(world);
     this.outlook = nothing(null);

@@ -331,7 +331,7 @@ function repaint() {
 
 function fit() {
   if (!world) return;
-  for (const each of shownLanes()) each.arena.layout();
+  for (const each of shownLanes()) if (each.world) each.arena.layout();
   mark();
   dirty = true;
 }
