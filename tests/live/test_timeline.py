@@ -19,7 +19,12 @@ WORLDS = {
 
 
 def look(swarm):
-    return [swarm.step, *swarm.first_decision, swarm.bits_sent, *(each.tobytes() for each in swarm.snapshot())]
+    return [
+        swarm.step,
+        *swarm.first_decision,
+        swarm.bits_sent,
+        *(each.tobytes() for each in swarm.snapshot()),
+    ]
 
 
 @pytest.mark.parametrize("world", WORLDS)

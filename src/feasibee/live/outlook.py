@@ -20,6 +20,20 @@ SHOWN: Final = sum(
 """Flags whose change is a change of the robot."""
 
 
+def nothing_ahead(robot: int | None, first: int, problem: str) -> dict[str, Any]:
+    """Return the message for a run in which no swarm can look ahead, and why."""
+    return {
+        "type": "outlook",
+        "robot": robot,
+        "first": first,
+        "changes": [],
+        "decision": -1,
+        "declaration": -1,
+        "done": True,
+        "problem": problem,
+    }
+
+
 class Outlook:
     """The outlook of a run, of which one robot is followed, if any.
 

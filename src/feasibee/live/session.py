@@ -9,6 +9,7 @@ from feasibee.live.catalogue import Catalogue
 from feasibee.live.form import typed
 from feasibee.live.lane import ROOM, Lane, RunRequest, last_step
 from feasibee.live.messages import Look, Open
+from feasibee.live.outlook import nothing_ahead
 from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
@@ -203,9 +204,13 @@ class Session:
         lane = self.lane(asked.lane)
         if asked.robot is not None:
             lane.swarm.robot(asked.robot)
-        lane.outlook.follow(asked.robot)
-        lane.outlook.look(seconds)
-        return self._marked({"lane": asked.lane, **lane.outlook.to_dict(asked.first)})
+        try:
+            lane.outlook.follow(asked.robot)
+            lane.outlook.look(seconds)
+            found = lane.outlook.to_dict(asked.first)
+        except FeasibeeError as error:  # it needs too much memory, or the strategy fails later in the run
+            found = nothing_ahead(asked.robot, asked.first, str(error))
+        return self._marked({"lane": asked.lane, **found})
 
     def _marked(self, message: dict[str, Any]) -> dict[str, Any]:
         return {**message, "generation": self._generation & 0xFFFF, "jump": self._jump}

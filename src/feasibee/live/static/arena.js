@@ -22,7 +22,7 @@ const FLASH = 700; // milliseconds
  * @property {number} tasks
  * @property {boolean} truth
  * @property {number} last
- * @property {boolean} declares Whether robots can declare.
+ * @property {boolean} declares
  */
 
 /**
@@ -340,10 +340,7 @@ export class Arena {
     context.globalAlpha = 1;
   }
 
-  /**
-   * Draw the ring of the robot that is inspected.
-   * @param {number} i
-   */
+  /** @param {number} i The robot that is inspected. */
   ring(i) {
     this.context.strokeStyle = this.colours.ink;
     this.context.lineWidth = 2 * this.ratio;

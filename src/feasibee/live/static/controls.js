@@ -19,8 +19,13 @@ export class Controls {
     this.notes = new Map();
     for (const input of /** @type {NodeListOf<Input>} */ (form.querySelectorAll("[data-path]")))
       this.add(input);
+    /** @type {Input | null} */
+    this.edited = null; // typed into, and not sent yet
+    form.addEventListener("input", (event) => (this.edited = /** @type {Input} */ (event.target)));
+    form.addEventListener("focusout", () => (this.edited = null));
     form.addEventListener("change", (event) => {
       const input = /** @type {Input} */ (event.target);
+      this.edited = null;
       if (input.dataset.path) this.changed(input.dataset.path, input);
     });
     form.addEventListener("submit", (event) => event.preventDefault());
@@ -107,11 +112,7 @@ export class Controls {
     const values = { seed, run, ...fields, preset: String(this.changes.preset ?? "") };
     for (const [path, input] of this.inputs) {
       const value = values[path] ?? (input.dataset.empty ? "" : undefined);
-      if (
-        value === undefined ||
-        (input === document.activeElement && String(this.valueOf(input)) === String(value))
-      )
-        continue;
+      if (value === undefined || input === this.edited) continue;
       if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = Boolean(value);
       else input.value = String(value);
     }
@@ -126,6 +127,17 @@ export class Controls {
   }
 
   /**
+   * Return the control of a field, or of the field that it is a part of.
+   * @param {string} path
+   * @returns {Input | undefined}
+   */
+  nearest(path) {
+    const found = this.inputs.get(path),
+      end = path.lastIndexOf(".");
+    return found || end < 0 ? found : this.nearest(path.slice(0, end));
+  }
+
+  /**
    * Show problems, each at its control if the form has one.
    * @param {Problem[]} problems
    */
@@ -133,7 +145,7 @@ export class Controls {
     this.clearProblems();
     const others = [];
     for (const { path, text } of problems) {
-      const input = this.inputs.get(path),
+      const input = this.nearest(path),
         note = input && this.notes.get(input);
       if (!input || !note) {
         others.push(text);

@@ -3,6 +3,7 @@
 import { $, announce } from "./elements.js";
 
 /** @import { Arena } from "./arena.js" */
+/** @import { Lane } from "./lane.js" */
 
 /**
  * What a robot knows at a step, from the server; see reasons.py.
@@ -82,6 +83,7 @@ export class Inspector {
    * @param {Arena} arena
    */
   press(key, arena) {
+    if (!this.robots) return false; // no run is open yet
     const { robot, robots, focus } = this;
     if (key in DIRECTIONS) this.pick(robot < 0 ? focus : neighbour(arena, robot, key));
     else if (key === "PageDown") this.pick(robot < 0 ? focus : (robot + 1) % robots);
@@ -146,4 +148,26 @@ function rowOf([title, text]) {
   said.textContent = text;
   row.append(term, said);
   return row;
+}
+
+/**
+ * Let the pointer show and choose robots of an arena, and keys choose them while it has the focus.
+ * @param {Lane} lane
+ * @param {Inspector} inspector
+ * @param {() => void} redraw
+ */
+export function listenToArena({ canvas, arena, frame }, inspector, redraw) {
+  canvas.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || !inspector.press(event.key, arena)) return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  const pointAt = (/** @type {PointerEvent} */ event) => {
+    const robot = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
+    if (robot !== arena.pointed) redraw();
+    arena.pointed = robot;
+  };
+  for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
+    frame.addEventListener(type, pointAt);
+  frame.addEventListener("click", (event) => inspector.pick(arena.at(event.clientX, event.clientY)));
 }

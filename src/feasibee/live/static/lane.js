@@ -57,6 +57,22 @@ export class Lane {
     return true;
   }
 
+  /**
+   * Return the step of the last change of the robot before a step, or 0.
+   * @param {number} step
+   */
+  changeBefore(step) {
+    return this.outlook.changes.findLast(([each]) => each < step)?.[0] ?? 0;
+  }
+
+  /**
+   * Return the step of the next change of the robot after a step, or that step.
+   * @param {number} step
+   */
+  changeAfter(step) {
+    return this.outlook.changes.find(([each]) => each > step)?.[0] ?? step;
+  }
+
   repaint() {
     this.arena.setColours(colours());
     this.plot.setColours(colours());

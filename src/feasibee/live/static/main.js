@@ -1,11 +1,14 @@
 // The page: show what the server sends, send what the user does.
 
 import { readAddress, writeAddress } from "./address.js";
+import { Ahead } from "./ahead.js";
+import { showBanner, showConnection } from "./banner.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
+import { copyScenario } from "./copy.js";
 import { $, announce, formatted } from "./elements.js";
 import { decode } from "./frames.js";
-import { Inspector } from "./inspector.js";
+import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
 import { buildMore } from "./more.js";
@@ -23,7 +26,6 @@ import { Veil } from "./veil.js";
 
 /** @typedef {(message: any) => void} Answer Handler of a JSON message of the server. */
 
-const AGAIN = 30; // milliseconds between two looks ahead
 const help = /** @type {HTMLDialogElement} */ ($("help"));
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -36,7 +38,6 @@ let wanted = null; // requested, and not shown yet
 let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
 let full = false; // whether the server has too many pages already
-let looking = 0; // the timer of the next look ahead
 /** @type {Frame | null} */
 let beside = null; // the frame of the second swarm, which comes before that of the first
 
@@ -51,10 +52,13 @@ const readings = new Readings(lanes.map((each) => each.plot));
 const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
 const seekBar = new SeekBar((step) => seek(step));
 const inspector = new Inspector(inspect);
+const ahead = new Ahead(seekBar, shownLanes, (message) => connection.send(message));
 const veil = new Veil();
 
 // The swarms that the page shows: one, or two side by side.
-const shownLanes = () => lanes.slice(0, world?.swarms ?? 1);
+function shownLanes() {
+  return lanes.slice(0, world?.swarms ?? 1);
+}
 
 /**
  * Take point and changes from the address.
@@ -102,49 +106,20 @@ function inspect(robot) {
     each.follow(robot < 0 ? null : robot);
   }
   dirty = true;
-  mark();
+  ahead.mark();
   if (!world || wanted) return;
   sendInspected();
   if (!player.playing) seek(seeker.from(shownStep())); // it brings what the robot knows
-  lookAhead();
+  ahead.look(isOnTheWay);
+}
+
+// Whether the server is on the way to a step: another message would make it stop there.
+function isOnTheWay() {
+  return !world || wanted !== null || seeker.busy;
 }
 
 function sendInspected() {
   connection.send({ type: "inspect", robot: inspector.robot < 0 ? null : inspector.robot });
-}
-
-// Let the server look ahead a little, and again until all is found; not while it is on the way to a step.
-function lookAhead() {
-  clearTimeout(looking);
-  const lane = shownLanes().find((each) => !each.outlook.done);
-  if (!lane || !world) return;
-  if (wanted || seeker.busy) looking = setTimeout(lookAhead, AGAIN);
-  else {
-    const { robot, changes } = lane.outlook;
-    connection.send({ type: "look", robot, lane: lane.number, first: changes.length });
-  }
-}
-
-function mark() {
-  seekBar.mark(
-    shownLanes().map((each) => each.outlook),
-    colours(),
-  );
-}
-
-/**
- * @param {string} text
- * @param {string} kind
- */
-function showConnection(text, kind) {
-  $("connection").textContent = text;
-  $("connection").dataset.state = kind;
-}
-
-/** @param {string} text */
-function showBanner(text) {
-  $("banner-text").textContent = text;
-  $("banner").hidden = false;
 }
 
 /** @type {Record<string, Answer>} */
@@ -194,8 +169,8 @@ const answers = {
     dirty = true;
   },
   outlook(message) {
-    if (message.generation === world?.generation && lanes[message.lane].foresee(message)) mark();
-    looking = setTimeout(lookAhead, AGAIN);
+    if (message.generation === world?.generation && lanes[message.lane].foresee(message)) ahead.mark();
+    ahead.lookSoon(isOnTheWay);
   },
   undecided({ lane, last }) {
     const which = world?.swarms === 2 ? ` (${lanes[lane].world?.strategy})` : "";
@@ -250,8 +225,8 @@ function receive(frame) {
     sendInspected();
     if (!player.playing) seek(frame.step);
   }
-  mark();
-  lookAhead();
+  ahead.mark();
+  ahead.look(isOnTheWay);
 }
 
 const connection = new Connection({
@@ -325,14 +300,14 @@ function reflectMotion() {
 
 function repaint() {
   for (const each of lanes) each.repaint();
-  mark();
+  ahead.mark();
   dirty = true;
 }
 
 function fit() {
   if (!world) return;
   for (const each of shownLanes()) if (each.world) each.arena.layout();
-  mark();
+  ahead.mark();
   dirty = true;
 }
 
@@ -341,17 +316,6 @@ function changeSpeed(by) {
   const place = SPEEDS.indexOf(player.speed) + by;
   player.speed = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, place))];
   reflectSpeed();
-}
-
-async function copyScenario() {
-  try {
-    await navigator.clipboard.writeText($("toml").textContent);
-    $("copy").textContent = "Copied";
-  } catch {
-    getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
-    $("copy").textContent = "Selected: press Ctrl-C";
-  }
-  setTimeout(() => ($("copy").textContent = "Copy"), 2000);
 }
 
 /**
@@ -363,16 +327,6 @@ function stopAt(to, lane = 0) {
   player.play(false);
   reflectPlay();
   seek(to, lane);
-}
-
-/**
- * Return the step of the change of the inspected robot before or after the one that is shown.
- * @param {number} by -1 or 1.
- */
-function changeNear(by) {
-  const shown = seeker.from(shownStep()),
-    steps = lanes[0].outlook.changes.map(([step]) => step);
-  return by > 0 ? steps.find((step) => step > shown) : steps.findLast((step) => step < shown);
 }
 
 /** @type {Record<string, () => void>} */
@@ -392,8 +346,8 @@ const actions = {
   back: () => stopAt(seeker.from(Math.ceil(player.head)) - 1),
   decision: () => stopAt("decision"),
   "decision-1": () => stopAt("decision", 1),
-  before: () => stopAt(changeNear(-1) ?? 0),
-  after: () => stopAt(changeNear(1) ?? shownStep()),
+  before: () => stopAt(lanes[0].changeBefore(seeker.from(shownStep()))),
+  after: () => stopAt(lanes[0].changeAfter(seeker.from(shownStep()))),
   restart: () => seek(0),
   faster: () => changeSpeed(1),
   slower: () => changeSpeed(-1),
@@ -413,22 +367,9 @@ const actions = {
 listenToKeys(actions, help);
 for (const id of ["play", "step", "back", "decision", "restart", "faster", "slower", "another"])
   $(`${id}${id === "decision" ? "-0" : ""}`).addEventListener("click", () => actions[id]());
-for (const { canvas, arena, frame } of lanes) {
-  canvas.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || !world || !inspector.press(event.key, arena))
-      return;
-    event.preventDefault();
-    event.stopPropagation();
-  });
-  const pointAt = (/** @type {PointerEvent} */ event) => {
-    const robot = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
-    if (robot !== arena.pointed) dirty = true;
-    arena.pointed = robot;
-  };
-  for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
-    frame.addEventListener(type, pointAt);
-  frame.addEventListener("click", (event) => inspector.pick(arena.at(event.clientX, event.clientY)));
-  new ResizeObserver(fit).observe(frame);
+for (const each of lanes) {
+  listenToArena(each, inspector, () => (dirty = true));
+  new ResizeObserver(fit).observe(each.frame);
 }
 $("skip").addEventListener("click", () => $("play").focus()); // not a link: the address keeps the run
 $("help-open").addEventListener("click", actions.help);

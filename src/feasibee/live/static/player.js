@@ -69,8 +69,9 @@ export class Player {
   }
 
   step() {
+    const from = Math.floor(this.head + 1e-9);
+    this.target = Math.min((this.playing ? from : Math.max(from, this.target)) + 1, this.last);
     this.playing = false;
-    this.target = Math.min(Math.floor(this.head + 1e-9) + 1, this.last);
   }
 
   /**

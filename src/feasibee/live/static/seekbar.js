@@ -18,6 +18,7 @@ const SIGNS = 9; // height of the signs above the strips
  * @property {number} decision
  * @property {number} declaration
  * @property {boolean} done
+ * @property {string} [problem] Why nothing is found.
  */
 
 export class SeekBar {
@@ -134,7 +135,8 @@ function diamond(pen, x) {
  * @param {number} lane
  * @param {number} swarms
  */
-function inWords({ robot, changes, decision, declaration, done }, lane, swarms) {
+function inWords({ robot, changes, decision, declaration, done, problem }, lane, swarms) {
+  if (problem) return `No look ahead: ${problem}.`;
   const side = swarms === 1 ? "" : lane ? "Right: " : "Left: ",
     none = done ? "no decision" : "looking for the decision";
   const words = [decision < 0 ? none : `decision at step ${formatted(decision)}`];
