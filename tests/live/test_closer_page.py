@@ -215,7 +215,7 @@ def test_a_robot_that_is_clicked_is_inspected_while_time_goes_on(visit, port):
 def test_two_strategies_are_compared_on_one_clock(visit, port):
     page = visit(port, width=1000)
     expect(page.locator("#arena-1")).to_be_hidden()
-    page.get_by_label("Beside it").select_option("census")
+    page.get_by_label("Compare with").select_option("census")
     expect(page.locator("#arena-1")).to_be_visible()
     steps = []
     for place, strategy in enumerate(("dmmd", "census")):
@@ -247,7 +247,7 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
     expect(page.locator("#reasons-0")).to_contain_text("Heard")
     page.reload()
     expect(page.locator("#caption-1 strong")).to_have_text("census")  # the address keeps it
-    page.get_by_label("Beside it").select_option("turns")
+    page.get_by_label("Compare with").select_option("turns")
     expect(page.locator("#problem, .note").filter(has_text="know_count").first).to_be_visible()
     page.get_by_role("button", name="Undo all changes").click()
     expect(page.locator("#arena-1")).to_be_hidden()

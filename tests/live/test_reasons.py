@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from feasibee import Scenario, Swarm
+from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of
 from feasibee.simulation.swarm import FLAGS
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies import STRATEGIES, census
 
 
 def said(swarm, robot):
@@ -106,3 +108,15 @@ def test_an_error_in_a_users_strategy_is_told(tmp_path):
     words = said(Swarm(Scenario(decision={"strategy": str(file)}), 2), 3)
     assert words["Next"]
     assert not any(title.startswith("Rule") for title in words)  # its functions have no docstrings
+
+
+@pytest.mark.parametrize("told", ["'mine: ' + str(len(known))", "None", "3", "1 / 0"])
+def test_a_users_strategy_describes_what_is_known(tmp_path, told):
+    file = tmp_path / "mine.py"
+    file.write_text(f"{Path(census.__file__).read_text()}\n\ndef describe(known, me):\n    return {told}\n")
+    scenario = Scenario(decision={"strategy": str(file)})
+    if told.startswith("'"):
+        assert said(Swarm(scenario, 1), 3)["Knows"] == "mine: 2"
+    else:
+        with pytest.raises(FeasibeeError, match=r"mine\.py, line \d+: describe"):
+            Swarm(scenario, 1)

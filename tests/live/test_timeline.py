@@ -10,6 +10,7 @@ from feasibee import Scenario, Swarm, simulate
 from feasibee.live import timeline
 from feasibee.live.outlook import CHANGES_LIMIT, SHOWN, Outlook
 from feasibee.live.timeline import Timeline, advance_together
+from feasibee.simulation.swarm import FLAGS
 
 WORLDS = {
     "the paper's": {},
@@ -92,7 +93,11 @@ def test_the_outlook_is_what_the_run_does(world, tmp_path):
     while not outlook.look(0.02):
         pass
     assert outlook.decision_step == expected.decision_step[0]
-    for robot in (3, 11):
+    end = Swarm(scenario, 1)
+    end.advance(last)
+    stopped = [each for each in range(20) if not end.robot(each).flags >> FLAGS.index("working") & 1]
+    assert bool(stopped) == bool(scenario.faults.stopped)
+    for robot in (3, 11, *stopped[:2]):
         outlook.follow(robot)
         assert not outlook.done
         while not outlook.look(0.02):

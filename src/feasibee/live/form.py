@@ -16,7 +16,7 @@ BOUNDS: Final = {
     "maximum": "max",
     "exclusiveMaximum": "max",
 }
-"""Bounds in a schema, and in HTML; the server tells whether a bound itself is valid."""
+"""Bounds in a schema, and in HTML; only the server checks whether a bound itself is valid."""
 
 
 @cache

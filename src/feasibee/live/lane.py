@@ -1,4 +1,4 @@
-"""One of the swarms that a page shows: its time, its frames and what the page is told of it."""
+"""One of the swarms that a page shows: its time, its frames and its other messages."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ LONGEST: Final = 2000
 
 
 class RunRequest(NamedTuple):
-    """A validated request of a page: a run, the step to go to, and the swarm beside it, if any."""
+    """A validated request of a page: a run, the step to go to, and the second swarm, if any."""
 
     scenario: Scenario
     seed: int
     run: int
     step: int
-    beside: Scenario | None = None
+    second: Scenario | None = None
 
 
 def last_step(scenario: Scenario) -> int:
@@ -41,7 +41,7 @@ class Lane:
     Parameters
     ----------
     number : int
-        0, or 1 for the swarm beside it.
+        0, or 1 for the second swarm.
     scenario : Scenario
         The swarm and its world.
     seed, run : int

@@ -73,7 +73,7 @@ FRAME: Final = Layout(
         ("decision_step", "i"),  # step of the first decision; -1: none yet
         ("decision", "b"),  # at this step
         ("first_decision", "b"),
-        ("lane", "B"),  # 0, or 1 for the swarm beside it
+        ("lane", "B"),  # 0, or 1 for the second swarm
         ("jump", "B"),  # number of the page's last jump to a step, modulo 256
         ("feasible", "I"),  # number of robots, as are the next seven
         ("infeasible", "I"),

@@ -37,7 +37,7 @@ class Open(_Message):
     run: str | int | float | None = None
     step: int = Field(0, ge=0)
     against: str | None = None
-    """Strategy of a second swarm beside it, in the same world with the same random numbers."""
+    """Strategy of a second swarm, in the same world with the same random numbers."""
 
 
 class Advance(_Message):
@@ -55,7 +55,7 @@ class Seek(_Message):
     lane: int = Field(0, ge=0, le=1)
     """Swarm whose decision is meant."""
     jump: int = Field(ge=0, le=255)
-    """Number that the frames have from here on, so that the page can tell late ones."""
+    """Number that the frames have from here on, so that the page recognises late ones."""
 
 
 class Inspect(_Message):

@@ -149,9 +149,9 @@ def _rated(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
 def _known(scenario: Scenario, now: Controller, step: int) -> str:
     """Return what a robot knows that passes on knowledge."""
     assert now.knowledge is not None
-    tell = now.strategy.tell
-    if tell is not None:
-        return str(tell(tuple(now.knowledge.words), now.knowledge.me))
+    describe = now.strategy.describe
+    if describe is not None:
+        return str(describe(tuple(now.knowledge.words), now.knowledge.me))
     robots, tasks = (sum(each) for each in now.knowledge.counted())
     return f"robots to tasks as {robots:,} to {tasks:,}"
 

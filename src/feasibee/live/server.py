@@ -175,7 +175,7 @@ async def _go(page: WebSocket, session: Session, step: int, waiting: Waiting) ->
 
 
 async def _seek(page: WebSocket, session: Session, asked: Seek, waiting: Waiting) -> None:
-    """Go to a step, back or on; to the decision only if there is one."""
+    """Go to a step, or to the decision if the swarm decides."""
     step = asked.to
     if step == "decision":
         outlook = await asyncio.to_thread(lambda: session.lane(asked.lane).outlook)

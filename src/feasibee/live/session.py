@@ -23,7 +23,7 @@ FILES: Final = ("robots.points", "tasks.points")
 """Fields that may name a file; a page may not name one."""
 STRATEGY: Final = "decision.strategy"
 AGAINST: Final = "against"
-"""Path of the strategy beside it, in the form and in errors."""
+"""Path of the second swarm's strategy, in the form and in errors."""
 
 
 def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
@@ -58,12 +58,12 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
             )
     if problems:
         raise ScenarioError(problems)
-    beside = None if asked.against is None else beside_of(scenario, asked.against)
-    return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)), beside)
+    second = None if asked.against is None else second_of(scenario, asked.against)
+    return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)), second)
 
 
-def beside_of(scenario: Scenario, strategy: str) -> Scenario:
-    """Return the scenario of the swarm beside another: the same world, another strategy, its parameters.
+def second_of(scenario: Scenario, strategy: str) -> Scenario:
+    """Return the scenario of the second swarm: the same world, another strategy with its parameters.
 
     Raises
     ------
@@ -136,7 +136,7 @@ class Session:
         Raises
         ------
         FeasibeeError
-            If the page has not opened a run yet, or shows no swarm beside it.
+            If the page has not opened a run yet, or shows no second swarm.
         """
         if number >= len(self._lanes):
             what = f"no swarm {number}" if self._lanes else "no run"
@@ -145,7 +145,7 @@ class Session:
 
     def begin(self, request: RunRequest) -> None:
         """Replace the swarms by those of a request, at step 0; on an error the previous ones stay."""
-        scenarios = [request.scenario, *([request.beside] if request.beside else [])]
+        scenarios = [request.scenario, *([request.second] if request.second else [])]
         room = ROOM // len(scenarios)
         self._lanes = [
             Lane(number, scenario, request.seed, request.run, room)

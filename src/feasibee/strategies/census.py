@@ -91,7 +91,7 @@ def count(known, counts, me):
         first += number
 
 
-def tell(known, me):
+def describe(known, me):
     """Return the sizes of the sets in words."""
     robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)
     robots = members(known, 0, robot_words)

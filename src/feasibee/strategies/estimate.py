@@ -25,7 +25,7 @@ observe = tally.observe
 lie = tally.lie
 merge = tally.merge
 bits = tally.bits
-tell = tally.tell
+describe = tally.describe
 
 
 def count(known, counts, me):

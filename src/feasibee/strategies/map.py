@@ -252,7 +252,7 @@ def count(known, counts, me):
     counts[0], counts[1] = me.setting.robots, known[LEAST]
 
 
-def tell(known, me):
+def describe(known, me):
     """Return how much of the map is known, in words."""
     cells = known[COLUMNS] * known[ROWS]
     return f"{known[CELLS_KNOWN]} of {cells} cells, with at least {known[LEAST]} tasks"

@@ -145,7 +145,7 @@ def count(known, counts, me):
     counts[1] = tasks_of(known, me)
 
 
-def tell(known, me):
+def describe(known, me):
     """Return the numbers of names in words."""
     robots = (
         f"{me.setting.robots} robots, as told" if me.setting.knows_count else f"{robots_of(known, me)} robots"

@@ -113,7 +113,7 @@ def count(known, counts, me):
         counts[k] = int(0.7213475204444817 * REGISTERS * REGISTERS / z * 65536)  # 1 / (2 log 2)
 
 
-def tell(known, me):
+def describe(known, me):
     """Return the estimated sizes in words."""
     counts = [0] * (me.setting.robot_classes + me.setting.task_classes)
     count(known, counts, me)

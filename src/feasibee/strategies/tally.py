@@ -117,7 +117,7 @@ def count(known, counts, me):
     sum_up(known, counts)
 
 
-def tell(known, me):
+def describe(known, me):
     """Return the sums of all rows in words."""
     counts = [0] * (me.setting.robot_classes + me.setting.task_classes)
     sum_up(known, counts)

@@ -229,7 +229,7 @@ def count(known, counts, me):
     counts[1] = me.setting.robots + 1 if known[ALARM] == 1 else known[KNOWN]
 
 
-def tell(known, me):
+def describe(known, me):
     """Return the number of names in words."""
     alarm = "; the alarm was raised" if known[ALARM] else ""
     return f"{known[KNOWN]} tasks, by name; quiet until step {known[UNTIL]}{alarm}"

@@ -50,7 +50,7 @@ export class Controls {
     this.notes.set(input, note);
   }
 
-  // Strategy of the swarm beside it; empty for none.
+  // Strategy of the second swarm; empty for none.
   get against() {
     return this.input("against").value;
   }
