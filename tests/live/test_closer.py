@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from serving import Page, serving_at
@@ -10,6 +12,7 @@ from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.reasons import reasons_of
 from feasibee.scenario.presets import PRESETS
+from feasibee.strategies import voter
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,7 @@ def messages_until_frame(page):
     found = []
     while not found or found[-1]["type"] != "frame" or found[-1]["lane"]:
         found.append(page.receive())
-    return found
+    return [each for each in found if each["type"] not in ("compiling", "going")]
 
 
 def opened(page, **message):
@@ -122,6 +125,21 @@ def test_parameters_belong_to_their_strategy(port):
         assert "credence" not in second["toml"]
         first, second, *_ = opened(page, changes=changes, against="bayes")
         assert first["toml"] == second["toml"]
+
+
+def test_a_users_own_strategy_stands_on_either_side(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("PARAMETERS = {'x': 0.25}\n" + Path(voter.__file__).read_text())
+    own = Scenario(decision={"strategy": str(file), "parameters": {"x": 0.5}})
+    with serving_at(Catalogue(own)) as port, Page(port) as page:
+        changes = {"tasks.count": 17, "decision.strategy": "bayes", "decision.parameters": "{credence = 0.8}"}
+        first, second, *_ = opened(page, against="dmmd", changes={"tasks.count": 17})
+        assert ("x = 0.5" in first["toml"], second["strategy"]) == (True, "dmmd")
+        first, second, *_ = opened(page, against=str(file), changes=changes)
+        assert [each["strategy"] for each in (first, second)] == ["bayes", str(file)]
+        assert [each["tasks"] for each in (first, second)] == [17, 17]
+        assert "credence = 0.8" in first["toml"]
+        assert "x = 0.5" in second["toml"]
 
 
 def test_a_robot_is_told_with_each_frame(port):

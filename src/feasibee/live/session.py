@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
@@ -22,6 +23,8 @@ TASKS_LIMIT: Final = 20_000
 FILES: Final = ("robots.points", "tasks.points")
 """Fields that may name a file; a page may not name one."""
 STRATEGY: Final = "decision.strategy"
+OWN: Final = (STRATEGY, "decision.parameters")
+"""Fields that belong to one strategy."""
 AGAINST: Final = "against"
 """Path of the second swarm's strategy, in the form and in errors."""
 
@@ -34,8 +37,8 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
     FeasibeeError
         If the scenario, seed or run is invalid or beyond the limits of a page; it lists all problems.
     """
-    scenario = catalogue.scenario_of(asked.point)
-    if asked.changes.get(STRATEGY) == scenario.decision.strategy:
+    base = catalogue.scenario_of(asked.point)
+    if asked.changes.get(STRATEGY) == base.decision.strategy:
         del asked.changes[STRATEGY]  # keep its text: the file at that path may have changed
     for path, value in asked.changes.items():
         asked.changes[path] = typed(path, value)
@@ -45,7 +48,7 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
     numbers = (_number("seed", seed, SEED_LIMIT, problems), _number("run", run, RUN_LIMIT - 1, problems))
     allowed = {path: value for path, value in asked.changes.items() if path not in {p.path for p in problems}}
     try:
-        scenario = scenario.replace(allowed)
+        scenario = base.replace(allowed)
     except ScenarioError as error:
         raise ScenarioError([*problems, *error.problems]) from None
     for path, count, limit in (
@@ -58,12 +61,21 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
             )
     if problems:
         raise ScenarioError(problems)
-    second = None if asked.against is None else second_of(scenario, asked.against)
+    second = None if asked.against is None else second_of(base, scenario, allowed, asked.against)
     return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)), second)
 
 
-def second_of(scenario: Scenario, strategy: str) -> Scenario:
+def second_of(base: Scenario, scenario: Scenario, changes: Mapping[str, Any], strategy: str) -> Scenario:
     """Return the scenario of the second swarm: the same world, another strategy with its parameters.
+
+    Parameters
+    ----------
+    base, scenario : Scenario
+        The scenario that the page started with, and that of the first swarm.
+    changes : mapping of str to value
+        Changes by which the one became the other.
+    strategy : str
+        Name of the strategy; that of the base is as it was there, with its text and parameters.
 
     Raises
     ------
@@ -72,6 +84,8 @@ def second_of(scenario: Scenario, strategy: str) -> Scenario:
     """
     if strategy == scenario.decision.strategy:
         return scenario
+    if strategy == base.decision.strategy:
+        return base.replace({path: each for path, each in changes.items() if not path.startswith(OWN)})
     problems = list(_forbidden(Open(type="open", changes={STRATEGY: strategy})))
     if not problems:
         try:
