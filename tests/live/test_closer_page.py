@@ -256,6 +256,9 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
 def test_every_field_is_under_more(visit, port):
     page = visit(port)
     page.get_by_text("More", exact=True).click()
+    parts = page.locator("#more-fields summary")
+    for part in range(parts.count()):
+        parts.nth(part).click()
     changes = {
         "sensing.count_self": True,
         "robots.placement": "corner",
@@ -343,7 +346,8 @@ def test_axe_finds_no_serious_violation(visit, port, width, scheme):
     page.keyboard.press("i")
     page.keyboard.press("d")
     expect(page.locator("#reasons-1")).to_be_visible()
-    page.locator("#more summary").click()
+    page.locator("#more summary").first.click()
+    page.locator("#more-fields summary").first.click()
     page.locator("#scenario summary").click()
     page.locator("[data-path='robots.count']").fill("-1")
     page.keyboard.press("Tab")

@@ -27,7 +27,8 @@ export function buildMore(parts, known) {
   for (const { name, fields } of parts) {
     const missing = fields.filter((each) => !known(each.path));
     if (!missing.length) continue;
-    const title = document.createElement("h3"),
+    const section = document.createElement("details"),
+      title = document.createElement("summary"),
       box = document.createElement("div");
     title.textContent = name[0].toUpperCase() + name.slice(1);
     box.className = "fields";
@@ -36,7 +37,8 @@ export function buildMore(parts, known) {
       box.append(boxOf(field, input));
       inputs.push(input);
     }
-    $("more-fields").append(title, box);
+    section.append(title, box);
+    $("more-fields").append(section);
   }
   return inputs;
 }
