@@ -238,10 +238,11 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         assert f"run {chosen.run}: {decided}" in button.inner_text()
         button.click()
         expect(page.get_by_role("button", name="Pause")).to_be_visible()  # picking a run plays it
+        focus_nothing(page)
         page.keyboard.press(" ")
+        expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
         expect(page.locator("[data-path='run']")).to_have_value(str(chosen.run))
         expect(button).to_have_attribute("aria-current", "true")
-        focus_nothing(page)
         play_to_the_end(page)
         assert page.locator("#verdict").get_attribute("data-verdict") == "wrong"
         found = re.search(r"step (\d+)", page.locator("#decision").inner_text())

@@ -191,21 +191,26 @@ def controller_of(
     controller.robots_seen, controller.tasks_seen = list(state.robots_seen), list(state.tasks_seen)
     controller._memory[:] = state.memory
     controller.committed = _has(state, "committed")
-    if controller.knowledge is not None:
-        if swarm.step:  # at step 0, the engine has not called the strategy's start yet
-            controller.knowledge.words[:] = state.knowledge
-        controller.knowledge.declared = opinion_of(state) if _has(state, "declared") else -1
-        controller.knowledge.me = controller.knowledge.me._replace(
-            step=swarm.step, explores=not _has(state, "disseminating")
-        )
+    if controller.knowledge is None:
+        _hear_again(controller, state)
         return controller
+    if swarm.step:  # at step 0, the engine has not called the strategy's start yet
+        controller.knowledge.words[:] = state.knowledge
+    controller.knowledge.declared = opinion_of(state) if _has(state, "declared") else -1
+    controller.knowledge.me = controller.knowledge.me._replace(
+        step=swarm.step, explores=not controller.disseminating
+    )
+    return controller
+
+
+def _hear_again(controller: Controller, state: RobotState) -> None:
+    """Give a controller the messages of an inbox, or as many for each opinion if it keeps every message."""
     for sender, said, value in state.heard:
         controller.hear(sender, Message(said, value))
     if not state.heard:
         for said, votes in zip((1, 0), state.votes, strict=True):
             for each in range(min(votes, TAKEN)):
                 controller.hear(each, Message(said))
-    return controller
 
 
 def _prospects(swarm: Swarm, state: RobotState, number: int) -> list[Prospect]:
