@@ -113,6 +113,17 @@ def test_the_decision_is_one_key_away(visit, port):
     at(page, 1)
 
 
+def test_a_step_counts_while_the_page_is_on_the_way_to_another(visit, port):
+    page = visit(port, "#robots.count=5000&tasks.count=4900&arena.side=310")
+    page.evaluate(
+        """() => { const it = document.getElementById("seek");
+        it.value = 150; it.dispatchEvent(new Event("input"));
+        for (const key of [".", ".", ",", "."])
+            document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true })); }"""
+    )
+    at(page, 152)
+
+
 def neighbour(positions, robot, direction):
     """Return the robot that an arrow leads to: the nearest within 45 degrees of its direction."""
     moved = positions - positions[robot]

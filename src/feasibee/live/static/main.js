@@ -340,6 +340,7 @@ const actions = {
     reflectPlay();
   },
   step() {
+    if (seeker.busy) return stopAt(seeker.from(shownStep()) + 1); // a frame that comes later would undo it
     player.step();
     reflectPlay();
   },
