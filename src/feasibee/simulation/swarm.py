@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -166,9 +167,10 @@ class Swarm:
     def _changing(self) -> list[NDArray[Any]]:
         """Return the arrays that a step may change, without the curves: they are written again."""
         state, record = self._state, self._record
-        fixed = ("tasks", "task_cells", "task_lists", "tables")
-        arrays = [array for name, array in state._asdict().items() if name not in (*fixed, "robot_cells")]
-        return [*arrays, *state.robot_cells, record.decision, record.decision_step, record.account]
+        names = {each.name for each in fields(state)} - {"tasks", "task_cells", "task_lists", "tables"}
+        arrays = [getattr(state, each) for each in sorted(names - {"robot_cells"})]
+        cells = state.robot_cells
+        return [*arrays, cells.points, cells.start, record.decision, record.decision_step, record.account]
 
     @property
     def step(self) -> int:
