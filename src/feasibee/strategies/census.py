@@ -93,6 +93,13 @@ def count(known, counts, me):
         first += number
 
 
+def describe(known, me):
+    """Return the sizes of the sets in words."""
+    robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)
+    robots = members(known, 0, robot_words)
+    return f"{robots} robots and {members(known, robot_words, len(known) - robot_words)} tasks, by name"
+
+
 def bits(message, me):
     """Return the length of all sets."""
     robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)

@@ -8,8 +8,8 @@ Knowledge
 ---------
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
 strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
-``message_words``, ``start``, ``encode``, ``lie`` and ``declare``: see `Strategy`. A robot's knowledge is a
-row of `Words`, 0 at the start.
+``message_words``, ``start``, ``encode``, ``lie``, ``declare`` and ``describe``: see `Strategy`. A robot's
+knowledge is a row of `Words`, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
@@ -50,13 +50,14 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "count": ("known", "counts", "me"),
     "bits": ("message", "me"),
     "declare": ("known", "me"),
+    "describe": ("known", "me"),
 }
 """The functions of a strategy's file, and the arguments of each."""
 REQUIRED: Final = ("quality", "dissemination", "decide")
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare")
+KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare", "describe")
 """The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
@@ -347,6 +348,8 @@ class Strategy(Manifest):
         ``declare(known, me)``: what the robot is sure of, 1 feasible or 0 infeasible, or -1 as long as it
         isn't. It may change what is known, such as the step of the last news. Once it returns 1 or 0, it
         isn't called again.
+    describe : callable, optional
+        ``describe(known, me)``: what is known, as a text for people. The live page shows it; no run calls it.
     """
 
     quality: Callable[[int, int], float]
@@ -364,6 +367,7 @@ class Strategy(Manifest):
     count: Callable[[Any, Any, Me], None] | None = None
     bits: Callable[[Any, Me], int] | None = None
     declare: Callable[[Any, Me], int] | None = None
+    describe: Callable[[Any, Me], str] | None = None
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:
         """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""

@@ -26,6 +26,7 @@ observe = tally.observe
 lie = tally.lie
 merge = tally.merge
 bits = tally.bits
+describe = tally.describe
 
 
 def count(known, counts, me):

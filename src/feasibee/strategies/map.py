@@ -254,6 +254,12 @@ def count(known, counts, me):
     counts[0], counts[1] = me.setting.robots, known[LEAST]
 
 
+def describe(known, me):
+    """Return how much of the map is known, in words."""
+    cells = known[COLUMNS] * known[ROWS]
+    return f"{known[CELLS_KNOWN]} of {cells} cells, with at least {known[LEAST]} tasks"
+
+
 def bits(message, me):
     """Return the length of a message."""
     length = me.setting.id_bits + (1 if message[VERDICT] == 0 else 2)

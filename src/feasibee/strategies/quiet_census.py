@@ -147,6 +147,14 @@ def count(known, counts, me):
     counts[1] = tasks_of(known, me)
 
 
+def describe(known, me):
+    """Return the numbers of names in words."""
+    robots = (
+        f"{me.setting.robots} robots, as told" if me.setting.knows_count else f"{robots_of(known, me)} robots"
+    )
+    return f"{robots}, and {tasks_of(known, me)} tasks, by name; quiet until step {known[UNTIL]}"
+
+
 def bits(message, me):
     """Return the length of the lists of names, and of the sender's id if receivers need it."""
     first = robot_words(me.setting)

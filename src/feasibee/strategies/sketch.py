@@ -115,6 +115,14 @@ def count(known, counts, me):
         counts[k] = int(0.7213475204444817 * REGISTERS * REGISTERS / z * 65536)  # 1 / (2 log 2)
 
 
+def describe(known, me):
+    """Return the estimated sizes in words."""
+    counts = [0] * (me.setting.robot_classes + me.setting.task_classes)
+    count(known, counts, me)
+    robots = sum(counts[: me.setting.robot_classes]) / 65536
+    return f"about {robots:.1f} robots and {sum(counts) / 65536 - robots:.1f} tasks, estimated"
+
+
 def bits(message, me):
     """Return the length of all sketches: 4 bits a register."""
     return len(message) * 4

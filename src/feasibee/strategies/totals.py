@@ -180,6 +180,12 @@ def count(known, counts, me):
     counts[1] = 2 * (me.setting.robots - 1) * (known[1] + tasks)
 
 
+def describe(known, me):
+    """Return its own totals and the number of rows in words."""
+    heard = sum(known[place] != 0 for place in range(ROWS, ROWS + me.setting.robots))
+    return f"saw robots {known[0]} times and tasks {known[1]} times in its life; has totals of {heard} others"
+
+
 def bits(message, me):
     """Return the length of a message: an id and a row."""
     return me.setting.id_bits + 16

@@ -231,6 +231,12 @@ def count(known, counts, me):
     counts[1] = me.setting.robots + 1 if known[ALARM] == 1 else known[KNOWN]
 
 
+def describe(known, me):
+    """Return the number of names in words."""
+    alarm = "; the alarm was raised" if known[ALARM] else ""
+    return f"{known[KNOWN]} tasks, by name; quiet until step {known[UNTIL]}{alarm}"
+
+
 def bits(message, me):
     """Return the length of the id, the alarm and the names."""
     length = name_bits(me.setting)

@@ -12,9 +12,9 @@ const WORDS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
 const PLOT_PAUSE = 66; // milliseconds between two drawings of the plot
 
 export class Readings {
-  /** @param {Plot} plot */
-  constructor(plot) {
-    this.plot = plot;
+  /** @param {Plot[]} plots Of the swarms side by side. */
+  constructor(plots) {
+    this.plots = plots;
     this.truth = false;
     this.step = -1; // shown
     /** @type {string | null} */
@@ -31,7 +31,6 @@ export class Readings {
     this.truth = world.truth;
     this.step = -1;
     this.decision = null;
-    this.plot.clear(world);
     $("toml").textContent = world.toml;
     $("last").textContent = formatted(world.last);
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
@@ -56,14 +55,15 @@ export class Readings {
       this.plotted = Math.min(this.plotted, time - PLOT_PAUSE + 1);
     }
     if (this.isPlotted(frame) || (time - this.plotted < PLOT_PAUSE && playing)) return;
-    const decided = frame.decisionStep >= 0 && frame.decisionStep <= frame.step;
-    this.plot.show(frame.step, decided ? frame.decisionStep : -1);
+    for (const [lane, shown] of [frame, frame.beside].entries())
+      if (shown)
+        this.plots[lane].show(shown.step, shown.decisionStep <= shown.step ? shown.decisionStep : -1);
     this.plotted = time;
   }
 
   /** @param {Frame} frame */
   isPlotted(frame) {
-    return this.plot.shown === frame.step;
+    return this.plots[0].shown === frame.step;
   }
 
   /** @param {Frame} frame */
