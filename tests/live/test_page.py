@@ -339,3 +339,13 @@ def test_every_control_has_a_name(visit, port):
     )
     assert nameless == 0
     assert "20 robots and 20 tasks" in page.locator("#arena").get_attribute("aria-label")
+
+
+@pytest.mark.parametrize(
+    ("units", "shown"), [({}, "1 of 1,000"), ({"seconds": 90.0}, "1 of 1,000, 1 min 30 s")]
+)
+def test_the_clock_shows_the_time_if_a_step_has_a_length(visit, units, shown):
+    with serving_at(Catalogue(Scenario(units=units), seed=1)) as port:
+        page = visit(port)
+        page.keyboard.press(".")
+        expect(page.locator("#clock")).to_have_text(shown)

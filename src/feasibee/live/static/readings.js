@@ -1,6 +1,6 @@
 // The numbers beside the arena: step, decision, counts, and the plot of opinions.
 
-import { $, announce, formatted } from "./elements.js";
+import { $, announce, duration, formatted } from "./elements.js";
 import { NEUTRAL } from "./frames.js";
 
 /** @import { Opened } from "./arena.js" */
@@ -17,6 +17,7 @@ export class Readings {
     this.plots = plots;
     this.truth = false;
     this.step = -1; // shown
+    this.seconds = 0; // per step, if the scenario says it
     /** @type {string | null} */
     this.decision = null; // shown
     this.plotted = 0; // when
@@ -29,6 +30,7 @@ export class Readings {
   open(world) {
     const { fields } = world;
     this.truth = world.truth;
+    this.seconds = Number(fields["units.seconds"] ?? 0);
     this.step = -1;
     this.decision = null;
     $("toml").textContent = world.toml;
@@ -80,6 +82,7 @@ export class Readings {
       stopped: frame.robots - frame.working,
     };
     for (const [id, value] of Object.entries(values)) $(id).textContent = formatted(value);
+    $("time").textContent = this.seconds ? `, ${duration(frame.step * this.seconds)}` : "";
     const declared = [frame.declaredFeasible, frame.declaredInfeasible].map(formatted);
     $("declared").textContent =
       `${declared[0]} feasible, ${declared[1]} infeasible, of ${formatted(frame.counted)}`;
