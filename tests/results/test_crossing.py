@@ -60,7 +60,7 @@ def swarm_of(rates, seed):
             hits = np.cumsum(draws[place] < rates[place])
             return finding_at(place, lambda trials: int(hits[trials - 1]), rule, most_tests(len(rates)))
 
-        return find_crossing(len(rates), test)
+        return find_crossing(len(rates), test, rule.resolution)
 
     return search
 
@@ -92,3 +92,11 @@ def test_the_interval_shrinks_with_trials():
         widths.append((200 if found.enough is None else found.enough) - found.possible)
     assert widths == sorted(widths, reverse=True)
     assert widths[-1] < widths[0] / 3
+
+
+def test_a_coarse_answer_holds_the_fine_one_and_takes_fewer_tests():
+    rates = 1 / (1 + np.exp(-(np.arange(200) - 80.5) / 6))
+    search, rule = swarm_of(rates, 5), Rule(0.8, most=10_000)
+    fine, coarse = search(rule), search(Rule(0.8, most=10_000, resolution=0.2))
+    assert coarse.possible <= fine.possible <= fine.enough <= coarse.enough
+    assert len(coarse.tested) < len(fine.tested)

@@ -45,12 +45,15 @@ class Rule:
         Number of trials before the first look at a value, and the largest number.
     confidence : float
         Probability that the whole answer is right, at least.
+    resolution : float
+        A gap is not searched if it is at most this share of the distance from the first value.
     """
 
     target: float
     first: int = 100
     most: int = 2000
     confidence: float = CONFIDENCE
+    resolution: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -109,7 +112,7 @@ def _answer(interval: Interval, target: float) -> Answer:
     return "too few" if interval.high < target else "open"
 
 
-def find_crossing(places: int, test: Callable[[int], Finding]) -> Crossing:
+def find_crossing(places: int, test: Callable[[int], Finding], resolution: float = 0.0) -> Crossing:
     """Find the first of the places ``0 ... places - 1`` from which on the rate reaches the target.
 
     The first place is tested, then places at twice the distance each until one reaches the target. The gap
@@ -122,6 +125,8 @@ def find_crossing(places: int, test: Callable[[int], Finding]) -> Crossing:
         Number of values, at least 1.
     test : callable
         Tests the value at a place; see `finding_at`.
+    resolution : float
+        Gaps of at most this share of their upper place are left.
     """
     found: dict[int, Finding] = {}
     place: int | None = 0
@@ -132,16 +137,16 @@ def find_crossing(places: int, test: Callable[[int], Finding]) -> Crossing:
         if enough is None and places - 1 not in found:
             place = min(2 * place + 1, places - 1)
         else:
-            place = _between(found, below, enough, places)
+            low, high = _gap(found, below, enough, places)
+            place = (low + high) // 2 if high - low > max(1, resolution * high) else None
     return Crossing(tuple(found[at] for at in sorted(found)), enough, below + 1)
 
 
-def _between(found: Collection[int], below: int, enough: int | None, places: int) -> int | None:
-    """Return the middle of the larger gap: above the last below, or below the first that is enough."""
+def _gap(found: Collection[int], below: int, enough: int | None, places: int) -> tuple[int, int]:
+    """Return the larger gap without tests: above the last below, or below the first that is enough."""
     upper = places if enough is None else enough
     opened = [place for place in found if below < place < upper]
     gaps = [(below, min(opened, default=upper))]
     if enough is not None:
         gaps.append((max(opened, default=below), upper))
-    low, high = max(gaps, key=lambda gap: gap[1] - gap[0])
-    return (low + high) // 2 if high - low > 1 else None
+    return max(gaps, key=lambda gap: gap[1] - gap[0])

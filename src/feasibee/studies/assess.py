@@ -25,6 +25,8 @@ from feasibee.sweeps.sweep import Execution, Rounds
 AS_IT_IS: Final = "as it is"
 EXPECTED: Final = 3
 """Runs of a whole assessment, as a multiple of those of its first round, about: for the progress only."""
+RESOLUTION: Final = 0.15
+"""Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
 LOST: Final = 0.2
 """Share of lost messages that is tried as a fault."""
 MORE: Final = 1.5
@@ -81,7 +83,7 @@ class _Assessing:
         opposite = self._outcomes(_turned({AS_IT_IS: scenario, **better}))
         right, held = int(base.right.sum()), int(base.agreed.sum())
         recommendation, recommended = self._recommended()
-        rule = Rule(self.right, most=self.runs)
+        rule = Rule(self.right, most=self.runs, resolution=RESOLUTION)
         chosen = None if recommended is None else recommended.scenario
         return Assessment(
             scenario=scenario,

@@ -17,8 +17,8 @@ from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.sweep import Execution, Rounds
 
 TASKS: Final = "tasks.count"
-REACH: Final = 8
-"""The search goes up to so many times the number of robots or tasks, whichever is larger."""
+REACH, SHORT_REACH = 8, 3
+"""A search goes up to so many times the number of robots or tasks; as a part of another study, to less."""
 EXPECTED: Final = 20
 """Tests of a search as short as its first look, about: for the progress only."""
 
@@ -63,8 +63,8 @@ def size(
     rule = rule or Rule(0.95)
     scenario = scenario.replace({"run.stop_at_decision": False})
     path = over.partition("=")[0]
-    field = _robots(scenario, over) if path == ROBOTS else ladder(scenario, over)
-    lists = [field, *_task_lists(scenario)]
+    field = _robots(scenario, over, REACH) if path == ROBOTS else ladder(scenario, over)
+    lists = [field, *_task_lists(scenario, REACH)]
     with Rounds(execution, EXPECTED * len(lists) * rule.first) as rounds:
         edge, *ends = _search_all(rounds, scenario, rule, seed, lists, tell)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
@@ -74,15 +74,14 @@ def size_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Si
     """Size a swarm by its number of robots, as a part of another study; None if it can't vary."""
     if scenario.robots.classes or scenario.robots.points:
         return None
-    edge, *ends = _search_all(
-        rounds, scenario, rule, seed, [_robots(scenario, ROBOTS), *_task_lists(scenario)]
-    )
+    lists = [_robots(scenario, ROBOTS, SHORT_REACH), *_task_lists(scenario, SHORT_REACH)]
+    edge, *ends = _search_all(rounds, scenario, rule, seed, lists)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
 
 def band_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Band | None:
     """Search the blind band of a swarm, as a part of another study; None if its tasks can't vary."""
-    ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario))
+    ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario, SHORT_REACH))
     return Band(*ends) if ends else None
 
 
@@ -122,14 +121,14 @@ class Swarms:
                 self.tell(f"{path} = {values[place]}: {in_words(found)}")
             return found
 
-        return Edge(path, values, find_crossing(len(values), test))
+        return Edge(path, values, find_crossing(len(values), test, self.rule.resolution))
 
     def _right(self, design: DesignPoint, runs: int) -> int:
         (right,) = right_at_end(self.rounds, [design], runs, self.seed)
         return int(right.sum())
 
 
-def _robots(scenario: Scenario, over: str) -> tuple[str, list[int]]:
+def _robots(scenario: Scenario, over: str, reach: int) -> tuple[str, list[int]]:
     """Return the numbers of robots to try: those with which the tasks are feasible."""
     if scenario.robots.classes or scenario.robots.points:
         given = "classes" if scenario.robots.classes else "points"
@@ -138,7 +137,7 @@ def _robots(scenario: Scenario, over: str) -> tuple[str, list[int]]:
             "such as --over radio.range"
         )
     given = over.partition("=")[2]
-    most = REACH * max(scenario.robots.count, _places(scenario))
+    most = reach * max(scenario.robots.count, _places(scenario))
     path, values = ladder(scenario, over if given else f"{ROBOTS}=1:{most}")
     feasible = [value for value in values if truth(scenario.replace({ROBOTS: value}))]
     if not feasible:
@@ -155,11 +154,11 @@ def _places(scenario: Scenario) -> int:
     return sum(each.count * sum(each.needs.values()) for each in classes) if classes else scenario.tasks.count
 
 
-def _task_lists(scenario: Scenario) -> list[tuple[str, list[int]]]:
+def _task_lists(scenario: Scenario, reach: int) -> list[tuple[str, list[int]]]:
     """Return the numbers of tasks below the edge of the truth, from there down, and those above it."""
     if scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
         return []
     robots = scenario.robots.count
-    above = list(range(robots + 1, REACH * max(robots, scenario.tasks.count) + 1))
+    above = list(range(robots + 1, reach * max(robots, scenario.tasks.count) + 1))
     valid = valid_values(scenario, TASKS, [robots, *above]) - 1
     return [(TASKS, list(range(robots, 0, -1))), (TASKS, above[:valid])] if valid > 0 else []
