@@ -8,10 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from types import SimpleNamespace
 from typing import Any, Final
 
 from llvmlite import binding, ir
-from numba.core import codegen, compiler, compiler_machinery, environment, typed_passes, types, untyped_passes
+from numba.core import (
+    codegen,
+    compiler,
+    compiler_machinery,
+    environment,
+    inline_closurecall,
+    typed_passes,
+    types,
+    untyped_passes,
+)
 
 llvm: Any = binding
 JITCodeLibrary: Any = codegen.JITCodeLibrary
@@ -21,12 +31,30 @@ LEVEL: Final = 2
 lookup_environment: Any = environment.lookup_environment
 PassManager: Any = compiler_machinery.PassManager
 BaseFunction: Any = types.functions.BaseFunction
+splicing: Any = inline_closurecall
+register_pass: Any = compiler_machinery.register_pass
+InlineInlinables: Any = untyped_passes.InlineInlinables
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class Splice(InlineInlinables):  # type: ignore[misc]  # numba has no types
+    """Splice functions in as they are, not a deep copy of a deep copy: nothing else uses them."""
+
+    def run_pass(self, state: Any) -> Any:
+        """Run the pass."""
+        kept, splicing.copy = splicing.copy, SimpleNamespace(deepcopy=lambda blocks: blocks)
+        try:
+            return super().run_pass(state)
+        finally:
+            splicing.copy = kept
+
+
 PASSES: Final = (
     untyped_passes.TranslateByteCode,
     untyped_passes.FixupArgs,
     untyped_passes.IRProcessing,
     untyped_passes.GenericRewrites,
-    untyped_passes.InlineInlinables,
+    Splice,
     untyped_passes.ReconstructSSA,
     typed_passes.NopythonTypeInference,
     typed_passes.PreLowerStripPhis,
