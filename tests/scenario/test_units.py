@@ -75,7 +75,7 @@ def test_durations_in_words(seconds, words):
 
 
 def test_values_in_words():
-    assert units.value_in_words(HALL, "robots.speed", 1.0) == "robots.speed = 1 units per step (0.25 m/s)"
+    assert units.value_in_words(HALL, "robots.speed", 1.0) == "robots.speed = 1 unit per step (0.25 m/s)"
     assert units.value_in_words(HALL, "run.steps", 100) == "run.steps = 100 steps (3 min 20 s)"
     assert units.value_in_words(Scenario(), "tasks.count", 7) == "tasks.count = 7"
     assert units.step_in_words(Scenario(), 7) == "step 7"

@@ -254,9 +254,9 @@ def judged(assessment, here, there, target):
         (0.99, 0.98, "ready", 50),
         (0.97, 1.0, "ready", 8),
         (0.95, 1.0, "uncertain", 8),
-        (1.0, 0.2, "uncertain", 50),
+        (1.0, 0.2, "not ready", 50),
         (0.9, 1.0, "not ready", 8),
-        (0.2, 0.1, "not ready", 8),
+        (0.2, 0.1, "not ready", 50),
     ],
 )
 def test_the_verdict_is_on_the_worse_of_two_worlds(assessment, here, there, level, tasks):

@@ -6,7 +6,6 @@ import json
 import shlex
 import sys
 from pathlib import Path
-from shutil import get_terminal_size
 from typing import TYPE_CHECKING
 
 import click
@@ -19,6 +18,7 @@ from feasibee.cli.options import (
     read_scenario,
     scenario_options,
     seed_option,
+    wrapped,
 )
 from feasibee.cli.size import right_option
 
@@ -100,13 +100,7 @@ def _print(assessment: Assessment, report: Path | None) -> None:
     for section in sections(assessment):
         click.echo(section.title)
         for line in section.lines:
-            click.echo(_wrapped(line))
+            click.echo(wrapped(line, "  "))
         click.echo()
     if report is not None:
         click.echo(f"The page is {report}")
-
-
-def _wrapped(line: str) -> str:
-    """Wrap a line for the terminal; never break between a number and its %."""
-    width = min(88, get_terminal_size().columns)
-    return click.wrap_text(line.replace(" %", "\u00a0%"), width, "  ", "    ").replace("\u00a0%", " %")

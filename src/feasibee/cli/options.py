@@ -8,6 +8,7 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -163,3 +164,11 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
     with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+def wrapped(line: str, indent: str = "") -> str:
+    """Wrap a line for the terminal; never break between a number and its %."""
+    width = min(88, get_terminal_size().columns)
+    further = f"{indent}  " if indent else ""
+    text = click.wrap_text(line.replace(" %", "\u00a0%"), width, indent, further)
+    return text.replace("\u00a0%", " %")

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.option("--bits", type=click.FloatRange(0, min_open=True), help="Most bits per robot-step, on average.")
 @click.option("--message-bits", type=click.IntRange(1), help="Most bits in a message.")
 @click.option("--no-ids", is_flag=True, help="Ids of robots may be mistaken: robots draw them at random.")
-@click.option("--no-names", is_flag=True, help="Robots can't tell one task from another.")
+@click.option("--no-names", is_flag=True, help="Tasks have no names: all look alike.")
 @click.option("--liars", type=click.IntRange(0), default=0, help="Number of Byzantine robots to bear.")
 @click.option(
     "--stopped", type=click.IntRange(0), default=0, help="Number of robots that break down to bear."
@@ -105,7 +105,7 @@ def _print(found: Recommendation) -> None:
         title = f"{place}. {each.strategy}" + (f" ({', '.join(best)})" if best else "")
         click.echo(_entry(title, described(each)))
     for relaxed in found.relax:
-        title = f"Without {relaxed.constraint}: {relaxed.candidate.strategy}"
+        title = f"{relaxed.in_words}: {relaxed.candidate.strategy}"
         click.echo(_entry(title, described(relaxed.candidate)))
     if found.excluded:
         click.echo("Excluded:")

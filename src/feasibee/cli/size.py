@@ -19,6 +19,7 @@ from feasibee.cli.options import (
     read_scenario,
     scenario_options,
     seed_option,
+    wrapped,
 )
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def _print(found: Sizing, plot: Path | None) -> None:
     from feasibee.studies.sizing import sentences
 
     for sentence in sentences(found):
-        click.echo(sentence)
+        click.echo(wrapped(sentence))
     click.echo(f"Whole answer: {100 * found.rule.confidence:g} % confidence.")
     if plot is not None:
         click.echo(f"The figure is {plot}")

@@ -36,7 +36,9 @@ def length_in_words(scenario: Scenario, value: float) -> str:
     ('2 units', '2 units (1 m)')
     """
     metres = scenario.units.metres
-    return f"{value:g} units" + ("" if metres is None else f" ({value * metres:.4g} m)")
+    return f"{value:g} {'unit' if value == 1 else 'units'}" + (
+        "" if metres is None else f" ({value * metres:.4g} m)"
+    )
 
 
 def steps_in_words(scenario: Scenario, steps: float) -> str:
@@ -49,7 +51,7 @@ def steps_in_words(scenario: Scenario, steps: float) -> str:
     >>> steps_in_words(Scenario(units={"seconds": 0.5}), 900)
     '900 steps (7 min 30 s)'
     """
-    return f"{steps:g} steps{_time(scenario, steps)}"
+    return f"{steps:g} {'step' if steps == 1 else 'steps'}{_time(scenario, steps)}"
 
 
 def step_in_words(scenario: Scenario, step: int) -> str:
@@ -98,7 +100,7 @@ def value_in_words(scenario: Scenario, path: str, value: Any) -> str:
     if path in SPEEDS:
         known = units.metres is not None and units.seconds is not None
         speed = f" ({value * units.metres / units.seconds:.4g} m/s)" if known else ""
-        return f"{path} = {value:g} units per step{speed}"
+        return f"{path} = {value:g} {'unit' if value == 1 else 'units'} per step{speed}"
     return f"{path} = {value}"
 
 

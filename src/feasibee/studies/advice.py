@@ -191,6 +191,7 @@ def _recommended(assessment: Assessment) -> list[str]:
     )
     own = found.strategy == assessment.scenario.decision.strategy
     lines = [f"{found.strategy}{', as it is' if own else ''}: {text}."]
+    lines += _declared(found.worst.outcome, found.scenario)
     if assessment.recommended_band is not None:
         robots = assessment.scenario.robots.count
         lines.append(band_sentence(assessment.recommended_band, robots, assessment.target))

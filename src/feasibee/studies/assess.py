@@ -27,6 +27,8 @@ EXPECTED: Final = 3
 """Runs of a whole assessment, as a multiple of those of its first round, about: for the progress only."""
 RESOLUTION: Final = 0.15
 """Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
+LEAST_RUNS: Final = 400
+"""A search may use so many runs of a value: 100 % of 200 is not enough to exclude 95 %."""
 LOST: Final = 0.2
 """Share of lost messages that is tried as a fault."""
 MORE: Final = 1.5
@@ -50,7 +52,7 @@ def assess(
     scenario : Scenario
         What to assess.
     runs : int
-        Number of runs of each variant; searches use up to as many for each of their values.
+        Number of runs of each variant; searches use up to as many for each of their values, or 400.
     seed : int
         64 bits.
     execution : Execution, optional
@@ -83,7 +85,7 @@ class _Assessing:
         opposite = self._outcomes(_turned({AS_IT_IS: scenario, **better}))
         right, held = int(base.right.sum()), int(base.agreed.sum())
         recommendation, recommended = self._recommended()
-        rule = Rule(self.right, most=self.runs, resolution=RESOLUTION)
+        rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = None if recommended is None else recommended.scenario
         return Assessment(
             scenario=scenario,
@@ -112,7 +114,7 @@ class _Assessing:
         return {each.contender: each for each in outcomes_of(self.rounds, designs, self.runs, self.seed)}
 
     def _recommended(self) -> tuple[Recommendation, Candidate | None]:
-        """Return which strategies reach the target, and of these the own one, or else the first."""
+        """Return which strategies reach the target, and of these the scenario's, or else the first."""
         own, constraints = self.scenario.decision.strategy, Constraints(self.right)
         found = recommend_within(
             self.rounds,
@@ -120,7 +122,7 @@ class _Assessing:
             world_of(self.scenario, constraints),
             constraints,
             all_strategies(self.scenario),
-            self.runs,
+            max(LEAST_RUNS, self.runs),
             self.seed,
         )
         first = found.ranking[0] if found.ranking else None

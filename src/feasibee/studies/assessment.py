@@ -48,7 +48,7 @@ class Judged(NamedTuple):
     """Whether a swarm can be deployed."""
 
     level: str
-    """`READY`, `UNCERTAIN` or `NOT_READY`."""
+    """``"ready"``, ``"uncertain"`` or ``"not ready"``."""
     right: Interval
     """Share of swarms that are right, of the two worlds in the one where it is smaller."""
     tasks: int
@@ -147,9 +147,8 @@ class Assessment:
         if self.opposite is not None:
             worlds.append((self.opposite.accuracy, self.opposite.tasks))
         worst, tasks = min(worlds, key=lambda world: world[0].estimate)
-        if self.right.high < self.target:
-            return Judged(NOT_READY, self.right, self.outcome.tasks)
-        return Judged(READY if worst.low >= self.target else UNCERTAIN, worst, tasks)
+        level = READY if worst.low >= self.target else UNCERTAIN
+        return Judged(NOT_READY if worst.high < self.target else level, worst, tasks)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the assessment as plain tables, for programs."""

@@ -23,7 +23,7 @@ class Asked(NamedTuple):
     """What a scenario asks of its robots."""
 
     needs: tuple[str, ...]
-    """What they must know or be able to tell apart, in words."""
+    """What they must know or recognise, in words."""
     message_bits: int
     """Length of the longest message, in bits."""
     memory_bits: int

@@ -29,7 +29,7 @@ from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
 TOLERATES: Final = "tolerates"
-"""The parameter with which a strategy is told how many Byzantine robots to bear."""
+"""The parameter that says how many Byzantine robots a strategy bears."""
 
 
 def recommend(
@@ -147,7 +147,7 @@ class Trials:
             try:
                 scenarios.append(world.replace(strategy_for(world, name, constraints.liars)))
             except ScenarioError as error:
-                problems[name] = error.problems[0].rule
+                problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
         designs = list(map(_design, scenarios))  # their first runs side by side, on all workers
         self.rounds.complete(Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True))
         return [self._candidate(scenario) for scenario in scenarios], problems
@@ -242,7 +242,7 @@ def _without_supersets(found: Mapping[str, Candidate]) -> list[Relaxation]:
         parts = frozenset(name.split(" and "))
         if not any(those <= parts for those in kept):
             kept[parts] = Relaxation(name, each)
-    return list(kept.values())
+    return sorted(kept.values(), key=lambda each: -each.candidate.worst.right.estimate)
 
 
 def _looser(scenario: Scenario, constraints: Constraints) -> list[tuple[str, Constraints, Mapping[str, Any]]]:

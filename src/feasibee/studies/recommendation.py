@@ -178,6 +178,13 @@ class Relaxation:
     constraint: str
     candidate: Candidate
 
+    @property
+    def in_words(self) -> str:
+        """What to do, such as ``Without --no-ids and --no-names``; a change of a field is one with it."""
+        words = [f"{'with' if '=' in part else 'without'} {part}" for part in self.constraint.split(" and ")]
+        text = " and ".join(words).replace(" and without ", " and ")
+        return text[0].upper() + text[1:]
+
     def to_dict(self) -> dict[str, Any]:
         """Return the relaxation as plain tables, for programs."""
         return {"constraint": self.constraint, **self.candidate.to_dict()}
@@ -210,7 +217,7 @@ class Recommendation:
 
     @property
     def best(self) -> dict[str, list[str]]:
-        """Return what each strategy of the ranking is best at: the names of `BEST`."""
+        """Return what each strategy is best at: ``"right most"``, ``"soonest"`` or ``"cheapest"``."""
         found: dict[str, list[str]] = {each.strategy: [] for each in self.ranking}
         if self.ranking:
             keys = (lambda each: -each.worst.right.estimate, lambda each: each.step, lambda each: each.bits)
@@ -250,8 +257,11 @@ def described(candidate: Candidate) -> str:
     """Return what a candidate does, in words."""
     found = candidate.step
     step = "" if found is None else f", from {step_in_words(candidate.scenario, found)} on"
+    defaults, values = candidate.scenario.manifest.parameters, candidate.scenario.decision.parameters
+    changed = [f"{name} = {value:g}" for name, value in values.items() if value != defaults[name]]
     needs = f"needs {', '.join(candidate.needs)}" if candidate.needs else "needs nothing more"
     return (
         f"right in {percent(candidate.worst.right)}{step}; {candidate.bits:.3g} bits per robot-step, "
         f"{candidate.message_bits} in the longest message; {needs}"
+        + (f"; with {', '.join(changed)}" if changed else "")
     )

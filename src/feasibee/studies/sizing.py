@@ -68,7 +68,7 @@ class Band:
 
     @property
     def first(self) -> int:
-        """Least number of tasks in the band; one more than the largest feasible one if there is none."""
+        """Least number of tasks in the band; one more than the largest feasible one if it is empty."""
         return int(self.below.values[-1] if self.below.enough is None else self.below.enough + 1)
 
     @property
@@ -199,11 +199,11 @@ def band_sentence(band: Band, robots: int, target: float) -> str:
     if band.empty:
         return f"Blind band: none. {robots} robots are right often enough for any number of tasks."
     ends = f"from {band.first} to {band.last} tasks" if band.first < band.last else f"with {band.first} tasks"
-    return (
-        f"Blind band of {robots} robots: {ends}, they are not shown to be right in {share} of the swarms."
-        + _uncertain("first", band.firsts)
-        + _uncertain("last", band.lasts)
-    )
+    text = f"Blind band of {robots} robots: {ends}, they are not shown to be right in {share} of the swarms."
+    (_, late), (early, _) = band.firsts, band.lasts
+    if late is not None and early is not None and late > early:
+        return f"{text} It may be empty."
+    return text + _uncertain("first", band.firsts) + _uncertain("last", band.lasts)
 
 
 def _uncertain(which: str, ends: tuple[int | None, int | None]) -> str:
