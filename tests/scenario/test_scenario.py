@@ -351,7 +351,7 @@ def test_replace_changes_one_field_and_leaves_the_original(path):
     changed = original.replace({path: value}).to_dict()
     assert original.to_dict() == PAPER
     expected = {name: dict(table) for name, table in PAPER.items()}
-    expected[path.split(".")[0]][path.split(".")[1]] = value
+    expected.setdefault(path.split(".")[0], {})[path.split(".")[1]] = value
     if path == "sensing.range":
         expected["radio"]["range"] = value
     assert changed == expected

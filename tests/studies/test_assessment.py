@@ -300,9 +300,8 @@ def test_a_strategy_that_can_tolerate_a_liar_is_also_tried_with_that():
 def test_what_is_asked_of_robots_is_said(assessment):
     asked = asked_of(Scenario(decision={"strategy": "census"}))
     text = text_of(replace(assessment, recommended=None, asked=asked))
-    assert (
-        "dmmd: every robot must have an id that is never mistaken; all robots must have the same name" in text
-    )
+    assert "dmmd: all robots must have the same name for a task" in text
+    assert "every robot must have an id that is never mistaken" in text
     assert "bytes of memory" in text
 
 

@@ -177,7 +177,7 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study, er
             3 * 3 * 12,
             {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)},
         ),
-        ("assessment", None, {(1, run) for run in range(12)}),
+        ("assessment", None, {(1, run) for run in range(400)}),
         ("sizing", None, {(1, run) for run in range(12)}),
         ("recommendation", None, {(1, run) for run in range(12)}),
         ("sensitivity", 48, {(1, run) for run in range(48)}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import unicodedata
@@ -39,6 +40,17 @@ class NamedPath(click.Path):
             return super().convert(value, param, ctx)
         except ValueError:  # half a character
             self.fail(f"{quoted(name)} can't be the name of a file or folder.", param, ctx)
+
+
+class FiniteRange(click.FloatRange):
+    """A range of floats; infinities and NaN, which no comparison excludes, are invalid."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number, or raise a usage error."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{number} is not a finite number.", param, ctx)
+        return number
 
 
 file_type = NamedPath(dir_okay=False, path_type=Path)

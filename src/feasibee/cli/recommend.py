@@ -11,6 +11,7 @@ import click
 
 from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
 from feasibee.cli.options import (
+    FiniteRange,
     json_option,
     read_scenario,
     scenario_options,
@@ -26,13 +27,18 @@ if TYPE_CHECKING:
 @click.command()
 @scenario_options
 @right_option
-@click.option("--bits", type=click.FloatRange(0, min_open=True), help="Most bits per robot-step, on average.")
-@click.option("--message-bits", type=click.IntRange(1), help="Most bits in a message.")
+@click.option("--bits", type=FiniteRange(0, 1e9, min_open=True), help="Most bits per robot-step, on average.")
+@click.option("--message-bits", type=click.IntRange(1, 2**31), help="Most bits in a message.")
 @click.option("--no-ids", is_flag=True, help="Ids of robots may be mistaken: robots draw them at random.")
 @click.option("--no-names", is_flag=True, help="Tasks have no names: all look alike.")
-@click.option("--liars", type=click.IntRange(0), default=0, help="Number of Byzantine robots to bear.")
 @click.option(
-    "--stopped", type=click.IntRange(0), default=0, help="Number of robots that break down to bear."
+    "--liars", type=click.IntRange(0, 1_000_000), default=0, help="Number of Byzantine robots to bear."
+)
+@click.option(
+    "--stopped",
+    type=click.IntRange(0, 1_000_000),
+    default=0,
+    help="Number of robots that break down to bear.",
 )
 @by_option
 @strategies_option("the built-in ones and the scenario's own")

@@ -11,6 +11,7 @@ import click
 from feasibee.cli.completion import complete_strategy
 from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
 from feasibee.cli.options import (
+    FiniteRange,
     check_figure,
     file_type,
     json_option,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 right_option = click.option(
     "--right",
-    type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    type=FiniteRange(0, 1, min_open=True, max_open=True),
     default=0.95,
     show_default=True,
     help="Share of swarms that must be right.",

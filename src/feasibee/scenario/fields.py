@@ -289,8 +289,8 @@ class Run(Section):
 class Units(Section):
     """The size of a unit and of a step, for axes and reports. They change no run, and no hash."""
 
-    metres: float | None = Field(None, gt=0, le=1e9, description="Metres per unit.")
-    seconds: float | None = Field(None, gt=0, le=1e9, description="Seconds per step.")
+    metres: float | None = Field(None, ge=1e-9, le=1e9, description="Metres per unit.")
+    seconds: float | None = Field(None, ge=1e-9, le=1e9, description="Seconds per step.")
 
 
 SECTIONS: Final[Mapping[str, type[Section]]] = {

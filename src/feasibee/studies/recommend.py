@@ -147,6 +147,8 @@ class Trials:
             try:
                 scenarios.append(world.replace(strategy_for(world, name, constraints.liars)))
             except ScenarioError as error:
+                if any(problem.path == "decision.strategy" for problem in error.problems):
+                    raise  # there is no such strategy
                 problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
         designs = list(map(_design, scenarios))  # their first runs side by side, on all workers
         self.rounds.complete(Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True))
