@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parent.parent
-PAGES = ("index", "first-hour", "results", "cli")
+PAGES = ("index", "first-hour", "from-question-to-decision", "results", "cli")
 BLOCK = re.compile(r"^```(?P<language>\w+)\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# ([\w-]+\.[a-z]+)\n")
 DURATION = re.compile(r"\b\d+(\.\d+)? s\b")

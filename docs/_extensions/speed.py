@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from feasibee.figures.style import figure, save_figure
+from feasibee.figures.style import figure, save_figure, text_colour
 
 ROOT = Path(__file__).parent.parent.parent
 TICKS = (20, 100, 1000, 10_000, 100_000, 1_000_000)
@@ -32,10 +32,10 @@ class Look(NamedTuple):
 
 
 LOOKS = (
-    Look("Other programs", "Mesa", "Mesa", "#00796B", "^", "-", (9, -3)),
+    Look("Other programs", "Mesa", "Mesa", "#009E73", "^", "-", (9, -3)),
     Look("Other programs", "brute-force", "all pairs, a loop in numba", "#D55E00", "s", "-", (9, -3)),
     Look("Growth", "", "feasibee, one thread", "#0072B2", "o", "-", (0, 9)),
-    Look("Threads", "2 threads", "two threads, wall time", "#7A3E9D", "D", "--", (0, -30)),
+    Look("Threads", "2 threads", "two threads, wall time", "#CC79A7", "D", "--", (0, -30)),
 )
 """The programs: the beginning of the table's title, and part of the names of its rows."""
 LARGE = 10_000
@@ -88,7 +88,7 @@ def _draw(ax: Axes, look: Look, points: list[tuple[int, float]]) -> None:
         return
     line = {"color": look.colour, "linestyle": look.dashes, "marker": look.marker}
     ax.plot(*zip(*points, strict=True), linewidth=1.6, markersize=4, **line)
-    text = {"color": look.colour, "fontsize": 8, "ha": "right" if look.place[0] <= 0 else "left"}
+    text = {"color": text_colour(look.colour), "fontsize": 8, "ha": "right" if look.place[0] <= 0 else "left"}
     ax.annotate(look.label, points[-1], look.place, textcoords="offset points", **text)
 
 

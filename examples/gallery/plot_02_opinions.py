@@ -19,4 +19,6 @@ swarms = {
 }
 _, ax = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
 feasibee.plot_opinions(swarms, ax, until=300)
-ax.legend(title="robots per task", loc="center right")
+for line in ax.lines:
+    place = (300, line.get_ydata()[300])
+    ax.annotate(f"  robots per task: {line.get_label()}", place, va="center", annotation_clip=False)

@@ -557,7 +557,9 @@ def test_scenario_prints_toml_that_run_accepts(tmp_path):
 
 
 def test_scenario_prints_the_papers_by_default():
-    assert invoke("scenario").stdout == Scenario().to_toml()
+    printed = invoke("scenario").stdout
+    assert Scenario.from_toml(printed) == Scenario()
+    assert "# Range of observation d, in units, from centre to centre.\nrange = 2.0\n" in printed
 
 
 def test_scenario_refuses_what_run_refuses():

@@ -32,3 +32,32 @@ def slow_engine(monkeypatch):
     monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[0] == FAST})
     yield done
     done.set()
+
+
+@pytest.fixture
+def visit(browser):
+    """Give a function that opens a page; at the end, no page may have said an error on its console."""
+    expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+    contexts, errors = [], []
+
+    def heard(message):
+        if message.type in ("error", "warning"):
+            errors.append(message.text)
+
+    def opened(port, more="", width=1280, height=800, ready=True, **options):
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", heard)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(f"http://127.0.0.1:{port}/{more}")
+        if ready:
+            expect(page.locator("#last")).not_to_have_text("0", timeout=60_000)
+            expect(page.locator("#veil")).to_be_hidden()
+        return page
+
+    opened.errors = errors
+    yield opened
+    for context in contexts:
+        context.close()
+    assert not errors

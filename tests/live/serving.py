@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from contextlib import contextmanager
 
+import numpy as np
+from websockets.sync.client import connect
+
 from feasibee.live import server as serving
+from feasibee.live.layout import FRAME, PROTOCOL, TASKS
 
 
 @contextmanager
@@ -21,3 +26,58 @@ def serving_at(catalogue, port=0):
             server.should_exit = True
             thread.join(10)
             assert not thread.is_alive()
+
+
+class Page:
+    """What a page does, without a browser."""
+
+    def __init__(self, port, **options):
+        options.setdefault("origin", f"http://127.0.0.1:{port}")
+        self.line = connect(f"ws://127.0.0.1:{port}/swarm", max_size=None, proxy=None, **options)
+
+    def __enter__(self):
+        self.socket = self.line.__enter__()
+        self.welcome = self.receive()
+        return self
+
+    def __exit__(self, *error):
+        self.line.__exit__(*error)
+
+    def receive(self):
+        message = self.socket.recv(60)
+        return json.loads(message) if isinstance(message, str) else decode(message)
+
+    def say(self, **message):
+        self.socket.send(json.dumps(message))
+
+    def answer(self, kind, **message):
+        """Say something, and return the first answer of a kind; others are passed over."""
+        self.say(**message)
+        while (received := self.receive())["type"] != kind:
+            assert received["type"] in ("compiling", "going", "opened", "tasks", "robot"), received
+        return received
+
+    def open(self, **message):
+        return self.answer("frame", type="open", **message)
+
+    def problems(self, **message):
+        return [each["path"] for each in self.answer("error", **message)["problems"]]
+
+
+def decode(message):
+    protocol, kind = message[:2]
+    assert protocol == PROTOCOL
+    if kind == TASKS.kind:
+        *_, count = TASKS.struct.unpack_from(message)
+        return {
+            "type": "tasks",
+            "places": np.frombuffer(message, "<u2", 2 * count, TASKS.struct.size).reshape(2, -1),
+        }
+    assert kind == FRAME.kind
+    frame = dict(zip((name for name, _ in FRAME.header), FRAME.struct.unpack_from(message), strict=True))
+    at = FRAME.struct.size
+    for name, form, length in FRAME.arrays:
+        frame[name] = np.frombuffer(message, form, frame[length], at)
+        at += frame[name].nbytes
+    assert at == len(message)
+    return {"type": "frame", **frame}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from declaring import declaring
 from serving import serving_at
+from visiting import change, focus_nothing, play_to_the_end, step_of
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
@@ -24,58 +25,6 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 def port():
     with serving_at(Catalogue(Scenario(), seed=1)) as port:
         yield port
-
-
-@pytest.fixture
-def visit(browser):
-    """Give a function that opens a page; at the end, no page may have said an error on its console."""
-    contexts, errors = [], []
-
-    def heard(message):
-        if message.type in ("error", "warning"):
-            errors.append(message.text)
-
-    def opened(port, more="", width=1280, height=800, ready=True, **options):
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", heard)
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(f"http://127.0.0.1:{port}/{more}")
-        if ready:
-            expect(page.locator("#last")).not_to_have_text("0", timeout=60_000)
-            expect(page.locator("#veil")).to_be_hidden()
-        return page
-
-    opened.errors = errors
-    yield opened
-    for context in contexts:
-        context.close()
-    assert not errors
-
-
-def step_of(page):
-    return int(page.locator("#now").inner_text().replace(",", ""))
-
-
-def play_to_the_end(page):
-    """Play fast, until time stops."""
-    while page.locator("#speed").inner_text() != "3,000 steps / s":
-        page.keyboard.press("+")
-    page.keyboard.press(" ")
-    expect(page.locator("#now")).to_have_text(page.locator("#last").inner_text(), timeout=20_000)
-    expect(page.locator("#play")).to_have_attribute("aria-label", "Play")
-
-
-def change(page, path, value):
-    control = page.locator(f"[data-path='{path}']")
-    control.fill(value)
-    control.press("Tab")
-    return control
-
-
-def focus_nothing(page):
-    page.locator("h1").click()
 
 
 def test_keys_step_play_pause_and_restart(visit, port):
@@ -288,9 +237,12 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         decided = f"{words[chosen.decision]} at step {chosen.decision_step}"
         assert f"run {chosen.run}: {decided}" in button.inner_text()
         button.click()
+        expect(page.get_by_role("button", name="Pause")).to_be_visible()  # picking a run plays it
+        focus_nothing(page)
+        page.keyboard.press(" ")
+        expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
         expect(page.locator("[data-path='run']")).to_have_value(str(chosen.run))
         expect(button).to_have_attribute("aria-current", "true")
-        focus_nothing(page)
         play_to_the_end(page)
         assert page.locator("#verdict").get_attribute("data-verdict") == "wrong"
         found = re.search(r"step (\d+)", page.locator("#decision").inner_text())
@@ -387,3 +339,13 @@ def test_every_control_has_a_name(visit, port):
     )
     assert nameless == 0
     assert "20 robots and 20 tasks" in page.locator("#arena").get_attribute("aria-label")
+
+
+@pytest.mark.parametrize(
+    ("units", "shown"), [({}, "1 of 1,000"), ({"seconds": 90.0}, "1 of 1,000, 1 min 30 s")]
+)
+def test_the_clock_shows_the_time_if_a_step_has_a_length(visit, units, shown):
+    with serving_at(Catalogue(Scenario(units=units), seed=1)) as port:
+        page = visit(port)
+        page.keyboard.press(".")
+        expect(page.locator("#clock")).to_have_text(shown)

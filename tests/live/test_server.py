@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import socket
 import time
 from contextlib import ExitStack, suppress
@@ -12,10 +11,9 @@ from hashlib import sha256
 import commands
 import numpy as np
 import pytest
-from serving import serving_at
+from serving import Page, serving_at
 from starlette.responses import PlainTextResponse
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import connect
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli.watch import PICKS as OFFERED
@@ -24,7 +22,6 @@ from feasibee.live import connections
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
-from feasibee.live.layout import FRAME, PROTOCOL, TASKS
 from feasibee.simulation.loading import GENERAL
 from feasibee.simulation.swarm import FLAGS
 from feasibee.sweeps import executors
@@ -54,61 +51,6 @@ WORLDS = {
 def port():
     with serving_at(Catalogue(Scenario(), seed=1)) as port:
         yield port
-
-
-class Page:
-    """What a page does, without a browser."""
-
-    def __init__(self, port, **options):
-        options.setdefault("origin", f"http://127.0.0.1:{port}")
-        self.line = connect(f"ws://127.0.0.1:{port}/swarm", max_size=None, proxy=None, **options)
-
-    def __enter__(self):
-        self.socket = self.line.__enter__()
-        self.welcome = self.receive()
-        return self
-
-    def __exit__(self, *error):
-        self.line.__exit__(*error)
-
-    def receive(self):
-        message = self.socket.recv(60)
-        return json.loads(message) if isinstance(message, str) else decode(message)
-
-    def say(self, **message):
-        self.socket.send(json.dumps(message))
-
-    def answer(self, kind, **message):
-        """Say something, and return the first answer of a kind; others are passed over."""
-        self.say(**message)
-        while (received := self.receive())["type"] != kind:
-            assert received["type"] in ("compiling", "going", "opened", "tasks"), received
-        return received
-
-    def open(self, **message):
-        return self.answer("frame", type="open", **message)
-
-    def problems(self, **message):
-        return [each["path"] for each in self.answer("error", **message)["problems"]]
-
-
-def decode(message):
-    protocol, kind = message[:2]
-    assert protocol == PROTOCOL
-    if kind == TASKS.kind:
-        *_, count = TASKS.struct.unpack_from(message)
-        return {
-            "type": "tasks",
-            "places": np.frombuffer(message, "<u2", 2 * count, TASKS.struct.size).reshape(2, -1),
-        }
-    assert kind == FRAME.kind
-    frame = dict(zip((name for name, _ in FRAME.header), FRAME.struct.unpack_from(message), strict=True))
-    at = FRAME.struct.size
-    for name, form, length in FRAME.arrays:
-        frame[name] = np.frombuffer(message, form, frame[length], at)
-        at += frame[name].nbytes
-    assert at == len(message)
-    return {"type": "frame", **frame}
 
 
 @pytest.mark.parametrize("world", WORLDS)
@@ -343,6 +285,16 @@ WRONG = {
     "a bit": '{"type": "open", "seed": true}',
     "too deep": '{"type": "open", "changes": {"a.b": ' + "[" * 3000 + "]" * 3000 + "}}",
     "bytes": b"\x00\xff\x17",
+    "a seek to nowhere": '{"type": "seek", "to": "the end", "jump": 1}',
+    "a seek back beyond the start": '{"type": "seek", "to": -1, "jump": 1}',
+    "a seek without a number": '{"type": "seek", "to": 1}',
+    "a seek with too large a number": '{"type": "seek", "to": 1, "jump": 256}',
+    "a third swarm": '{"type": "look", "lane": 2}',
+    "a swarm that is not there": '{"type": "look", "lane": 1}',
+    "the decision of one that is not there": '{"type": "seek", "to": "decision", "lane": 1, "jump": 1}',
+    "a robot that is not there": '{"type": "inspect", "robot": 20}',
+    "a robot before the first": '{"type": "look", "robot": -1}',
+    "half a robot": '{"type": "inspect", "robot": 0.5}',
     "half a character": '{"type": "open", "changes": {"decision.strategy": "\\ud800"}}',
 }
 

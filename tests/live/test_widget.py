@@ -68,7 +68,7 @@ def test_the_world_is_told_as_to_the_page():
     scenario = Scenario(arena={"side": (30.0, 20.0), "boundary": "walls"})
     session = Session(Catalogue(scenario))
     session.begin(RunRequest(scenario, 0, 0, 0))
-    opened, world = session.opened(), Arena(scenario)._world
+    opened, world = session.lane(0).opened(), Arena(scenario)._world
     assert world == {name: opened[name] for name in world}
 
 

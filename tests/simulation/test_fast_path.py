@@ -65,6 +65,8 @@ OTHER_VALUES = {
     "faults.stubborn": 0.1,
     "run.steps": 50,
     "run.stop_at_decision": True,
+    "units.metres": 0.5,
+    "units.seconds": 2.0,
 }
 """A value for each field of a scenario, other than its default."""
 

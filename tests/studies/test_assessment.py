@@ -10,21 +10,26 @@ import pytest
 from click.testing import CliRunner
 from declaring import declaring
 
-from feasibee import FeasibeeError, Scenario, truth
+from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
+from feasibee.results.crossing import Rule
 from feasibee.results.declarations import declarations
 from feasibee.results.statistics import paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.assess import _turned, assess
-from feasibee.studies.assessment import Trial, paragraphs, percent, wait_for
+from feasibee.studies.advice import bias_in_words, sections
+from feasibee.studies.assess import assess, changes_of, faults_of
+from feasibee.studies.assessment import Trial
 from feasibee.studies.comparison import compare
+from feasibee.studies.needs import asked_of
 from feasibee.studies.report import write_report
 from feasibee.studies.sensitivity import latin_hypercube, sensitivities, spearman
+from feasibee.studies.shares import percent, wait_for
+from feasibee.studies.size import band_within
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.suitable import suitable
 from feasibee.studies.tuning import tune
-from feasibee.sweeps.sweep import Execution
+from feasibee.sweeps.sweep import Execution, Rounds
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
@@ -33,6 +38,11 @@ SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
 @pytest.fixture(scope="module")
 def assessment():
     return assess(SHORT, runs=30, seed=2)
+
+
+def text_of(assessment):
+    """Return all that is said of an assessment."""
+    return "\n".join(line for each in sections(assessment) for line in each.lines)
 
 
 def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
@@ -50,14 +60,14 @@ def test_declarations_are_assessed(tmp_path):
     told = found.to_dict()
     assert told["declared"] == expected.to_dict()
     assert {each["name"]: each["declared"] for each in told["strategies"]}["dmmd"] is None
-    text = paragraphs(found)[1]
+    text = text_of(found)
     assert f"By their own word, {percent(expected.ok)} are right" in text
     assert f"By step {expected.step_90.p95}, 95 % of the swarms have declared." in text
 
 
 def test_a_strategy_that_cant_declare_has_no_word_of_its_own(assessment):
     assert assessment.to_dict()["declared"] is None
-    assert "own word" not in paragraphs(assessment)[1]
+    assert "own word" not in text_of(assessment)
 
 
 def test_other_strategies_are_tried_best_first(assessment):
@@ -97,23 +107,8 @@ def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
     assert trial.difference.low > 0
     with_yes = replace(found, strategies=[trial, *found.strategies])
     assert [each.name for each in with_yes.better] == [each.name for each in found.better]
-    assert "With 50 tasks, where the truth is the opposite, " in paragraphs(found)[1]
+    assert "With 50 tasks, where the truth is the opposite, " in text_of(found)
     assert found.to_dict()["opposite"]["tasks"] == 50
-
-
-@pytest.mark.parametrize(
-    ("robots", "tasks", "others"), [(20, 20, 21), (20, 19, 21), (20, 21, 19), (2, 9, 1), (3, 0, 9)]
-)
-def test_the_opposite_is_at_the_reciprocal_ratio(robots, tasks, others):
-    here = Scenario(robots={"count": robots}, tasks={"count": tasks})
-    (there,) = _turned({"": here}).values()
-    assert there.tasks.count == others
-    assert truth(there) != truth(here)
-
-
-def test_a_mixed_team_has_no_opposite():
-    team = Scenario(tasks={"classes": [{"name": "lift", "count": 3, "needs": {"arm": 1}}]})
-    assert _turned({"": team}) == {}
 
 
 def test_how_long_to_wait_is_until_the_last_lapse(assessment):
@@ -124,13 +119,15 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
 
 
 def test_words_json_and_page(assessment, tmp_path):
-    text = " ".join(paragraphs(assessment))
+    text = text_of(assessment)
     assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
     assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
     write_report(assessment, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
-    assert page.count("data:image/png;base64,") == 2
-    assert page.count("<th>right with 50 tasks</th>") == 1
+    assert page.count("data:image/png;base64,") == 3
+    assert page.count('<th scope="col">right with 50 tasks</th>') == 1
+    assert page.count("<img ") == page.count('<img alt="Share of right swarms')
+    assert "seed 2; 30 runs of each variant" in page
     assert "http" not in page  # one page by itself
 
 
@@ -147,7 +144,8 @@ def test_the_command_takes_short_options():
         main, ["assess", "--robots", "5", "--tasks", "6", "--arena", "8", "--steps", "20", "--runs", "3"]
     )
     assert done.exit_code == 0, done.output
-    assert done.output.startswith("The tasks are infeasible: they need 6 robots, and there are 5.")
+    assert done.output.startswith("Verdict\n  ")
+    assert "The tasks are infeasible: they need 6 robots, and there are 5." in done.output
 
 
 def test_ranges_are_read_and_checked():
@@ -234,3 +232,86 @@ def test_a_search_goes_on_and_is_judged_on_fresh_runs(tmp_path):
     assert again.trials[0][0] == {"decision.gain": 10.0, "radio.range": 0.6}  # the start is the first trial
     assert again.gain.low > 0
     assert again.best.estimate > again.start.estimate
+
+
+def judged(assessment, here, there, target):
+    """Return the verdict on swarms that are right with these shares, here and at the opposite truth."""
+
+    def having(outcome, share):
+        return replace(outcome, right=np.arange(1000) < 1000 * share)
+
+    return replace(
+        assessment,
+        target=target,
+        right=having(assessment.outcome, here).accuracy,
+        opposite=having(assessment.opposite, there),
+    ).verdict
+
+
+@pytest.mark.parametrize(
+    ("here", "there", "level", "tasks"),
+    [
+        (0.99, 0.98, "ready", 50),
+        (0.97, 1.0, "ready", 8),
+        (0.95, 1.0, "uncertain", 8),
+        (1.0, 0.2, "not ready", 50),
+        (0.9, 1.0, "not ready", 8),
+        (0.2, 0.1, "not ready", 50),
+    ],
+)
+def test_the_verdict_is_on_the_worse_of_two_worlds(assessment, here, there, level, tasks):
+    verdict = judged(assessment, here, there, 0.95)
+    assert (verdict.level, verdict.tasks) == (level, tasks)
+
+
+def test_the_verdict_comes_first_in_shape_colour_and_words(assessment, tmp_path):
+    first = sections(assessment)[0]
+    assert first.title == "Verdict"
+    assert first.lines[0].startswith("■ Not ready: ")
+    assert assessment.to_dict()["verdict"]["colour"] == "red"
+    write_report(assessment, tmp_path / "page.html", "feasibee assess mine.toml")
+    page = (tmp_path / "page.html").read_text()
+    assert '<section class="verdict red">' in page
+    assert page.index("Not ready") < page.index("<h2>")
+    assert "<code>feasibee assess mine.toml</code>" in page
+
+
+def test_robots_are_among_the_changes(assessment):
+    assert "30 robots instead of 20" in {trial.name for trial in assessment.limits}
+    mixed = {"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]}
+    tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 1}}]}
+    assert not any("robots instead" in name for name in changes_of(Scenario(robots=mixed, tasks=tasks)))
+
+
+def test_single_faults_are_added_to_those_that_are_there():
+    faults = faults_of(Scenario(faults={"byzantine": 0.1}, radio={"loss": 0.5}))
+    assert faults["with 3 Byzantine robots"].faulty == (0, 3, 0)
+    assert faults["with 1 broken robot"].faulty == (1, 2, 0)
+    assert faults["with a fifth of the messages lost"].radio.loss == pytest.approx(0.6)
+
+
+def test_a_strategy_that_can_tolerate_a_liar_is_also_tried_with_that():
+    scenario = Scenario(decision={"strategy": "quiet-census"})
+    tolerant = faults_of(scenario)["with 1 Byzantine robot and tolerates = 1"]
+    assert tolerant.decision.parameters["tolerates"] == 1
+    assert tolerant.faulty == (0, 1, 0)
+
+
+def test_what_is_asked_of_robots_is_said(assessment):
+    asked = asked_of(Scenario(decision={"strategy": "census"}))
+    text = text_of(replace(assessment, recommended=None, asked=asked))
+    assert "dmmd: all robots must have the same name for a task" in text
+    assert "every robot must have an id that is never mistaken" in text
+    assert "bytes of memory" in text
+
+
+def test_a_bias_is_explained():
+    """Robots that average what they see do not see themselves: n tasks look like one too many."""
+    scenario = Scenario(decision={"strategy": "average"}, run={"steps": 400})
+    with Rounds() as rounds:
+        band = band_within(rounds, scenario, Rule(0.9, most=150), 2)
+    shares, why = bias_in_words(band, scenario)
+    assert shares.startswith("With 20 tasks 1.0 % ")
+    assert why.startswith("The swarm leans to infeasible around 20 tasks. Robots don't see themselves")
+    (_, there) = bias_in_words(band, scenario.replace({"sensing.count_self": True}))
+    assert there == "The swarm leans to infeasible around 20 tasks."

@@ -19,12 +19,16 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
+from feasibee.results.crossing import Rule
 from feasibee.scenario.runs import RUNS_APART
 from feasibee.studies.assess import assess
 from feasibee.studies.comparison import compare, contenders_of
 from feasibee.studies.paper import TASKS, run_study
+from feasibee.studies.recommend import recommend
+from feasibee.studies.recommendation import Constraints
 from feasibee.studies.robustness import PLACES, WORLDS, simulate_panels
 from feasibee.studies.sensitivity import sensitivities
+from feasibee.studies.size import size
 from feasibee.studies.space import dimensions
 from feasibee.studies.tuning import _finalists, tune
 from feasibee.sweeps import executors, pace, workers
@@ -61,6 +65,14 @@ def comparison_study(execution):
     return plain(compare(contenders, (2, 5, 9), 12, 1, execution))
 
 
+def sizing_study(execution):
+    return json.dumps(size(SMALL, rule=Rule(0.5, first=4, most=12), seed=1, execution=execution).to_dict())
+
+
+def recommendation_study(execution):
+    return json.dumps(recommend(SMALL, Constraints(0.5, liars=1), (), 12, 1, execution).to_dict())
+
+
 def assessment_study(execution):
     return json.dumps(assess(SMALL, 12, 1, execution).to_dict())
 
@@ -79,6 +91,8 @@ STUDIES = {
     "robustness": robustness_study,
     "comparison": comparison_study,
     "assessment": assessment_study,
+    "sizing": sizing_study,
+    "recommendation": recommendation_study,
     "tuning": tuning_study,
     "sensitivity": sensitivity_study,
 }
@@ -163,7 +177,9 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study, er
             3 * 3 * 12,
             {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)},
         ),
-        ("assessment", None, {(1, run) for run in range(12)}),
+        ("assessment", None, {(1, run) for run in range(400)}),
+        ("sizing", None, {(1, run) for run in range(12)}),
+        ("recommendation", None, {(1, run) for run in range(12)}),
         ("sensitivity", 48, {(1, run) for run in range(48)}),
         (
             "tuning",
@@ -253,6 +269,8 @@ COMMANDS = {
     "robustness": ("paper", "--beyond", "--runs", "4"),
     "comparison": ("compare", "--strategies", "dmmd,voter", "--tasks", "2,5", "--runs", "8", *SETTINGS),
     "assessment": ("assess", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
+    "sizing": ("size", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
+    "recommendation": ("recommend", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "tuning": ("tune", "--over", "decision.gain", "--trials", "3", "--runs", "5", "--json", *SETTINGS),
     "sensitivity": ("sensitivity", "--over", "decision.gain", "--points", "10", "--runs", "4", *SETTINGS),
 }
@@ -275,7 +293,7 @@ def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
     assert "runs of" in CliRunner().invoke(main, ["status", "out"]).stdout
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
-    if study in ("assessment", "sensitivity"):
+    if study in ("assessment", "sizing", "recommendation", "sensitivity"):
         assert CliRunner().invoke(main, COMMANDS[study]).stdout == first.stdout
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
 

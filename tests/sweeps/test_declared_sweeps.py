@@ -14,9 +14,10 @@ from feasibee.results.declarations import declarations, declare_times, ended_rig
 from feasibee.results.statistics import confidence_sequence, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.sweeps.exports import to_dataframe
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
-from feasibee.sweeps.table import share_of, summaries, to_dataframe
+from feasibee.sweeps.table import share_of, summaries
 
 TRUTHS = {"quiet": True, "crowded": False, "dmmd": True}
 

@@ -23,18 +23,19 @@ import numpy as np
 import pytest
 from commands import invoke, refused_in_a_line
 
-from feasibee import FeasibeeError, wilson
+from feasibee import FeasibeeError, Scenario, wilson
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors, pace, workers
 from feasibee.sweeps.executors import WorkerPool
+from feasibee.sweeps.exports import KINDS
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import StoppingRule, study_of
+from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.sweeps.schedule import _piece_size, is_sure
-from feasibee.sweeps.schema import NAME
+from feasibee.sweeps.schema import NAME, PLACES
 from feasibee.sweeps.sweep import Progress, sweep
-from feasibee.sweeps.table import KINDS, share, share_of, shares_by_cell, shares_by_line, summaries
+from feasibee.sweeps.table import share, share_of, shares_by_cell, shares_by_line, summaries
 from feasibee.sweeps.workers import play
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
@@ -895,12 +896,12 @@ def test_what_tells_two_points_apart_has_a_column(twice, monkeypatch):
 
 
 def test_a_figure_says_which_runs_it_takes_together(twice, results):
-    told = invoke("plot", twice, "--x", "tasks.count").stderr
-    assert told == "feasibee: the figure pools runs that differ in run.steps\n"
-    assert invoke("plot", twice, "--x", "tasks.count", "--hue", "run.steps").stderr == ""
-    told = invoke("plot", results, "--x", "tasks.count").stderr
-    assert told == "feasibee: the figure pools runs that differ in decision.strategy\n"
-    assert invoke("plot", results, "--x", "tasks.count", "--hue", "decision.strategy").stderr == ""
+    told = output_of("plot", twice, "--x", "tasks.count")
+    assert told.endswith("averaged over run.steps\n")
+    assert "averaged" not in output_of("plot", twice, "--x", "tasks.count", "--hue", "run.steps")
+    told = output_of("plot", results, "--x", "tasks.count")
+    assert told.endswith("averaged over decision.strategy\n")
+    assert "averaged" not in output_of("plot", results, "--x", "tasks.count", "--hue", "decision.strategy")
 
 
 def test_a_strategy_that_was_edited_is_another(tmp_path):
@@ -913,9 +914,9 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
     output_of("export", folder)
     frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
     assert frame["source"].fillna(0).tolist() == [0, 1, 2]
-    told = invoke("plot", folder, "--x", "decision.strategy").stderr
-    assert told == "feasibee: the figure pools runs that differ in source\n"
-    assert invoke("plot", folder, "--x", "decision.strategy", "--hue", "source").stderr == ""
+    told = output_of("plot", folder, "--x", "decision.strategy")
+    assert told.endswith("averaged over source\n")
+    assert "averaged" not in output_of("plot", folder, "--x", "decision.strategy", "--hue", "source")
 
 
 def test_an_unbegun_point_has_a_status(tmp_path):
@@ -943,11 +944,36 @@ def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_on
     assert share(points, 10) == confidence_sequence(10, runs)
 
 
-def test_status_fits_80_columns(results, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "80")
-    told = output_of("status", results)
-    assert "…" not in told
-    assert all(len(line) <= 80 for line in told.splitlines())
+@pytest.mark.parametrize("columns", [40, 60, 80, 100])
+def test_status_breaks_no_word(results, tmp_path, monkeypatch, columns):
+    """Words that are printed in a wide terminal are whole in a narrow one, and no line is too long for it."""
+    sweep(
+        study(runs=2, sweep={**VARIED, "radio.loss": [0.125, 0.25], "walk.mean_run": [10.5]}),
+        tmp_path,
+        executors.threads(1),
+    )
+    for folder in (results, tmp_path):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        told = output_of("status", folder)
+        head, *lines = told.splitlines()
+        assert str(folder) in head
+        assert all(len(line) <= columns for line in lines)
+        assert "…" not in told
+        words = set(re.split(r"[\s,;()=]+|(?<=[.])(?=\w)", told))
+        monkeypatch.setenv("COLUMNS", "300")
+        wide = set(re.split(r"[\s,;()=]+|(?<=[.])(?=\w)", output_of("status", folder)))
+        rules = {word for word in words | wide if "─" in word}
+        assert words - wide - rules <= {
+            "by",
+            "half",
+            "step",
+            "%",
+            "tasks.count",
+            "runs",
+            "right",
+            "undecided",
+        }
+        assert {"voter", "infeasible"} <= words
 
 
 def exported(kind, path):
@@ -960,9 +986,9 @@ def exported(kind, path):
         return pd.read_parquet(path)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         recipe = json.loads(dataset.attrs["recipe"])
-        frame = dataset.load().to_dataframe().reset_index(drop=True)
+        frame = dataset.load().to_dataframe().reset_index()
     assert {point["hash"] for point in recipe["points"]} == {key for key, _ in RECIPES}
-    return frame
+    return frame[["point", *VARIED, "seed", "truth", "right", "right_at_end", *PLACES]]
 
 
 RECIPES = [(point.scenario.hash, 5) for point in study().points]
@@ -976,11 +1002,14 @@ def test_an_export_has_a_row_a_run(results, tmp_path, kind):
     assert f"144 runs are in {path}" in output_of("export", results, "--out", path)
     frame = exported(kind, path)
     assert len(frame) == 144
-    assert list(frame.columns)[:6] == ["point", *VARIED, "seed", "truth", "run"]
+    assert list(frame.columns)[:8] == ["point", *VARIED, "seed", "truth", "right", "right_at_end", "run"]
     with Journal(results) as journal:
         for row in journal.points:
             part = frame[frame["point"] == row.id]
-            np.testing.assert_array_equal(part.iloc[:, 5:], journal.columns(row.id))
+            np.testing.assert_array_equal(part.iloc[:, 7:], journal.columns(row.id))
+            np.testing.assert_array_equal(part["right"], part["decision"] == int(row.truth))
+            held = part["feasible_at_end" if row.truth else "infeasible_at_end"]
+            np.testing.assert_array_equal(part["right_at_end"], held > 0.9 * row.scenario.robots.count)
             for path, value in row.values.items():
                 assert set(part[path]) == {value}
             assert (set(part["seed"]), set(part["truth"])) == ({5}, {int(row.truth)})
@@ -1018,6 +1047,7 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
         import xarray as xr
 
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            assert dict(dataset.sizes) == {"point": 5, "run": 2}
             frame = dataset.load().to_dataframe()
     else:
         frame = exported(kind, path)
@@ -1026,6 +1056,61 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
     assert frame["robots.avoid_collisions"].astype(bool).tolist() == [*[False] * 4, True, True, *[False] * 4]
     assert frame["arena.side"].tolist() == [*["6.0"] * 6, "7.0", "7.0", "[6.0, 5.0]", "[6.0, 5.0]"]
     np.testing.assert_array_equal(frame["radio.id_bits"], [*[np.nan] * 6, 4, 4, 4, 4])
+
+
+def opened(folder):
+    """Export a journal as NetCDF, and read it."""
+    import xarray as xr
+
+    output_of("export", folder, "--to", "netcdf")
+    with xr.open_dataset(folder / "runs.nc", engine="h5netcdf") as dataset:
+        return dataset.load()
+
+
+def test_a_netcdf_file_has_a_dimension_per_field(results):
+    dataset = opened(results)
+    assert dataset["right"].dims == (*VARIED, "run")
+    assert dataset["right"].dtype == bool
+    assert dict(dataset.sizes) == {**{path: len(VARIED[path]) for path in VARIED}, "run": 24}
+    assert dataset["tasks.count"].values.tolist() == sorted(VARIED["tasks.count"])
+    assert all("long_name" in variable.attrs for variable in dataset.data_vars.values())
+    shares = dataset["right"].mean("run")
+    for each in json.loads(output_of("status", results, "--json")):
+        assert float(shares.sel(each["values"])) == pytest.approx(each["accuracy"]["estimate"])
+
+
+def test_points_that_form_no_grid_have_a_dimension_of_their_own(tmp_path):
+    plan = study(runs=2, sweep={"tasks.count": [2, 5], "radio.loss": [0.0, 0.1]}, combine="zip")
+    sweep(plan, tmp_path, executors.threads(1))
+    dataset = opened(tmp_path)
+    assert dataset["right"].dims == ("point", "run")
+    assert dataset["radio.loss"].dims == ("point",)
+    assert dataset["tasks.count"].values.tolist() == [2, 5]
+
+
+def test_a_run_that_a_point_lacks_is_missing_in_the_file(tmp_path):
+    for runs, tasks in ((2, 2), (5, 3)):
+        sweep(study(runs=runs, sweep={"tasks.count": [tasks]}), tmp_path, executors.threads(1))
+    dataset = opened(tmp_path)
+    assert dict(dataset.sizes) == {"tasks.count": 2, "run": 5}
+    assert dataset["right"].count("run").values.tolist() == [2, 5]
+    assert dataset["decision"].isnull().sum("run").values.tolist() == [3, 0]
+    assert set(np.unique(dataset["right"].sel({"tasks.count": 3}))) <= {0.0, 1.0}
+
+
+def test_points_with_runs_of_other_numbers_stand_side_by_side(tmp_path):
+    worlds = {m: Scenario(**SMALL, tasks={"count": m}) for m in (2, 3)}
+    points = [DesignPoint({"tasks.count": m}, world, 10 * m) for m, world in worlds.items()]
+    sweep(Study(points, 4, 5), tmp_path, executors.threads(1))
+    dataset = opened(tmp_path)
+    assert dict(dataset.sizes) == {"tasks.count": 2, "run": 4}
+    assert dataset["run_number"].values.tolist() == [[20, 21, 22, 23], [30, 31, 32, 33]]
+
+
+def test_several_seeds_are_a_dimension(twice):
+    dataset = opened(twice)
+    assert dict(dataset.sizes) == {"point": 6, "run": 2}
+    assert dataset["seed"].values.tolist() == [5, 5, 5, 5, 6, 6]
 
 
 def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):

@@ -18,9 +18,12 @@ from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
 from feasibee.cli.limits import frontier, limits
+from feasibee.cli.listings import presets, strategies
+from feasibee.cli.recommend import recommend
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
+from feasibee.cli.size import size
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import export, merge, plot, status, sweep
 from feasibee.cli.watch import watch
@@ -112,6 +115,8 @@ for command in (
     watch,
     animate,
     assess,
+    size,
+    recommend,
     compare,
     limits,
     frontier,
@@ -126,6 +131,8 @@ for command in (
     compile_engines,
     truth,
     scenario,
+    strategies,
+    presets,
     schema,
 ):
     command.short_help = re.split(r"[:,.]", command.help or "")[

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import shlex
+import sys
 from pathlib import Path
-from shutil import get_terminal_size
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,7 +18,12 @@ from feasibee.cli.options import (
     read_scenario,
     scenario_options,
     seed_option,
+    wrapped,
 )
+from feasibee.cli.size import right_option
+
+if TYPE_CHECKING:
+    from feasibee.studies.assessment import Assessment
 
 
 @click.command()
@@ -29,6 +36,7 @@ from feasibee.cli.options import (
 @click.option(
     "--runs", type=click.IntRange(1), default=400, show_default=True, help="Number of runs of each variant."
 )
+@right_option
 @seed_option
 @workforce_options
 @click.option("--report", type=file_type, metavar="FILE.html", help="Write the assessment as a page.")
@@ -43,16 +51,17 @@ def assess(
     reach: float | None,
     steps: int | None,
     runs: int,
+    right: float,
     seed: int,
     workforce: Workforce,
     report: Path | None,
     out: Path | None,
     as_json: bool,
 ) -> None:
-    """Assess in plain words how often a swarm is right, how soon, what limits it, and what would help.
+    """Assess in plain words how often a swarm is right, how soon, what it takes, and what would help.
 
-    FILE is a scenario in TOML; without one, the paper's defaults. Changes and other strategies are run on the
-    same worlds, so that their differences aren't chance.
+    FILE is a scenario in TOML; without one, the paper's defaults. The verdict comes first. Changes, faults
+    and other strategies are run on the same worlds, so that their differences aren't chance.
 
     \b
     Examples:
@@ -62,7 +71,6 @@ def assess(
     keep_matplotlib_in_cache()
     from feasibee.files import check_output
     from feasibee.studies.assess import assess as simulate_all
-    from feasibee.studies.assessment import paragraphs
     from feasibee.studies.report import write_report
 
     fields = {
@@ -77,19 +85,22 @@ def assess(
     if report is not None:
         check_output(report, (".html", ".htm"), "--report")
     with executing("Assessing", out, workforce) as execution:
-        assessment = simulate_all(scenario, runs, seed, execution)
+        assessment = simulate_all(scenario, runs, seed, execution, right)
     if report is not None:
-        write_report(assessment, report)
+        write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         click.echo(json.dumps(assessment.to_dict(), indent=2))
-        return
-    for paragraph in paragraphs(assessment):
-        click.echo(_wrapped(paragraph) + "\n")
+    else:
+        _print(assessment, report)
+
+
+def _print(assessment: Assessment, report: Path | None) -> None:
+    from feasibee.studies.advice import sections
+
+    for section in sections(assessment):
+        click.echo(section.title)
+        for line in section.lines:
+            click.echo(wrapped(line, "  "))
+        click.echo()
     if report is not None:
         click.echo(f"The page is {report}")
-
-
-def _wrapped(paragraph: str) -> str:
-    """Wrap a paragraph for the terminal; never break between a number and its %."""
-    width = min(88, get_terminal_size().columns)
-    return click.wrap_text(paragraph.replace(" %", "\u00a0%"), width).replace("\u00a0%", " %")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -38,6 +40,17 @@ class NamedPath(click.Path):
             return super().convert(value, param, ctx)
         except ValueError:  # half a character
             self.fail(f"{quoted(name)} can't be the name of a file or folder.", param, ctx)
+
+
+class FiniteRange(click.FloatRange):
+    """A range of floats; infinities and NaN, which no comparison excludes, are invalid."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the number, or raise a usage error."""
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{number} is not a finite number.", param, ctx)
+        return number
 
 
 file_type = NamedPath(dir_okay=False, path_type=Path)
@@ -163,3 +176,11 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
     with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+def wrapped(line: str, indent: str = "") -> str:
+    """Wrap a line for the terminal; never break between a number and its %."""
+    width = min(88, get_terminal_size().columns)
+    further = f"{indent}  " if indent else ""
+    text = click.wrap_text(line.replace(" %", "\u00a0%"), width, indent, further)
+    return text.replace("\u00a0%", " %")

@@ -42,7 +42,7 @@ def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
 @click.command()
 @scenario_options
 def scenario(file: Path | None, changes: tuple[str, ...]) -> None:
-    """Print a scenario with all its fields, as TOML.
+    """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
 
@@ -50,7 +50,9 @@ def scenario(file: Path | None, changes: tuple[str, ...]) -> None:
     Example:
       feasibee scenario --set robots.count=40 > forty.toml
     """
-    click.echo(read_scenario(file, changes).to_toml(), nl=False)
+    from feasibee.scenario.comments import commented_toml
+
+    click.echo(commented_toml(read_scenario(file, changes)), nl=False)
 
 
 @click.command()

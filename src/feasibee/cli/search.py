@@ -107,7 +107,7 @@ def tune(
     save_figure(draw_search(tuned), picture)
     if as_json:
         intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
-        click.echo(json.dumps({"values": tuned.values, **intervals}, indent=2))
+        click.echo(json.dumps({"values": tuned.values, **intervals, "clear_gain": tuned.gains}, indent=2))
     else:
         _print_tuned(tuned, scenario.run.steps, 10 * runs, picture)
 
@@ -116,8 +116,9 @@ def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
     for path, value in tuned.values.items():
         click.echo(f"--set {path}={value:.4g}" if isinstance(value, float) else f"--set {path}={value}")
     middle, low, high = (100 * value for value in tuned.gain)
+    found = "" if tuned.gains else "Worse than the start. " if high < 0 else "No clear gain. "
     click.echo(
-        f"Right within {steps} steps: {100 * tuned.best.estimate:.1f} %, at the start "
+        f"{found}Right within {steps} steps: {100 * tuned.best.estimate:.1f} %, at the start "
         f"{100 * tuned.start.estimate:.1f} %: {middle:+.1f} points ({low:+.1f} to {high:+.1f}) on "
         f"{fresh} fresh runs. The search: {picture}"
     )

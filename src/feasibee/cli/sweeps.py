@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -25,6 +26,8 @@ from feasibee.cli.sweep_progress import check_log
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
@@ -126,46 +129,102 @@ def status(folder: Path, as_json: bool) -> None:
         raise FeasibeeError(found.line)
 
 
+CAPTION = (
+    "right (with 95 % interval) and undecided: % of the runs; half by: step by which half of the runs had "
+    "decided"
+)
+WIDE = 10_000
+"""Width that no table needs, in columns."""
+LEGEND = ("truth", "runs", "right", "interval", "undecided", "half by")
+
+
 def _print_table(folder: Path, points: Sequence[Summary]) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Column, Table
+    """Print a table, or two lines per point if the terminal is too narrow for it; break no word."""
+    from rich.measure import Measurement
 
     from feasibee.sweeps.table import value_of, varied
 
     fields = varied([point.row for point in points])
-    total = sum(point.runs for point in points)
     seeds = len({point.row.seed for point in points}) > 1
     names = [*fields, "seed"] if seeds else fields
-    table = Table(
-        *(Column(name.replace(".", ".\n"), overflow="fold") for name in names),  # the numbers need room
-        box=SIMPLE_HEAD,
-        pad_edge=False,
-        collapse_padding=True,
-        title=f"{folder}: {total} runs of {len(points)} points",
-        caption="right (with 95 % interval) and undecided: % of the runs; half by: step by which half of "
-        "the runs had decided" + _sequential(points),
-    )
-    for column in ("truth", "runs", "right", "interval", "undecided", "half by"):
-        table.add_column(column, justify="right", no_wrap=True)
+    total = sum(point.runs for point in points)
+    click.echo(f"{folder}: {total} runs of {len(points)} points")
+    rows = []
     for point in points:
         values = [_text(value_of(point.row, path)) for path in fields]
-        values += [str(point.row.seed)] if seeds else []
-        accuracy = point.share("accuracy")
-        middle = "" if point.times.median is None else str(point.times.median)
-        numbers = ["", "", "", middle]
-        if accuracy is not None:
-            numbers = [
-                f"{100 * accuracy.estimate:.1f}",
-                f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
-                f"{100 * point.counts['undecided'] / point.runs:.1f}",
-                middle,
-            ]
-        table.add_row(*values, "feasible" if point.row.truth else "infeasible", str(point.runs), *numbers)
-    console().print(table)
+        rows.append([*values, *[str(point.row.seed)] * seeds, *_numbers(point)])
+    screen = console()
+    for padding in (1, 0):
+        table = _table(names, rows, padding)
+        if Measurement.get(screen, screen.options.update(width=WIDE), table).maximum <= screen.width:
+            screen.print(table)
+            break
+    else:
+        for row in rows:
+            _print_point(dict(zip([*names, *LEGEND], row, strict=True)))
+    click.echo(_wrapped(CAPTION + _sequential(points)))
+
+
+def _table(names: Sequence[str], rows: Sequence[Sequence[str]], padding: int) -> Table:
+    """Return the table of points; ``padding`` is the number of spaces at each side of a column."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Column, Table
+
+    table = Table(
+        *(Column(name.replace(".", ".\n"), no_wrap=True) for name in names),  # the numbers need room
+        *(Column(name.replace(" ", "\n"), justify="right", no_wrap=True) for name in LEGEND),
+        box=SIMPLE_HEAD,
+        pad_edge=False,
+        show_edge=False,
+        collapse_padding=True,
+        padding=(0, padding),
+    )
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _numbers(point: Summary) -> list[str]:
+    """Return the cells of a point that `LEGEND` names; empty ones if they are unknown."""
+    accuracy, middle = point.share("accuracy"), point.times.median
+    shares = ["", "", ""]
+    if accuracy is not None:
+        shares = [
+            f"{100 * accuracy.estimate:.1f}",
+            f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
+            f"{100 * point.counts['undecided'] / point.runs:.1f}",
+        ]
+    truth = "feasible" if point.row.truth else "infeasible"
+    return [truth, str(point.runs), *shares, "" if middle is None else str(middle)]
+
+
+def _print_point(cells: dict[str, str]) -> None:
+    """Print a point where there is no room for a table."""
+    fields = [f"{name}={value}" for name, value in cells.items() if name not in LEGEND]
+    parts = [f"{cells['truth']}, {cells['runs']} runs"]
+    if cells["right"]:
+        parts.append(f"right {cells['right']} % ({cells['interval']}), undecided {cells['undecided']} %")
+    if cells["half by"]:
+        parts.append(f"half by step {cells['half by']}")
+    click.echo(_wrapped(", ".join(fields)))
+    click.echo(_wrapped(", ".join(parts), indent="    "))
+
+
+def _wrapped(text: str, indent: str = "") -> str:
+    """Return a text in lines that fit the terminal, broken between words only."""
+    width = console().width
+    return textwrap.fill(
+        text,
+        width,
+        initial_indent=indent,
+        subsequent_indent=indent or "  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _text(value: Any) -> str:
-    return "" if value is None else str(value)
+    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _sequential(points: Sequence[Summary]) -> str:
@@ -202,17 +261,20 @@ def _as_json(point: Summary) -> dict[str, Any]:
 )
 @click.option("--out", type=file_type, help="File to write; by default FOLDER/runs.csv, and so on.")
 def export(folder: Path, kind: str | None, out: Path | None) -> None:
-    """Write all runs of a sweep or study as one table, one row per run.
+    """Write all runs of a sweep or study as one table, and whether each was right.
+
+    CSV and Parquet have a row per run. NetCDF has a dimension per field that varies, and one of the runs.
 
     \b
     Examples:
       feasibee export results
       feasibee export results --out ratio.parquet
+      feasibee export results --out ratio.nc
     """
     from feasibee.files import check_output
+    from feasibee.sweeps.exports import KINDS
+    from feasibee.sweeps.exports import export as write
     from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.table import KINDS
-    from feasibee.sweeps.table import export as write
 
     target = out or folder / f"runs{KINDS[kind or 'csv']}"
     kinds = {suffix: name for name, suffix in KINDS.items() if kind in (None, name)}
@@ -260,16 +322,14 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     if not points:
         raise FeasibeeError(f"--show {show}: no robots of {folder} declare; use --show accuracy")
     check_figure("--out", target)
-    if y:
-        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show)
-    else:
-        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show)
-    save_figure(drawn, target)
-    click.echo(f"The figure is {target}")
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)
-    if over:
-        click.echo(f"feasibee: the figure pools runs that differ in {', '.join(over)}", err=True)
+    if y:
+        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show, over)
+    else:
+        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show, over)
+    save_figure(drawn, target)
+    click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
 
 
 @click.command()

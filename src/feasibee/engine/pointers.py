@@ -80,7 +80,7 @@ class _Fields(AttributeTemplate):  # type: ignore[misc]
     key = Pointer
 
     def generic_resolve(self, kind: Any, name: str) -> Any:
-        """Return the type of a field, if there is one."""
+        """Return the type of a field, or None for another name."""
         return kind.fields.get(name)
 
 

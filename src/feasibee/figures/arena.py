@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.style import axes_for
+from feasibee.figures.style import axes_for, in_metres
 from feasibee.model.codes import COLOURS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
 from feasibee.scenario.geometry import images
 from feasibee.scenario.scenario import Scenario
@@ -41,6 +41,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         axes.spines[:].set_visible(True)
         if scenario.arena.boundary == "walls":
             axes.spines[:].set_linewidth(2.5)
+        in_metres(axes, scenario.units.metres)
         _arena_legend(axes, scenario.manifest.declares)
         return axes
 

@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps, rc_context, style
+from matplotlib import rc_context, style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.style import MARKERS, STYLE, axes_for
+from feasibee.figures.labels import label_ends
+from feasibee.figures.style import GREY, MARKERS, STYLE, Look, also_in_seconds, axes_for, fill_band, looks
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
@@ -51,28 +52,62 @@ def plot_opinions(
         str(name): opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
         for name, dataset in named.items()
     }
-    return draw_opinion_bands(bands, ax, until)
+    axes = draw_opinion_bands(bands, ax, until)
+    lengths = {scenario.units.seconds for scenario in scenarios.values()}
+    also_in_seconds(axes, lengths.pop() if len(lengths) == 1 else None)
+    return axes
 
 
 def draw_opinion_bands(
-    bands: Mapping[str, NDArray[np.float64]],
-    ax: Axes | None = None,
-    until: int | None = None,
-    colours: Sequence[Any] = (),
+    bands: Mapping[str, NDArray[np.float64]], ax: Axes | None = None, until: int | None = None
 ) -> Axes:
-    """Draw quartiles, each of shape (3, steps + 1); later lines have longer dashes."""
+    """Draw quartiles, each of shape (3, steps + 1), with thin edges that separate overlapping bands.
+
+    The first lines have colours, as many as a figure may have; further ones are grey.
+    """
+    found = looks(dict.fromkeys(bands, 0.0))
     with axes_for(ax, 3.6, 2.7) as axes:
-        if not colours:
-            several = colormaps["viridis"](np.linspace(0, 0.9, len(bands)))
-            colours = [COLOURS["feasible"]] if len(bands) == 1 else list(several)
-        for number, (name, (low, median, high)) in enumerate(bands.items()):
+        for name, (low, median, high) in bands.items():
+            look = found[name]
             steps = np.arange(median.size)
-            axes.fill_between(steps, low, high, color=colours[number], alpha=0.15, linewidth=0)
-            dashes = "-" if number == 0 else (0, (1 + 2 * number, 1.2))
-            axes.plot(steps, median, color=colours[number], linewidth=1.4, linestyle=dashes, label=name)
+            fill_band(axes, steps, low, high, look.colour)
+            axes.plot(steps, median, label=name, **look.line)
         axes.set(xlabel="time (steps)", ylabel="opinion feasible (% of robots)", ylim=(-2, 102))
         axes.set_xlim(0, until or max(median.size - 1 for _, median, _ in bands.values()))
         return axes
+
+
+def draw_opinion_panels(
+    bands: Mapping[str, NDArray[np.float64]], colours: Sequence[str], until: int, columns: int = 3
+) -> Figure:
+    """Draw quartiles as small multiples: each band in a panel of its own, the other medians in grey.
+
+    Parameters
+    ----------
+    bands : mapping of str to float64 array, shape (3, steps + 1)
+        Lower quartile, median and upper quartile, in percent of the robots, by title of the panel.
+    colours : sequence of str
+        One for each panel.
+    until : int
+        Last step to show.
+    columns : int
+        Panels side by side.
+    """
+    rows = -(-len(bands) // columns)
+    with style.context("default"), rc_context(STYLE):
+        drawn = Figure((6.4, 0.7 + 1.55 * rows), layout="constrained")
+        grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for ax, (title, (low, median, high)), colour in zip(grid.flat, bands.items(), colours, strict=False):
+            for other in bands.values():
+                ax.plot(other[1], color=GREY, linewidth=0.8, zorder=1.5)
+            fill_band(ax, np.arange(median.size), low, high, colour)
+            ax.plot(median, color=colour, linewidth=1.6)
+            ax.set(title=title, xlim=(0, until), ylim=(-2, 102), yticks=(0, 50, 100))
+        for ax in grid.flat[len(bands) :]:
+            ax.set_visible(False)
+        drawn.supylabel("opinion feasible (% of robots)", fontsize=9)
+        drawn.supxlabel("time (steps)", fontsize=9)
+    return drawn
 
 
 def plot_decisions(
@@ -104,7 +139,11 @@ def plot_decisions(
             axes.xaxis.set_major_locator(FixedLocator(ticks))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
-        axes.legend(loc="center left", title="decision", bbox_to_anchor=(1.0, 0.5))
+        ends = {
+            name: (max(ratios), 100 * intervals[int(np.argmax(ratios))][0])
+            for name, intervals in rates.items()
+        }
+        label_ends(axes, ends, {name: Look(COLOURS[name], MARKERS[name]) for name in rates})
         return axes
 
 
@@ -118,21 +157,33 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
-    steps = scenario_of(results).run.steps
+    scenario = scenario_of(results)
     if not {"decision", "decision_step"} <= set(results.data_vars) or results["decision"].dims != ("run",):
         raise FeasibeeError("the results have no decisions of runs; use the results of feasibee.simulate")
     runs = results.sizes["run"]
     with axes_for(ax, 3.6, 2.7) as axes:
+        looks_of, taken = {}, {}
         for code, name in DECISIONS.items():
-            if code == UNDECIDED:
-                continue
-            taken = results["decision_step"].values[results["decision"].values == code]
-            dashes = "-" if code == FEASIBLE else "--"
-            draw_share_by_step(axes, taken, runs, steps, color=COLOURS[name], linestyle=dashes, label=name)
+            if code != UNDECIDED:
+                taken[name] = results["decision_step"].values[results["decision"].values == code]
+                looks_of[name] = Look(COLOURS[name], dashes="-" if code == FEASIBLE else "--")
+        draw_shares_by_step(axes, taken, runs, scenario.run.steps, looks_of)
+        also_in_seconds(axes, scenario.units.seconds)
         mark_median(axes, decision_times(results["decision_step"].values).median)
-        axes.set(xlabel="time (steps)", ylabel="runs that had decided (%)", xlim=(0, steps), ylim=(-2, 102))
-        axes.legend(loc="center right")
+        axes.set_ylabel("runs that had decided (%)")
         return axes
+
+
+def draw_shares_by_step(
+    ax: Axes, taken: Mapping[str, NDArray[Any]], runs: int, steps: int, found: Mapping[str, Look]
+) -> None:
+    """Draw lines of `draw_share_by_step` with their names at the ends."""
+    for name, at in taken.items():
+        look = {"color": found[name].colour, "linestyle": found[name].dashes, "label": name}
+        draw_share_by_step(ax, at, runs, steps, **look)
+    ax.set(xlabel="time (steps)", xlim=(0, steps), ylim=(-2, 102))
+    ends = {name: (float(steps), 100 * at.size / runs) for name, at in taken.items()}
+    label_ends(ax, ends, found, markers=False)
 
 
 def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **look: Any) -> None:
@@ -142,10 +193,18 @@ def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **l
 
 
 def mark_median(ax: Axes, median: int | None) -> None:
-    """Mark the median of a step over the runs; do nothing if it is None."""
+    """Mark the median of a step over the runs, named where few curves pass; do nothing if it is None."""
     if median is not None:
         label = f"half of the runs: step {median}"
         ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=label)
+        late = median > 0.6 * ax.get_xlim()[1]
+        look: dict[str, Any] = {
+            "ha": "right" if late else "left",
+            "va": "center",
+            "fontsize": 8,
+            "color": "0.4",
+        }
+        ax.annotate(label, (median, 30), (-4 if late else 4, 0), textcoords="offset points", **look)
 
 
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:

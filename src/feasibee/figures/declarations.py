@@ -6,8 +6,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from feasibee.errors import FeasibeeError
-from feasibee.figures.decisions import draw_share_by_step, mark_median
-from feasibee.figures.style import axes_for
+from feasibee.figures.decisions import draw_shares_by_step, mark_median
+from feasibee.figures.style import Look, axes_for
 from feasibee.model.codes import COLOURS
 from feasibee.model.outcomes import DECLARES, OUTCOMES
 from feasibee.results.dataset import scenario_of
@@ -40,13 +40,11 @@ def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     declare_step = results["declare_step"].values
     wrong = declared_wrong(results, scenario, feasible)
     right_name, wrong_name = ("feasible", "infeasible") if feasible else ("infeasible", "feasible")
-    lines = {"rightly": (~wrong, right_name, "-"), "a robot wrongly": (wrong, wrong_name, "--")}
+    looks = {"rightly": Look(COLOURS[right_name]), "a robot wrongly": Look(COLOURS[wrong_name], dashes="--")}
+    spoken = {"rightly": ~wrong, "a robot wrongly": wrong}
+    taken = {name: declare_step[chosen & (declare_step >= 0)] for name, chosen in spoken.items()}
     with axes_for(ax, 3.6, 2.7) as axes:
-        for label, (chosen, name, dashes) in lines.items():
-            taken = declare_step[chosen & (declare_step >= 0)]
-            look = {"color": COLOURS[name], "linestyle": dashes, "label": label}
-            draw_share_by_step(axes, taken, declare_step.size, steps, **look)
+        draw_shares_by_step(axes, taken, declare_step.size, steps, looks)
         mark_median(axes, declare_times(declare_step).median)
-        axes.set(xlabel="time (steps)", ylabel="runs that had declared (%)", xlim=(0, steps), ylim=(-2, 102))
-        axes.legend(loc="center right")
+        axes.set_ylabel("runs that had declared (%)")
         return axes

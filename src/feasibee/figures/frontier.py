@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from feasibee.figures.limits import LOOKS
-from feasibee.figures.style import figure, spaced_by_ratio
+from feasibee.figures.style import figure, spaced_by_ratio, text_colour
 
 DECLARES, COMMITS = "#0072B2", "0.45"
 """Colours of contenders whose robots declare, and of those whose robots commit."""
@@ -132,7 +132,13 @@ def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
         if middle is not None:
             place = np.sqrt(max(1, middle) * (late or middle))
             label: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
-            ax.text(place, rows - 0.5 + STRIP, name.replace("_", " "), color=LOOKS[name].colour, **label)
+            ax.text(
+                place,
+                rows - 0.5 + STRIP,
+                name.replace("_", " "),
+                color=text_colour(LOOKS[name].colour),
+                **label,
+            )
 
 
 def _colour(word: Word) -> str:

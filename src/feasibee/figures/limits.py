@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.decisions import draw_share_by_step
-from feasibee.figures.style import figure
+from feasibee.figures.style import figure, text_colour
 
 
 class Look(NamedTuple):
@@ -28,9 +28,9 @@ class Look(NamedTuple):
 
 LOOKS: Final[Mapping[str, Look]] = {
     "pooled": Look("pooled sightings", "#0072B2", "-", 0.62),
-    "area": Look("area seen", "#00796B", (0, (1, 1.2)), 0.4, "right"),
+    "area": Look("area seen", "#009E73", (0, (1, 1.2)), 0.4, "right"),
     "flooding": Look("names flooded", "#D55E00", "-", 0.20),
-    "complete_map": Look("complete maps", "#7A3E9D", "--", 0.62),
+    "complete_map": Look("complete maps", "#CC79A7", "--", 0.62),
 }
 """The limits, in the order in which they are drawn."""
 SHOWN: Final = 0.995
@@ -75,4 +75,6 @@ def _write(ax: Axes, text: str, place: tuple[float, float], look: Look) -> None:
     left = look.side == "left"
     ends: dict[str, Any] = {"ha": look.side, "va": "top" if left else "bottom"}
     offset = (5, -3) if left else (-5, 3)
-    ax.annotate(text, place, offset, textcoords="offset points", color=look.colour, fontsize=8, **ends)
+    ax.annotate(
+        text, place, offset, textcoords="offset points", color=text_colour(look.colour), fontsize=8, **ends
+    )

@@ -1,14 +1,16 @@
-"""Style of figures, and how they are saved."""
+"""Style of figures: sizes, colours, which lines are highlighted, logarithmic axes, saving."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 from matplotlib import rc_context, style
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex, to_rgb, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
@@ -29,6 +31,75 @@ STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "svg.hashsalt": "feasibee",
 }
+PALETTE: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
+"""Colours of highlighted lines, as many as a figure may have; of Okabe and Ito, for any colour vision."""
+GREY: Final = "0.72"
+"""Colour of all other lines."""
+MARKS: Final = ("o", "s", "^", "D", "v")
+"""Marker of each colour of `PALETTE`, so that no two lines differ by colour alone."""
+DASHES: Final = ("-", (0, (4, 1.4)), (0, (1.4, 1)), (0, (6, 1.4, 1.4, 1.4)), (0, (9, 2)))
+"""Dashes of each colour of `PALETTE`: of two lines in one place, both are seen."""
+
+
+class Look(NamedTuple):
+    """How a line is drawn."""
+
+    colour: str
+    marker: str = ""
+    """Empty for a line that isn't highlighted."""
+    dashes: Any = "-"
+
+    @property
+    def highlighted(self) -> bool:
+        """Whether the line has a colour, markers and a label."""
+        return bool(self.marker)
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """Options of matplotlib's ``plot`` for the line; dashed lines lie above solid ones."""
+        if not self.highlighted:
+            return {"color": self.colour, "linewidth": 0.8, "zorder": 1.5}
+        above = 2 + PALETTE.index(self.colour) / 10
+        return {"color": self.colour, "linestyle": self.dashes, "linewidth": 1.5, "zorder": above}
+
+
+PLAIN: Final = Look(GREY)
+"""Look of a line that isn't highlighted."""
+
+
+def looks(
+    scores: Mapping[str, float], keep: Sequence[str] | None = None, before: Mapping[str, Look] | None = None
+) -> dict[str, Look]:
+    """Return the look of each line of a figure: as many as `PALETTE` has colours are highlighted.
+
+    Parameters
+    ----------
+    scores : mapping of str to float
+        What the figure shows of each line, as one number: the lines with the largest ones are highlighted.
+    keep : sequence of str, optional
+        Lines that are highlighted in any case; by default the first, to which others are compared.
+    before : mapping of str to Look, optional
+        Looks in another figure, which lines keep as far as their colours are free.
+
+    Returns
+    -------
+    dict of str to Look
+        In the order of ``scores``.
+    """
+    kept = list(scores)[:1] if keep is None else [name for name in keep if name in scores]
+    ranked = sorted(scores, key=lambda name: -scores[name])
+    chosen = list(dict.fromkeys([*kept, *ranked]))[: len(PALETTE)]
+    found = {name: before[name] for name in chosen if before and name in before and before[name].highlighted}
+    taken = [look.colour for look in found.values()]
+    free = (Look(*each) for each in zip(PALETTE, MARKS, DASHES, strict=True) if each[0] not in taken)
+    found |= {name: next(free) for name in chosen if name not in found}
+    return {name: found.get(name, PLAIN) for name in scores}
+
+
+def text_colour(colour: str) -> str:
+    """Return a darker shade of a colour, in which text is readable on white."""
+    red, green, blue = to_rgb(colour)
+    return to_hex((0.65 * red, 0.65 * green, 0.65 * blue))
 
 
 @contextmanager
@@ -53,6 +124,19 @@ def save_both(drawn: Figure, stem: Path) -> None:
         save_figure(drawn, stem.with_name(f"{stem.name}.{suffix}"))
 
 
+def are_spaced_by_ratio(values: Iterable[float]) -> bool:
+    """Return whether values belong on a logarithmic axis: they span a decade, or were spaced by ratio."""
+    once = sorted(set(values))
+    if not once or once[0] <= 0:
+        return False
+    if once[-1] >= 10 * once[0]:
+        return True
+    ratios = [larger / less for less, larger in pairwise(once)]
+    steps = [larger - less for less, larger in pairwise(once)]
+    even = max(steps, default=0) <= 1.001 * min(steps, default=0)
+    return len(once) > 2 and not even and max(ratios) <= 1.1 * min(ratios)
+
+
 def spaced_by_ratio(ax: Axes) -> None:
     """Make an x axis logarithmic, with plain numbers at 1, 2, 5, 10, ...; call it after drawing."""
     ax.set_xscale("log")
@@ -62,6 +146,12 @@ def spaced_by_ratio(ax: Axes) -> None:
     ax.xaxis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def fill_band(ax: Axes, x: Any, low: Any, high: Any, colour: str) -> None:
+    """Fill the band between two lines, with thin edges that separate it from bands that overlap it."""
+    face, edge = to_rgba(colour, 0.15), to_rgba(colour, 0.6)
+    ax.fill_between(x, low, high, facecolor=face, edgecolor=edge, linewidth=0.5)
 
 
 @contextmanager
@@ -74,3 +164,19 @@ def axes_for(ax: Axes | None, width: float, height: float) -> Iterator[Axes]:
         yield ax
     else:
         raise FeasibeeError(f"ax = {quoted(ax)}: must be Axes of matplotlib; leave it out for a new figure")
+
+
+def also_in_seconds(ax: Axes, seconds: float | None) -> None:
+    """Add an axis in seconds above one in steps, if it is known how long a step is."""
+    if seconds is not None:
+        ways: Any = (lambda value: value * seconds, lambda value: value / seconds)
+        above = ax.secondary_xaxis("top", functions=ways)
+        above.set_xlabel("time (s)", fontsize="medium")
+
+
+def in_metres(ax: Axes, metres: float | None) -> None:
+    """Label axes x and y in metres instead of units, if it is known how long a unit is."""
+    if metres is not None:
+        for name, axis in {"x": ax.xaxis, "y": ax.yaxis}.items():
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * metres:g}"))
+            axis.set_label_text(f"{name} (m)")

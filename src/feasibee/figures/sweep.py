@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from feasibee.figures.style import figure, spaced_by_ratio
+from feasibee.figures.labels import label_ends, name_others
+from feasibee.figures.style import Look, are_spaced_by_ratio, figure, fill_band, looks, spaced_by_ratio
 from feasibee.results.statistics import Interval
 
-MARKERS = "os^vDP<>Xhpd"
 SHARES: Mapping[str, str] = {
     "accuracy": "right decisions",
     "right_at_end": "runs that are right at the end",
@@ -25,8 +26,17 @@ SHARES: Mapping[str, str] = {
 """What a share may be of, in words."""
 
 
-def draw_lines(lines: Mapping[Any, Mapping[Any, Interval]], x: str, hue: str | None, show: str) -> Figure:
+def draw_lines(
+    lines: Mapping[Any, Mapping[Any, Interval]],
+    x: str,
+    hue: str | None,
+    show: str,
+    over: Sequence[str] = (),
+) -> Figure:
     """Draw a share of the runs against a field, one line per value of another field, with 95 % bands.
+
+    The lines with the largest mean share are highlighted, and the first; the others are grey. The x axis is
+    logarithmic if its values were spaced by ratio, or span a decade.
 
     Parameters
     ----------
@@ -38,26 +48,48 @@ def draw_lines(lines: Mapping[Any, Mapping[Any, Interval]], x: str, hue: str | N
         Name of the field with one line per value; None for a single line.
     show : str
         What the share is of: a key of `SHARES`.
+    over : sequence of str
+        Names of other fields, over whose values the shares are averaged.
     """
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
-    colours = colormaps["viridis"](np.linspace(0, 0.88, len(lines)))
-    with figure(4.8, 3.0) as (drawn, ax):
-        for number, (name, line) in enumerate(lines.items()):
+    means = {_text(name): float(np.mean([each.estimate for each in lines[name].values()])) for name in lines}
+    found = looks(means)
+    with figure(5.6 if hue else 4.8, 3.0) as (drawn, ax):
+        ends = {}
+        for name, line in zip(found, lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
-            middle, low, high = 100 * np.array([line[value] for value in values]).T
-            look: dict[str, Any] = {"color": colours[number], "marker": MARKERS[number % len(MARKERS)]}
-            ax.plot(values, middle, **look, markersize=4, linewidth=1.2, label=str(name))
-            ax.fill_between(values, low, high, color=colours[number], alpha=0.18, linewidth=0)
-        if numeric and _spans_decades(positions):
+            share = 100 * np.array([line[value] for value in values])
+            _draw_band(ax, values, share, found[name])
+            if found[name].highlighted:
+                ends[name] = (float(ax.convert_xunits(values[-1])), float(share[-1, 0]))
+        if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
         ax.set(xlabel=x, ylabel=f"{SHARES[show]} (%)", ylim=(-2, 102))
+        _say_averaged(ax, over)
         if hue:
-            ax.legend(title=hue, loc="center left", bbox_to_anchor=(1.0, 0.5))
+            name_others(drawn, found)
+            label_ends(ax, ends, found, means, title=hue)
     return drawn
 
 
-def draw_map(cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: str) -> Figure:
+def _draw_band(ax: Axes, values: Sequence[Any], share: NDArray[np.float64], look: Look) -> None:
+    """Draw a line with its band: ``share`` has estimate, low and high of each value, in percent."""
+    middle, low, high = share.T
+    ax.plot(values, middle, marker=look.marker, markersize=4, **look.line)
+    if look.highlighted:
+        fill_band(ax, values, low, high, look.colour)
+
+
+def _say_averaged(ax: Axes, over: Sequence[str]) -> None:
+    """Write above the axes over which fields the shares are averaged, if any."""
+    if over:
+        ax.set_title(f"averaged over {', '.join(over)}", loc="left", color="0.3")
+
+
+def draw_map(
+    cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: str, over: Sequence[str] = ()
+) -> Figure:
     """Draw a share of the runs over two fields.
 
     Parameters
@@ -68,6 +100,8 @@ def draw_map(cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: st
         Names of the fields along the axes.
     show : str
         What the share is of, as for `draw_lines`.
+    over : sequence of str
+        Names of other fields, over whose values the shares are averaged.
     """
     columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
     shares = np.full((len(rows), len(columns)), np.nan)
@@ -83,12 +117,9 @@ def draw_map(cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: st
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)
+        _say_averaged(ax, over)
         drawn.colorbar(image, ax=ax, label=f"{SHARES[show]} (%)")
     return drawn
-
-
-def _spans_decades(values: Sequence[float]) -> bool:
-    return min(values) > 0 and max(values) / min(values) >= 20
 
 
 def _in_order(values: Sequence[Any]) -> list[Any]:

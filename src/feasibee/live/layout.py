@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from feasibee.simulation.swarm import FLAGS
 
-PROTOCOL: Final = 2
+PROTOCOL: Final = 3
 """Version of the messages; raise it when a page of the previous version could not read them."""
 MODULE: Final = Path(__file__).parent / "static" / "frames.js"
 END: Final = "// End of the generated part.\n"
@@ -73,7 +73,8 @@ FRAME: Final = Layout(
         ("decision_step", "i"),  # step of the first decision; -1: none yet
         ("decision", "b"),  # at this step
         ("first_decision", "b"),
-        ("_", "H"),
+        ("lane", "B"),  # 0, or 1 for the second swarm
+        ("jump", "B"),  # number of the page's last jump to a step, modulo 256
         ("feasible", "I"),  # number of robots, as are the next seven
         ("infeasible", "I"),
         ("counted", "I"),

@@ -36,6 +36,8 @@ class Open(_Message):
     """As text, since JavaScript's numbers have 53 bits; validated together with the scenario."""
     run: str | int | float | None = None
     step: int = Field(0, ge=0)
+    against: str | None = None
+    """Strategy of a second swarm, in the same world with the same random numbers."""
 
 
 class Advance(_Message):
@@ -45,10 +47,41 @@ class Advance(_Message):
     steps: int = Field(ge=1, le=1_000_000)
 
 
-_ADAPTER: TypeAdapter[Open | Advance] = TypeAdapter(Annotated[Open | Advance, Field(discriminator="type")])
+class Seek(_Message):
+    """Request of the page to go to a step of the run, or to the decision of a swarm."""
+
+    type: Literal["seek"]
+    to: Annotated[int, Field(ge=0)] | Literal["decision"]
+    lane: int = Field(0, ge=0, le=1)
+    """Swarm whose decision is meant."""
+    jump: int = Field(ge=0, le=255)
+    """Number that the frames have from here on, so that the page recognises late ones."""
 
 
-def read(text: str) -> Open | Advance:
+class Inspect(_Message):
+    """Request of the page to say with each frame what a robot knows; None: of no robot."""
+
+    type: Literal["inspect"]
+    robot: int | None = None
+
+
+class Look(_Message):
+    """Request of the page to look ahead in a run, and to say what is found."""
+
+    type: Literal["look"]
+    robot: int | None = None
+    """Robot whose changes are looked for."""
+    lane: int = Field(0, ge=0, le=1)
+    first: int = Field(0, ge=0)
+    """Number of changes that the page has."""
+
+
+Request = Open | Advance | Seek | Inspect | Look
+"""A message of the page."""
+_ADAPTER: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
+
+
+def read(text: str) -> Request:
     """Parse a message of the page.
 
     Raises
@@ -73,7 +106,7 @@ def problems_of(error: FeasibeeError) -> dict[str, Any]:
     return {"type": "error", "problems": listed or [{"path": "", "text": str(error)}]}
 
 
-def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
+def encode_frame(swarm: Swarm, generation: int, first: int, *, lane: int = 0, jump: int = 0) -> bytes:
     """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
     shown = swarm.snapshot()
     decision, decision_step = swarm.first_decision
@@ -83,6 +116,8 @@ def encode_frame(swarm: Swarm, generation: int, first: int) -> bytes:
     having = {name: int(bits[np.arange(256) >> bit & 1 == 1].sum()) for bit, name in enumerate(FLAGS)}
     return FRAME.encode(
         generation=generation & 0xFFFF,
+        lane=lane,
+        jump=jump,
         robots=swarm.scenario.robots.count,
         step=swarm.step,
         first=first,

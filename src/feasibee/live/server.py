@@ -26,10 +26,22 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from feasibee.errors import FeasibeeError
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.connections import Connection, Once, log_config
+from feasibee.live.form import form
 from feasibee.live.guard import Guard, check_host, is_loopback
+from feasibee.live.lane import RunRequest, last_step
 from feasibee.live.layout import PROTOCOL
-from feasibee.live.messages import MESSAGE_LIMIT, Advance, Open, problems_of, read
-from feasibee.live.session import ROBOTS_LIMIT, TASKS_LIMIT, RunRequest, Session, request_of
+from feasibee.live.messages import (
+    MESSAGE_LIMIT,
+    Advance,
+    Inspect,
+    Look,
+    Open,
+    Request,
+    Seek,
+    problems_of,
+    read,
+)
+from feasibee.live.session import Session, request_of
 from feasibee.simulation.loading import compilation
 
 __all__ = ["address_of", "application", "is_loopback", "listen", "open_browser", "server_of"]
@@ -42,6 +54,8 @@ QUEUE: Final = 8
 """Most messages of a page that wait for an answer; the server reads no more until one is answered."""
 PATIENCE: Final = 0.05
 """Seconds that a swarm advances before the server looks for messages of its page."""
+SPARE: Final = 0.02
+"""Seconds that a look ahead takes before the next message of the page."""
 GLANCE: Final = 0.25
 """Seconds between two looks at what compiles while a page waits for its run."""
 TRY_LATER = 1013
@@ -83,8 +97,7 @@ async def _serve(page: WebSocket, session: Session, catalogue: Catalogue) -> Non
     waiting: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue(QUEUE)
     reading = asyncio.create_task(_read_all(page, waiting))
     try:
-        limits = {"robots": ROBOTS_LIMIT, "tasks": TASKS_LIMIT}
-        welcome = {"type": "welcome", "protocol": PROTOCOL, "limits": limits, **catalogue.to_dict()}
+        welcome = {"type": "welcome", "protocol": PROTOCOL, "form": form(), **catalogue.to_dict()}
         await page.send_json(welcome)
         while (event := await waiting.get()) is not None:
             try:
@@ -119,30 +132,62 @@ async def _read_all(page: WebSocket, waiting: asyncio.Queue[dict[str, Any] | Non
     await waiting.put(None)
 
 
-def _message(event: dict[str, Any]) -> Open | Advance:
+def _message(event: dict[str, Any]) -> Request:
     text = event.get("text")
     if text is None:
         raise FeasibeeError("message: must be text, not bytes; reload the page")
     return read(text)
 
 
+Waiting = asyncio.Queue[dict[str, Any] | None]
+
+
 async def _answer(
-    page: WebSocket,
-    session: Session,
-    catalogue: Catalogue,
-    message: Open | Advance,
-    waiting: asyncio.Queue[dict[str, Any] | None],
+    page: WebSocket, session: Session, catalogue: Catalogue, message: Request, waiting: Waiting
 ) -> None:
-    if isinstance(message, Advance):
-        await page.send_bytes(await asyncio.to_thread(session.next_frame, message.steps, PATIENCE))
-        return
-    request = await asyncio.to_thread(request_of, message, catalogue)
-    await _begin(page, session, request)
-    while not await asyncio.to_thread(session.advance, request.step, PATIENCE):
+    match message:
+        case Advance(steps=steps):
+            await _send(page, await asyncio.to_thread(session.next_messages, steps, PATIENCE))
+        case Inspect(robot=robot):
+            session.inspect(robot)
+        case Look():
+            await page.send_json(await asyncio.to_thread(session.look, message, SPARE))
+        case Seek():
+            await _seek(page, session, message, waiting)
+        case Open():
+            request = await asyncio.to_thread(request_of, message, catalogue)
+            await _begin(page, session, request)
+            await _go(page, session, request.step, waiting)
+
+
+async def _send(page: WebSocket, messages: list[dict[str, Any] | bytes]) -> None:
+    for each in messages:
+        await (page.send_bytes(each) if isinstance(each, bytes) else page.send_json(each))
+
+
+async def _go(page: WebSocket, session: Session, step: int, waiting: Waiting) -> None:
+    """Advance to a step and send it, unless the page asks for something else meanwhile, or closes."""
+    while not await asyncio.to_thread(session.advance, step, PATIENCE):
         if not waiting.empty():
-            return  # the page asks for something else, or has closed
-        await page.send_json({"type": "going", "step": session.swarm.step, "to": request.step})
-    await page.send_bytes(await asyncio.to_thread(session.frame))
+            return
+        await page.send_json({"type": "going", "step": session.swarm.step, "to": step})
+    await _send(page, await asyncio.to_thread(session.messages))
+
+
+async def _seek(page: WebSocket, session: Session, asked: Seek, waiting: Waiting) -> None:
+    """Go to a step, or to the decision if the swarm decides."""
+    step = asked.to
+    if step == "decision":
+        outlook = await asyncio.to_thread(lambda: session.lane(asked.lane).outlook)
+        while outlook.decision_step < 0 and not await asyncio.to_thread(outlook.look, PATIENCE):
+            if not waiting.empty():
+                return
+        step = outlook.decision_step if outlook.decision_step >= 0 else session.swarm.step
+        if outlook.decision_step < 0:
+            last = last_step(session.swarm.scenario)
+            await page.send_json({"type": "undecided", "lane": asked.lane, "last": last})
+    await asyncio.to_thread(session.rewind, step, asked.jump)
+    await _go(page, session, min(step, last_step(session.swarm.scenario)), waiting)
 
 
 async def _begin(page: WebSocket, session: Session, request: RunRequest) -> None:
@@ -160,8 +205,7 @@ async def _begin(page: WebSocket, session: Session, request: RunRequest) -> None
         begun.result()
     finally:
         begun.cancel()
-    await page.send_json(session.opened())
-    await page.send_bytes(session.tasks())
+    await _send(page, session.openings())
 
 
 async def in_daemon_thread(work: Callable[[], Result]) -> Result:

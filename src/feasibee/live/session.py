@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import time
-from typing import Any, Final, NamedTuple
+from collections.abc import Mapping
+from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.catalogue import Catalogue
-from feasibee.live.messages import Open, encode_frame, encode_tasks
+from feasibee.live.form import typed
+from feasibee.live.lane import ROOM, Lane, RunRequest, last_step
+from feasibee.live.messages import Look, Open
+from feasibee.live.outlook import nothing_ahead
+from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
-from feasibee.scenario.feasibility import explain
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
@@ -17,21 +20,13 @@ from feasibee.strategies import STRATEGIES
 
 ROBOTS_LIMIT: Final = 20_000
 TASKS_LIMIT: Final = 20_000
-STEPS_LIMIT: Final = 200_000
-ROOM: Final = 256 * 2**20
-"""Most bytes of a swarm's state, in addition to what is proportional to robots and tasks."""
 FILES: Final = ("robots.points", "tasks.points")
 """Fields that may name a file; a page may not name one."""
 STRATEGY: Final = "decision.strategy"
-
-
-class RunRequest(NamedTuple):
-    """A validated request of a page: a run, and the step to go to."""
-
-    scenario: Scenario
-    seed: int
-    run: int
-    step: int
+OWN: Final = (STRATEGY, "decision.parameters")
+"""Fields that belong to one strategy."""
+AGAINST: Final = "against"
+"""Path of the second swarm's strategy, in the form and in errors."""
 
 
 def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
@@ -42,16 +37,18 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
     FeasibeeError
         If the scenario, seed or run is invalid or beyond the limits of a page; it lists all problems.
     """
-    scenario = catalogue.scenario_of(asked.point)
-    if asked.changes.get(STRATEGY) == scenario.decision.strategy:
+    base = catalogue.scenario_of(asked.point)
+    if asked.changes.get(STRATEGY) == base.decision.strategy:
         del asked.changes[STRATEGY]  # keep its text: the file at that path may have changed
+    for path, value in asked.changes.items():
+        asked.changes[path] = typed(path, value)
     problems = list(_forbidden(asked))
     seed = catalogue.seed_of(asked.point) if asked.seed is None else asked.seed
     run = catalogue.run if asked.run is None else asked.run
     numbers = (_number("seed", seed, SEED_LIMIT, problems), _number("run", run, RUN_LIMIT - 1, problems))
     allowed = {path: value for path, value in asked.changes.items() if path not in {p.path for p in problems}}
     try:
-        scenario = scenario.replace(allowed)
+        scenario = base.replace(allowed)
     except ScenarioError as error:
         raise ScenarioError([*problems, *error.problems]) from None
     for path, count, limit in (
@@ -64,12 +61,38 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
             )
     if problems:
         raise ScenarioError(problems)
-    return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)))
+    second = None if asked.against is None else second_of(base, scenario, allowed, asked.against)
+    return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)), second)
 
 
-def last_step(scenario: Scenario) -> int:
-    """Return the last step that a page can show: that of the run, but at most `STEPS_LIMIT`."""
-    return min(scenario.run.steps, STEPS_LIMIT)
+def second_of(base: Scenario, scenario: Scenario, changes: Mapping[str, Any], strategy: str) -> Scenario:
+    """Return the scenario of the second swarm: the same world, another strategy with its parameters.
+
+    Parameters
+    ----------
+    base, scenario : Scenario
+        The scenario that the page started with, and that of the first swarm.
+    changes : mapping of str to value
+        Changes by which the one became the other.
+    strategy : str
+        Name of the strategy; that of the base is as it was there, with its text and parameters.
+
+    Raises
+    ------
+    ScenarioError
+        If the strategy is none of this page, or can't be used in that world; at the path ``against``.
+    """
+    if strategy == scenario.decision.strategy:
+        return scenario
+    if strategy == base.decision.strategy:
+        return base.replace({path: each for path, each in changes.items() if not path.startswith(OWN)})
+    problems = list(_forbidden(Open(type="open", changes={STRATEGY: strategy})))
+    if not problems:
+        try:
+            return scenario.replace({STRATEGY: strategy, "decision.parameters": {}})
+        except ScenarioError as error:
+            problems = list(error.problems)
+    raise ScenarioError(each._replace(path=AGAINST) if each.path == STRATEGY else each for each in problems)
 
 
 def _forbidden(asked: Open) -> Any:
@@ -107,110 +130,101 @@ def _number(name: str, value: str | int | float, limit: int, problems: list[Prob
 
 
 class Session:
-    """The swarm of one page, and which of its counts the page has received."""
+    """The swarms of one page: one, or two side by side that are always at the same step."""
 
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
-        self._swarm: Swarm | None = None
-        self._request: RunRequest | None = None
+        self._lanes: list[Lane] = []
         self._generation = 0
-        self._counts_sent = 0
+        self._jump = 0
+        self._inspected: int | None = None
 
     @property
     def swarm(self) -> Swarm:
-        """The swarm that the page shows.
+        """The first swarm that the page shows."""
+        return self.lane(0).swarm
+
+    def lane(self, number: int) -> Lane:
+        """Return a swarm of the page.
 
         Raises
         ------
         FeasibeeError
-            If the page has not opened a run yet.
+            If the page has not opened a run yet, or shows no second swarm.
         """
-        if self._swarm is None:
-            raise FeasibeeError("message: no run is open; reload the page")
-        return self._swarm
+        if number >= len(self._lanes):
+            what = f"no swarm {number}" if self._lanes else "no run"
+            raise FeasibeeError(f"message: {what} is open; reload the page")
+        return self._lanes[number]
 
     def begin(self, request: RunRequest) -> None:
-        """Replace the swarm by that of a request, at step 0; on an error the previous swarm stays."""
-        self._swarm = Swarm(request.scenario, request.seed, request.run, room=ROOM)
-        self._request = request
+        """Replace the swarms by those of a request, at step 0; on an error the previous ones stay."""
+        scenarios = [request.scenario, *([request.second] if request.second else [])]
+        room = ROOM // len(scenarios)
+        self._lanes = [
+            Lane(number, scenario, request.seed, request.run, room)
+            for number, scenario in enumerate(scenarios)
+        ]
         self._generation += 1
-        self._counts_sent = 0
+        self._jump = 0
+        self._inspected = None
 
     def advance(self, step: int, seconds: float) -> bool:
         """Advance to a step, or to the last, for a limited time; return whether it is reached."""
-        swarm = self.swarm
-        until = min(step, last_step(swarm.scenario))
-        end = time.monotonic() + seconds
-        chunk = 1
-        while swarm.step < until and time.monotonic() < end:
-            before = time.monotonic()
-            swarm.advance(min(chunk, until - swarm.step))
-            chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
-        return swarm.step >= until
+        until = min(step, last_step(self.swarm.scenario))
+        return advance_together([each.timeline for each in self._lanes], until, seconds)
 
-    def next_frame(self, steps: int, seconds: float) -> bytes:
-        """Advance by some steps, for a limited time, and return the frame."""
+    def rewind(self, step: int, jump: int) -> None:
+        """Go to a step before a given one, from which `advance` leads there; number the frames anew."""
+        for each in self._lanes:
+            each.timeline.rewind(step)
+        nearest = min(each.swarm.step for each in self._lanes)
+        for each in self._lanes:
+            if each.swarm.step > nearest:
+                each.timeline.rewind(nearest)
+                each.timeline.advance(nearest)
+        self._jump = jump
+
+    def inspect(self, robot: int | None) -> None:
+        """Say with each frame what a robot knows, from here on.
+
+        Raises
+        ------
+        FeasibeeError
+            If there is no such robot.
+        """
+        if robot is not None:
+            self.swarm.robot(robot)
+        self._inspected = robot
+
+    def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
+        """Advance by some steps, for a limited time, and return the messages of that step."""
         self.advance(self.swarm.step + steps, seconds)
-        return self.frame()
+        return self.messages()
 
-    def frame(self) -> bytes:
-        """Return the frame of the current step, with all counts that the page has not received."""
-        frame = encode_frame(self.swarm, self._generation, self._counts_sent)
-        self._counts_sent = self.swarm.step + 1 if self.swarm.step >= self._counts_sent else self._counts_sent
-        return frame
+    def messages(self) -> list[dict[str, Any] | bytes]:
+        """Return the messages of the current step; the frame of the first swarm comes last."""
+        robot = self._inspected
+        said = [] if robot is None else [self._marked(each.reasons(robot)) for each in self._lanes]
+        return [*said, *(each.frame(self._generation, self._jump) for each in reversed(self._lanes))]
 
-    def tasks(self) -> bytes:
-        """Return the message with the positions of the tasks."""
-        return encode_tasks(self.swarm, self._generation)
+    def openings(self) -> list[dict[str, Any] | bytes]:
+        """Return the messages with which a run begins: its swarms, and the positions of the tasks."""
+        opened = [self._marked({"swarms": len(self._lanes), **each.opened()}) for each in self._lanes]
+        return [*opened, self._lanes[0].tasks(self._generation)]
 
-    def opened(self) -> dict[str, Any]:
-        """Return the message ``opened``: the run, its scenario and its ground truth."""
-        swarm, request = self.swarm, self._request
-        assert request is not None
-        scenario = request.scenario
-        verdict = explain(scenario)
-        width, height = scenario.arena.size
-        return {
-            "type": "opened",
-            "generation": self._generation & 0xFFFF,
-            "seed": str(request.seed),
-            "run": str(request.run),
-            "last": last_step(scenario),
-            "fields": _fields(scenario),
-            "toml": scenario.to_toml(),
-            "truth": verdict.feasible,
-            "proof": _proof(verdict.violator, scenario),
-            "robots": scenario.robots.count,
-            "tasks": scenario.tasks.count,
-            "robotClasses": [[each.name, each.count] for each in scenario.robots.classes],
-            "taskClasses": [[each.name, each.count] for each in scenario.tasks.classes],
-            "size": [width, height],
-            "walls": scenario.arena.boundary == "walls",
-            "diameter": scenario.robots.diameter,
-            "sight": scenario.sensing.range,
-            "radio": scenario.radio.range,
-            "threshold": scenario.decision.threshold,
-            "counted": [scenario.counted(0), scenario.counted(scenario.faults.stop_step)],
-            "stopStep": scenario.faults.stop_step,
-            "commits": scenario.decision.commit is not None,
-            "declares": scenario.manifest.declares,
-            "step": swarm.step,
-        }
+    def look(self, asked: Look, seconds: float) -> dict[str, Any]:
+        """Look ahead in a run for a limited time, and return what is found."""
+        lane = self.lane(asked.lane)
+        if asked.robot is not None:
+            lane.swarm.robot(asked.robot)
+        try:
+            lane.outlook.follow(asked.robot)
+            lane.outlook.look(seconds)
+            found = lane.outlook.to_dict(asked.first)
+        except FeasibeeError as error:  # it needs too much memory, or the strategy fails later in the run
+            found = nothing_ahead(asked.robot, asked.first, str(error))
+        return self._marked({"lane": asked.lane, **found})
 
-
-def _fields(scenario: Scenario) -> dict[str, Any]:
-    """Return the fields that are text or numbers by dotted path, for the controls."""
-    tables = scenario.to_dict()
-    fields = {f"{section}.{key}": value for section, table in tables.items() for key, value in table.items()}
-    counts = {"robots.count": scenario.robots.count, "tasks.count": scenario.tasks.count}
-    return {path: value for path, value in (fields | counts).items() if isinstance(value, str | int | float)}
-
-
-def _proof(violator: Any, scenario: Scenario) -> str:
-    """Return in a few words why the tasks are feasible or infeasible."""
-    robots, tasks = scenario.robots.count, scenario.tasks.count
-    if not (scenario.robots.classes or scenario.tasks.classes):
-        return f"{robots:,} robots, {tasks:,} tasks"
-    if violator is None:
-        return "each place has a robot"
-    return f"{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"
+    def _marked(self, message: dict[str, Any]) -> dict[str, Any]:
+        return {**message, "generation": self._generation & 0xFFFF, "jump": self._jump}

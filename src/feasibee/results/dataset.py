@@ -34,14 +34,14 @@ def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     numbers = np.arange(record.first_run, record.first_run + record.runs, dtype=np.int64)
     coordinates: dict[str, Any] = {"run": ("run", numbers, {"long_name": "number of the run"})}
     data: dict[str, Any] = {
-        each.name: ("run", getattr(record, each.name), _attributes(each))
+        each.name: ("run", getattr(record, each.name), attributes_of(each))
         for each in OUTCOMES
         if each.needs is None or each.needs.is_met(scenario)
     }
     length = record.feasible_count.shape[1]
     if length:
         data |= {
-            each.name: (("run", "step"), getattr(record, each.name), _attributes(each)) for each in CURVES
+            each.name: (("run", "step"), getattr(record, each.name), attributes_of(each)) for each in CURVES
         }
         steps = np.arange(length, dtype=np.int64)
         coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
@@ -49,7 +49,7 @@ def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     return xr.Dataset(data, coordinates, about)
 
 
-def _attributes(outcome: Outcome) -> dict[str, Any]:
+def attributes_of(outcome: Outcome) -> dict[str, Any]:
     """Return the attributes of an outcome's variable, by the CF conventions."""
     if not outcome.codes:
         return {"long_name": outcome.meaning, "units": outcome.unit}

@@ -286,6 +286,13 @@ class Run(Section):
     stop_at_decision: bool = Field(False, description="Whether a run ends at the swarm's first decision.")
 
 
+class Units(Section):
+    """The size of a unit and of a step, for axes and reports. They change no run, and no hash."""
+
+    metres: float | None = Field(None, ge=1e-9, le=1e9, description="Metres per unit.")
+    seconds: float | None = Field(None, ge=1e-9, le=1e9, description="Seconds per step.")
+
+
 SECTIONS: Final[Mapping[str, type[Section]]] = {
     "arena": Arena,
     "robots": Robots,
@@ -296,6 +303,7 @@ SECTIONS: Final[Mapping[str, type[Section]]] = {
     "decision": Decision,
     "faults": Faults,
     "run": Run,
+    "units": Units,
 }
 """The sections of a scenario by name, in the order of its complete form."""
 

@@ -37,6 +37,7 @@ from feasibee.strategies.contract import (
 GROUP: Final = "feasibee.strategies"
 """Entry point group by which other packages register strategies."""
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
+NEED: Final = ("True, False or the name of a parameter", lambda value: isinstance(value, bool | str))
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
@@ -45,6 +46,8 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
     "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
     "NEEDS_COUNT": ("True or False", lambda value: isinstance(value, bool)),
+    "NEEDS_IDS": NEED,
+    "NEEDS_NAMES": NEED,
     "ONE_CLASS": ("True or False", lambda value: isinstance(value, bool)),
 }
 
@@ -185,7 +188,18 @@ def _parsed(name: str, source: str) -> Manifest:
         for constant, field in CONSTANTS.items()
         if constant in bound
     }
+    _check_needs(constants, file)
     return Manifest(name=name, source=source, functions=functions, **constants)
+
+
+def _check_needs(constants: Mapping[str, Any], file: str) -> None:
+    """Raise an error if a need depends on a parameter that the file doesn't have."""
+    parameters = constants.get("parameters", {})
+    for constant, field in CONSTANTS.items():
+        need = constants.get(field)
+        if RULES[constant] is NEED and isinstance(need, str) and need not in parameters:
+            known = ", ".join(parameters) or "none"
+            raise FeasibeeError(f"{file}: {constant} = {need!r} must be {NEED[0]}; it has {known}")
 
 
 def _check_imports(tree: ast.Module, file: str) -> None:

@@ -19,6 +19,13 @@ PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
     },
 }
 
+ABOUT: Final[Mapping[str, str]] = {
+    "valentini-2016": "Pold87/blockchain-swarm-robotics, on the collective perception of 2016",
+    "minimize-surprise": "Minimize-Surprise/Collective-Perception",
+    "subcdm-2025": "SooratiLab/subset_CDM, by the paper's group",
+}
+"""Whose controller each preset is."""
+
 
 def with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a scenario's tables with the values of its preset, if any, filled in where it sets none."""

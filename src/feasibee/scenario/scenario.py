@@ -41,6 +41,7 @@ from feasibee.scenario.fields import (
     Run,
     Sensing,
     Tasks,
+    Units,
     Walk,
     plain,
 )
@@ -59,7 +60,7 @@ class Scenario(BaseModel):
 
     Parameters
     ----------
-    arena, robots, tasks, walk, sensing, radio, decision, faults, run : mapping or section, optional
+    arena, robots, tasks, walk, sensing, radio, decision, faults, run, units : mapping or section, optional
         Fields that differ from the paper, such as ``tasks={"count": 50}``.
     preset : str, optional
         Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
@@ -93,6 +94,7 @@ class Scenario(BaseModel):
     decision: Decision = Decision()
     faults: Faults = Faults()
     run: Run = Run()
+    units: Units = Units()
     _manifest: Manifest = PrivateAttr()
 
     if TYPE_CHECKING:  # pydantic accepts a table for a section, which its derived signature doesn't show
@@ -110,6 +112,7 @@ class Scenario(BaseModel):
             decision: Decision | Mapping[str, Any] = ...,
             faults: Faults | Mapping[str, Any] = ...,
             run: Run | Mapping[str, Any] = ...,
+            units: Units | Mapping[str, Any] = ...,
         ) -> None: ...
 
     @model_validator(mode="wrap")
@@ -335,10 +338,13 @@ class Scenario(BaseModel):
             del table["count" if table["classes"] else "classes"]
             if not table["points"]:
                 del table["points"]
-        return {
+        complete = {
             name: {key: value for key, value in table.items() if value not in (None, {})}
             for name, table in tables.items()
         }
+        if not complete["units"]:
+            del complete["units"]
+        return complete
 
     def to_toml(self) -> str:
         """Return the complete form as TOML text; parsing it gives an equal scenario."""
@@ -374,6 +380,7 @@ class Scenario(BaseModel):
 
 def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
     """Return the hash of a complete form as nested dicts; ``source`` is the text of its strategy's file."""
+    tables = {name: table for name, table in tables.items() if name != "units"}  # they change no run
     if source:
         tables = {**tables, "decision": {**tables["decision"], "strategy": source}}
     text = json.dumps(tables, sort_keys=True, separators=(",", ":"))

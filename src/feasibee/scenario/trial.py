@@ -54,6 +54,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "merge": (f"{ROWS} known", lambda value: value is None),
     "count": (f"{ROWS} counts", lambda value: value is None),
     "declare": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
+    "describe": ("must be a text", lambda value: isinstance(value, str)),
     "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: is_whole(value, BITS_LIMIT)),
 }
 """What each function must return."""
@@ -168,6 +169,8 @@ def _try_knowledge(strategy: Strategy) -> None:
                 functions.merge(known, message, 0, me._replace(step=1000))
             numbers = [0] * (setting.robot_classes + setting.task_classes)
             functions.count(tuple(known), numbers, me)
+            if functions.describe is not None:
+                functions.describe(tuple(known), me)
             strategy.quality(sum(numbers[: setting.robot_classes]), sum(numbers[setting.robot_classes :]))
 
 

@@ -44,8 +44,7 @@ def simulate(
     scenario : Scenario, optional
         The swarm and its world; by default the paper's swarm with 20 tasks.
     runs, seed, first_run : int
-        Number of runs, their seed (0 to 2**64 - 1), and the number of the first: ``first_run=100, runs=100``
-        simulates runs 100 to 199. Scenario, seed and number determine a run, on every machine.
+        Number of runs, seed (0 to 2**64 - 1), number of the first. Scenario, seed and number determine a run.
     curves : bool
         Whether to keep the number of robots with each opinion at each step.
     threads : int, optional
@@ -58,13 +57,17 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        The outcomes per run, the curves per run and step, and the recipe in ``attrs["recipe"]``.
+        Over ``run``: ``decision``, ``decision_step``, ``bits_sent``, ``feasible_at_end``,
+        ``infeasible_at_end``; if robots commit ``commit_step``, ``committed_feasible``,
+        ``committed_infeasible``; if they declare ``declare_step``, ``declared_feasible``,
+        ``declared_infeasible``. With curves, over ``run`` and ``step``: ``feasible_count``,
+        ``infeasible_count``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units``,
+        ``flag_values``, ``flag_meanings``.
 
     Examples
     --------
-    >>> import feasibee
-    >>> swarms = feasibee.simulate(feasibee.Scenario(tasks={"count": 2}), runs=100, seed=1)
-    >>> int((swarms.decision == 1).sum())
+    >>> from feasibee import Scenario, simulate
+    >>> int((simulate(Scenario(tasks={"count": 2}), runs=100, seed=1).decision == 1).sum())
     91
     """
     from feasibee.results.dataset import to_dataset

@@ -32,6 +32,8 @@ FAST_PATH_FIELDS: Final = frozenset(
         "decision.threshold",
         "run.steps",
         "run.stop_at_decision",
+        "units.metres",
+        "units.seconds",
     }
 )
 """The fields that the fast path implements; it takes only the default of any other field."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from dataclasses import fields
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,9 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.html import draw_arena, show_swarm
 from feasibee.simulation.loading import load_engine
+
+if TYPE_CHECKING:
+    from feasibee.simulation.inspection import RobotState
 
 FIRST_STEPS = 1024
 """Initial length of the curves of counts."""
@@ -32,6 +36,19 @@ class Snapshot(NamedTuple):
     """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
     flags: NDArray[np.uint8]
     """Properties of each robot: a bit for each of `FLAGS`, the lowest first."""
+
+
+class Saved(NamedTuple):
+    """The state of a swarm at a step, to return to; see `Swarm.save`."""
+
+    step: int
+    """Number of steps simulated."""
+    nbytes: int
+    """Memory that it takes, in bytes."""
+    room: Any
+    """Room of the inboxes."""
+    arrays: tuple[NDArray[Any], ...]
+    """Copies of the arrays that change in a run."""
 
 
 FLAGS = ("feasible", "neutral", "disseminating", "committed", "declared", "working", "byzantine", "stubborn")
@@ -135,6 +152,26 @@ class Swarm:
             return
         self._record = old.lengthened(max(step + 1, 2 * old.feasible_count.shape[1]))
 
+    def save(self) -> Saved:
+        """Return a copy of this step's state, for `restore`."""
+        arrays = tuple(each.copy() for each in self._changing())
+        return Saved(self.step, sum(each.nbytes for each in arrays), self._inboxes, arrays)
+
+    def restore(self, saved: Saved) -> None:
+        """Return to a step of this run that `save` has copied."""
+        if saved.room != self._inboxes:
+            self._begin(saved.room)
+        for array, old in zip(self._changing(), saved.arrays, strict=True):
+            np.copyto(array, old)
+
+    def _changing(self) -> list[NDArray[Any]]:
+        """Return the arrays that a step may change, without the curves: they are written again."""
+        state, record = self._state, self._record
+        names = {each.name for each in fields(state)} - {"tasks", "task_cells", "task_lists", "tables"}
+        arrays = [getattr(state, each) for each in sorted(names - {"robot_cells"})]
+        cells = state.robot_cells
+        return [*arrays, cells.points, cells.start, record.decision, record.decision_step, record.account]
+
     @property
     def step(self) -> int:
         """Number of steps simulated so far."""
@@ -215,6 +252,41 @@ class Swarm:
         return known[: self.scenario.robots.count, : self._params.strategy.knowledge.words]
 
     @property
+    def declaration_step(self) -> int:
+        """First step at which more than the threshold's share had declared one opinion; -1 before."""
+        return int(self._record.declare_step[0])
+
+    def robot(self, number: int) -> RobotState:
+        """Return what one robot knows at this step.
+
+        Parameters
+        ----------
+        number : int
+            Number of the robot, from 0.
+
+        Raises
+        ------
+        FeasibeeError
+            If there is no such robot.
+        """
+        i = self._place_of(check_integer("robot", number, 0, self.scenario.robots.count - 1))
+        from feasibee.simulation import inspection
+
+        kinds = max(1, len(self.scenario.robots.classes))
+        x, y = self._in_units(*(self._state.robots[[self._layout.Robot.X, self._layout.Robot.Y], i : i + 1]))[
+            0
+        ]
+        place, flags = (float(x), float(y)), _sets_of_flags(self._layout)
+        return inspection.state_of(self._params, self._state, i, place, kinds, flags)
+
+    def _place_of(self, number: int) -> int:
+        """Return where the state has a robot."""
+        if not self._params.in_space_order:
+            return number
+        labels = self._state.robots[self._layout.Robot.LABEL, : self.scenario.robots.count]
+        return int(np.flatnonzero(labels >> 2 == number)[0])
+
+    @property
     def bits_sent(self) -> int:
         """Total length in bits of all messages sent so far."""
         return int(self._state.clock[self._layout.Clock.BITS])
@@ -246,17 +318,8 @@ class Swarm:
     def snapshot(self) -> Snapshot:
         """Return the robots of this step in few bytes."""
         layout = self._layout
-        sets = (
-            layout.Set.FEASIBLE,
-            layout.Set.NEUTRAL,
-            layout.Set.DISSEMINATING,
-            layout.Set.COMMITTED,
-            layout.Set.DECLARED,
-            layout.Set.WORKING,
-            layout.Set.BYZANTINE,
-            layout.Set.STUBBORN,
-        )  # in the order of FLAGS
-        members = np.unpackbits(self._state.sets[list(sets)].view(np.uint8), axis=1, bitorder="little")
+        sets = _sets_of_flags(layout)
+        members = np.unpackbits(self._state.sets[sets].view(np.uint8), axis=1, bitorder="little")
         x, y = map(self._coarse, self._numbers([layout.Robot.X, layout.Robot.Y]))
         steps = self._numbers([layout.Robot.STEP_X, layout.Robot.STEP_Y]).astype(np.float32)
         turns = np.arctan2(steps[1], steps[0]) * np.float32(128 / np.pi)
@@ -320,3 +383,8 @@ class Swarm:
         if not self._params.in_space_order:
             return slice(count)
         return np.argsort(self._state.robots[self._layout.Robot.LABEL, :count])
+
+
+def _sets_of_flags(layout: Any) -> list[int]:
+    """Return the sets whose members have each of `FLAGS`."""
+    return [layout.Set[name.upper()] for name in FLAGS]

@@ -16,6 +16,8 @@ Our own; sets that only grow merge in any order (Shapiro et al., "Conflict-free 
 """
 
 BY_NAME = True
+NEEDS_IDS = True
+NEEDS_NAMES = True
 POSITION_BITS = 32
 SHIFT, LAST = 5, 31
 """Member k of a set is bit ``k & LAST`` of word ``k >> SHIFT``."""
@@ -89,6 +91,13 @@ def count(known, counts, me):
         number = words_of(me.setting.robot_ids if k < me.setting.robot_classes else me.setting.task_ids)
         counts[k] = members(known, first, number)
         first += number
+
+
+def describe(known, me):
+    """Return the sizes of the sets in words."""
+    robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)
+    robots = members(known, 0, robot_words)
+    return f"{robots} robots and {members(known, robot_words, len(known) - robot_words)} tasks, by name"
 
 
 def bits(message, me):

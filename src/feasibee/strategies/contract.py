@@ -8,8 +8,8 @@ Knowledge
 ---------
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
 strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
-``message_words``, ``start``, ``encode``, ``lie`` and ``declare``: see `Strategy`. A robot's knowledge is a
-row of `Words`, 0 at the start.
+``message_words``, ``start``, ``encode``, ``lie``, ``declare`` and ``describe``: see `Strategy`. A robot's
+knowledge is a row of `Words`, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
@@ -50,13 +50,14 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "count": ("known", "counts", "me"),
     "bits": ("message", "me"),
     "declare": ("known", "me"),
+    "describe": ("known", "me"),
 }
 """The functions of a strategy's file, and the arguments of each."""
 REQUIRED: Final = ("quality", "dissemination", "decide")
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare")
+KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare", "describe")
 """The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
@@ -66,6 +67,8 @@ CONSTANTS: Final[Mapping[str, str]] = {
     "STARTS_NEUTRAL": "starts_neutral",
     "BY_NAME": "by_name",
     "NEEDS_COUNT": "needs_count",
+    "NEEDS_IDS": "needs_ids",
+    "NEEDS_NAMES": "needs_names",
     "ONE_CLASS": "one_class",
 }
 """The constants of a strategy's file, and the fields of `Manifest` that hold them."""
@@ -237,6 +240,12 @@ class Manifest:
         ``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing.
     needs_count : bool
         ``NEEDS_COUNT``: whether robots must know how many robots there are.
+    needs_ids : bool or str
+        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or the name of a parameter, with which it
+        does if that is above 0.
+    needs_names : bool or str
+        ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
+        frame that they share; or the name of a parameter, as for ``needs_ids``.
     one_class : bool
         ``ONE_CLASS``: whether robots and tasks can't have classes.
     functions : frozenset of str
@@ -255,6 +264,8 @@ class Manifest:
     starts_neutral: bool = False
     by_name: bool = False
     needs_count: bool = False
+    needs_ids: bool | str = False
+    needs_names: bool | str = False
     one_class: bool = False
     functions: frozenset[str] = frozenset()
     source: str = ""
@@ -270,6 +281,21 @@ class Manifest:
     def knowledge(self) -> bool:
         """Whether robots pass on knowledge in addition to opinions."""
         return "merge" in self.functions
+
+    def needs(self, parameters: Mapping[str, float]) -> tuple[str, ...]:
+        """Return what a robot needs: ``"names"``, ``"ids"`` or ``"count"``, by the file's constants.
+
+        Parameters
+        ----------
+        parameters : mapping of str to float
+            Values of the strategy's parameters.
+        """
+        all_needs = {"names": self.needs_names, "ids": self.needs_ids, "count": self.needs_count}
+        return tuple(
+            name
+            for name, need in all_needs.items()
+            if (parameters[need] > 0 if isinstance(need, str) else need)
+        )
 
     @property
     def declares(self) -> bool:
@@ -322,6 +348,8 @@ class Strategy(Manifest):
         ``declare(known, me)``: what the robot is sure of, 1 feasible or 0 infeasible, or -1 as long as it
         isn't. It may change what is known, such as the step of the last news. Once it returns 1 or 0, it
         isn't called again.
+    describe : callable, optional
+        ``describe(known, me)``: what is known, as a text for people. The live page shows it; no run calls it.
     """
 
     quality: Callable[[int, int], float]
@@ -339,6 +367,7 @@ class Strategy(Manifest):
     count: Callable[[Any, Any, Me], None] | None = None
     bits: Callable[[Any, Me], int] | None = None
     declare: Callable[[Any, Me], int] | None = None
+    describe: Callable[[Any, Me], str] | None = None
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:
         """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""

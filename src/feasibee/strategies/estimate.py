@@ -17,6 +17,7 @@ Our own.
 from feasibee.strategies import tally
 from feasibee.strategies.tally import rows_of, sum_up
 
+NEEDS_IDS = True
 quality = tally.quality
 dissemination = tally.dissemination
 decide = tally.decide
@@ -25,6 +26,7 @@ observe = tally.observe
 lie = tally.lie
 merge = tally.merge
 bits = tally.bits
+describe = tally.describe
 
 
 def count(known, counts, me):

@@ -37,6 +37,8 @@ from feasibee.strategies import census, quiet_census
 BY_NAME = True
 STARTS_NEUTRAL = True
 NEEDS_COUNT = True
+NEEDS_IDS = "tolerates"
+NEEDS_NAMES = True
 ONE_CLASS = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
 MEMBERS = 31
@@ -250,6 +252,12 @@ def learn(known, cell, word):
 def count(known, counts, me):
     """Count the robots, which are known, and the tasks that exist at least."""
     counts[0], counts[1] = me.setting.robots, known[LEAST]
+
+
+def describe(known, me):
+    """Return how much of the map is known, in words."""
+    cells = known[COLUMNS] * known[ROWS]
+    return f"{known[CELLS_KNOWN]} of {cells} cells, with at least {known[LEAST]} tasks"
 
 
 def bits(message, me):

@@ -31,6 +31,8 @@ from feasibee.strategies import census
 from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
 
 BY_NAME = True
+NEEDS_IDS = True
+NEEDS_NAMES = True
 STARTS_NEUTRAL = True
 ONE_CLASS = True
 PARAMETERS = {"quiet": 0.0, "tolerates": 0.0}
@@ -143,6 +145,14 @@ def count(known, counts, me):
     """Count robots and tasks."""
     counts[0] = robots_of(known, me)
     counts[1] = tasks_of(known, me)
+
+
+def describe(known, me):
+    """Return the numbers of names in words."""
+    robots = (
+        f"{me.setting.robots} robots, as told" if me.setting.knows_count else f"{robots_of(known, me)} robots"
+    )
+    return f"{robots}, and {tasks_of(known, me)} tasks, by name; quiet until step {known[UNTIL]}"
 
 
 def bits(message, me):

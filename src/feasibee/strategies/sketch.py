@@ -23,6 +23,8 @@ import math
 from feasibee.strategies import census
 
 BY_NAME = True
+NEEDS_IDS = True
+NEEDS_NAMES = True
 REGISTERS = 128
 TOP = 15
 
@@ -111,6 +113,14 @@ def count(known, counts, me):
             weight += weight
         z += REGISTERS * sigma
         counts[k] = int(0.7213475204444817 * REGISTERS * REGISTERS / z * 65536)  # 1 / (2 log 2)
+
+
+def describe(known, me):
+    """Return the estimated sizes in words."""
+    counts = [0] * (me.setting.robot_classes + me.setting.task_classes)
+    count(known, counts, me)
+    robots = sum(counts[: me.setting.robot_classes]) / 65536
+    return f"about {robots:.1f} robots and {sum(counts) / 65536 - robots:.1f} tasks, estimated"
 
 
 def bits(message, me):

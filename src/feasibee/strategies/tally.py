@@ -117,6 +117,15 @@ def count(known, counts, me):
     sum_up(known, counts)
 
 
+def describe(known, me):
+    """Return the sums of all rows in words."""
+    counts = [0] * (me.setting.robot_classes + me.setting.task_classes)
+    sum_up(known, counts)
+    rows, _ = rows_of(known, len(counts))
+    robots = sum(counts[: me.setting.robot_classes])
+    return f"totals of {rows} robots: {robots} sightings of robots and {sum(counts) - robots} of tasks"
+
+
 def bits(message, me):
     """Return the length of a table."""
     classes = me.setting.robot_classes + me.setting.task_classes

@@ -41,6 +41,8 @@ from feasibee.strategies import tally
 from feasibee.strategies.certified import tolerated
 
 NEEDS_COUNT = True
+NEEDS_IDS = True
+NEEDS_NAMES = "arrivals"
 ONE_CLASS = True
 PARAMETERS = {"arrivals": 0.0, "kappa": 1.19, "tolerates": 0.0}
 DIGITS = 6
@@ -176,6 +178,12 @@ def count(known, counts, me):
             tasks -= tasks_of(known[place])
     counts[0] = int((2 * me.setting.robots + 1) * (known[0] + robots) / kappa(me))
     counts[1] = 2 * (me.setting.robots - 1) * (known[1] + tasks)
+
+
+def describe(known, me):
+    """Return its own totals and the number of rows in words."""
+    heard = sum(known[place] != 0 for place in range(ROWS, ROWS + me.setting.robots))
+    return f"saw robots {known[0]} times and tasks {known[1]} times in its life; has totals of {heard} others"
 
 
 def bits(message, me):

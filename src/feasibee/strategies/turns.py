@@ -34,6 +34,8 @@ from feasibee.strategies.certified import steps_for, steps_given, tasks_to_inven
 from feasibee.strategies.quiet_census import patience
 
 NEEDS_COUNT = True
+NEEDS_IDS = "tolerates"
+NEEDS_NAMES = True
 ONE_CLASS = True
 PARAMETERS = {"names": 1.0, "name_bits": 20.0, "quiet": 0.0, "tolerates": 0.0, "looks": 1.0}
 NAMES, NAME_BITS, QUIET, TOLERATES, LOOKS = 0, 1, 2, 3, 4
@@ -227,6 +229,12 @@ def count(known, counts, me):
     """Count the robots, and the names; more than robots after an alarm."""
     counts[0] = me.setting.robots
     counts[1] = me.setting.robots + 1 if known[ALARM] == 1 else known[KNOWN]
+
+
+def describe(known, me):
+    """Return the number of names in words."""
+    alarm = "; the alarm was raised" if known[ALARM] else ""
+    return f"{known[KNOWN]} tasks, by name; quiet until step {known[UNTIL]}{alarm}"
 
 
 def bits(message, me):

@@ -1,30 +1,48 @@
-"""Assess a swarm before deployment: how often it would be right, how soon, and what would help."""
+"""Assess a swarm before deployment: whether it would be right, how sure that is, and what would help."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Final
 
 from feasibee.errors import ScenarioError
+from feasibee.results.crossing import Rule
 from feasibee.results.statistics import paired_difference, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.assessment import Assessment, Trial, wait_for
+from feasibee.strategies import STRATEGIES
+from feasibee.studies.assessment import Assessment, Trial
 from feasibee.studies.comparison import Outcome, design_points, outcomes_of
+from feasibee.studies.needs import asked_of
+from feasibee.studies.recommend import TOLERATES, all_strategies, opposite_of, recommend_within, world_of
+from feasibee.studies.recommendation import Candidate, Constraints, Recommendation
+from feasibee.studies.shares import SURE, wait_for
+from feasibee.studies.size import band_within, size_within
 from feasibee.studies.suitable import suitable
 from feasibee.sweeps.sweep import Execution, Rounds
 
-OPPOSITE_SHARE = 0.3
-"""Share of the runs that are at the opposite truth, about: for the progress only."""
-AS_IT_IS = "as it is"
+AS_IT_IS: Final = "as it is"
+EXPECTED: Final = 3
+"""Runs of a whole assessment, as a multiple of those of its first round, about: for the progress only."""
+RESOLUTION: Final = 0.15
+"""Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
+LEAST_RUNS: Final = 400
+"""A search may use so many runs of a value: 100 % of 200 is not enough to exclude 95 %."""
+LOST: Final = 0.2
+"""Share of lost messages that is tried as a fault."""
+MORE: Final = 1.5
+"""Ranges and robots are tried at so many times their number."""
 
 
 def assess(
-    scenario: Scenario, runs: int = 400, seed: int = 0, execution: Execution | None = None
+    scenario: Scenario,
+    runs: int = 400,
+    seed: int = 0,
+    execution: Execution | None = None,
+    right: float = SURE,
 ) -> Assessment:
-    """Simulate a swarm, changes to it, and other strategies, all on the same worlds.
+    """Simulate a swarm, changes to it, other strategies and single faults, all on the same worlds.
 
     A swarm that always gave one answer would be right in all worlds of one truth. So the swarm, and the
     strategies that do better, are also simulated at the reciprocal ratio of robots to tasks.
@@ -34,55 +52,103 @@ def assess(
     scenario : Scenario
         What to assess.
     runs : int
-        Number of runs of each variant.
+        Number of runs of each variant; searches use up to as many for each of their values, or 400.
     seed : int
         64 bits.
     execution : Execution, optional
         Where to compute and keep the runs; by default on threads, and in memory.
+    right : float
+        Share of swarms that must be right.
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
-    others, changed = _other_strategies(scenario), _changes(scenario)
-    kinds = {AS_IT_IS: scenario, **changed, **others}
-    with Rounds(execution, round(len(kinds) * runs / (1 - OPPOSITE_SHARE))) as rounds:
-        outcomes = _outcomes(rounds, kinds, runs, seed)
+    with Rounds(execution, EXPECTED * len(STRATEGIES) * runs) as rounds:
+        return _Assessing(rounds, scenario, runs, seed, right).assessment()
+
+
+@dataclass(frozen=True)
+class _Assessing:
+    """The rounds of one assessment."""
+
+    rounds: Rounds
+    scenario: Scenario
+    runs: int
+    seed: int
+    right: float
+
+    def assessment(self) -> Assessment:
+        scenario = self.scenario
+        others, changed = _other_strategies(scenario), changes_of(scenario)
+        outcomes = self._outcomes({AS_IT_IS: scenario, **changed, **others})
         base = outcomes[AS_IT_IS]
-        strategies = _ranked(others, outcomes, base)
+        strategies = _trials(others, outcomes, base)
         better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
-        opposite = _outcomes(rounds, _turned({AS_IT_IS: scenario, **better}), runs, seed)
-    right, held = int(base.right.sum()), int(base.agreed.sum())
-    return Assessment(
-        scenario=scenario,
-        verdict=explain(scenario),
-        outcome=base,
-        right=wilson(right, runs),
-        wrong=wilson(held - right, runs),
-        split=wilson(runs - held, runs),
-        wait=wait_for(base),
-        limits=_ranked(changed, outcomes, base),
-        strategies=[replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
-        opposite=opposite.get(AS_IT_IS),
-    )
+        opposite = self._outcomes(_turned({AS_IT_IS: scenario, **better}))
+        right, held = int(base.right.sum()), int(base.agreed.sum())
+        recommendation, recommended = self._recommended()
+        rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
+        chosen = None if recommended is None else recommended.scenario
+        return Assessment(
+            scenario=scenario,
+            truth=explain(scenario),
+            target=self.right,
+            outcome=base,
+            right=wilson(right, self.runs),
+            wrong=wilson(held - right, self.runs),
+            split=wilson(self.runs - held, self.runs),
+            wait=wait_for(base, self.right),
+            asked=asked_of(scenario, self.seed),
+            sizing=size_within(self.rounds, scenario, rule, self.seed),
+            limits=_trials(changed, outcomes, base),
+            strategies=[_with_opposite(trial, opposite) for trial in strategies],
+            opposite=opposite.get(AS_IT_IS),
+            recommendation=recommendation,
+            recommended=recommended,
+            recommended_asked=None if chosen is None else asked_of(chosen, self.seed),
+            recommended_band=None if chosen is None else band_within(self.rounds, chosen, rule, self.seed),
+            faults=self._faults(chosen or scenario),
+            seed=self.seed,
+        )
+
+    def _outcomes(self, kinds: Mapping[str, Scenario]) -> dict[str, Outcome]:
+        designs = design_points(kinds, (), self.runs, self.seed)
+        return {each.contender: each for each in outcomes_of(self.rounds, designs, self.runs, self.seed)}
+
+    def _recommended(self) -> tuple[Recommendation, Candidate | None]:
+        """Return which strategies reach the target, and of these the scenario's, or else the first."""
+        own, constraints = self.scenario.decision.strategy, Constraints(self.right)
+        found = recommend_within(
+            self.rounds,
+            self.scenario,
+            world_of(self.scenario, constraints),
+            constraints,
+            all_strategies(self.scenario),
+            max(LEAST_RUNS, self.runs),
+            self.seed,
+        )
+        first = found.ranking[0] if found.ranking else None
+        return found, next((each for each in found.ranking if each.strategy == own), first)
+
+    def _faults(self, chosen: Scenario) -> list[Trial]:
+        """Return what single faults do to a swarm, compared with the same swarm without them."""
+        kinds = {AS_IT_IS: chosen, **faults_of(chosen)}
+        outcomes = self._outcomes(kinds)
+        base = outcomes.pop(AS_IT_IS)
+        return [
+            Trial(name, each, paired_difference(each.right, base.right)) for name, each in outcomes.items()
+        ]
 
 
-def _outcomes(rounds: Rounds, kinds: Mapping[str, Scenario], runs: int, seed: int) -> dict[str, Outcome]:
-    found = outcomes_of(rounds, design_points(kinds, (), runs, seed), runs, seed)
-    return {each.contender: each for each in found}
+def _with_opposite(trial: Trial, opposite: Mapping[str, Outcome]) -> Trial:
+    return Trial(trial.name, trial.outcome, trial.difference, opposite.get(trial.name))
 
 
 def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
     """Return the scenarios at the reciprocal ratio, where the truth is the opposite, as far as possible."""
-    turned = {}
-    for name, scenario in kinds.items():
-        robots, tasks = scenario.robots.count, scenario.tasks.count
-        others = robots + 1 if tasks == robots else max(1, round(robots * robots / max(1, tasks)))
-        if scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
-            continue
-        with suppress(ScenarioError):  # such as more tasks than a census has room for
-            turned[name] = scenario.replace({"tasks.count": others})
-    return turned
+    turned = {name: opposite_of(scenario) for name, scenario in kinds.items()}
+    return {name: each for name, each in turned.items() if each is not None}
 
 
-def _ranked(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Outcome) -> list[Trial]:
+def _trials(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Outcome) -> list[Trial]:
     trials = [
         Trial(name, outcomes[name], paired_difference(outcomes[name].right, base.right)) for name in names
     ]
@@ -96,15 +162,20 @@ def _other_strategies(scenario: Scenario) -> dict[str, Scenario]:
     return others
 
 
-def _changes(scenario: Scenario) -> dict[str, Scenario]:
+def changes_of(scenario: Scenario) -> dict[str, Scenario]:
     """Return the scenario with each change that may show what limits the swarm."""
-    sensing, radio, decision = scenario.sensing, scenario.radio, scenario.decision
+    sensing, radio, decision, robots = scenario.sensing, scenario.radio, scenario.decision, scenario.robots
     tried: dict[str, dict[str, Any]] = {
-        "sight 1.5 times as far": {"sensing.range": 1.5 * sensing.range, "radio.range": radio.range},
-        "radio 1.5 times as far": {"radio.range": 1.5 * radio.range},
+        "sight 1.5 times as far": {"sensing.range": MORE * sensing.range, "radio.range": radio.range},
+        "radio 1.5 times as far": {"radio.range": MORE * radio.range},
         "explorations 3 times as long": {"decision.exploration": 3 * decision.exploration},
         "3 times as many steps": {"run.steps": 3 * scenario.run.steps},
     }
+    if not (robots.classes or robots.points):
+        more = round(MORE * robots.count)
+        tried[f"{more} robots instead of {robots.count}"] = {"robots.count": more}
+    if not sensing.count_self:
+        tried["robots that count themselves"] = {"sensing.count_self": True}
     if sensing.miss or sensing.false_robots or sensing.false_tasks:
         tried["a perfect sensor"] = {
             f"sensing.{name}": 0.0 for name in ("miss", "false_robots", "false_tasks")
@@ -113,6 +184,33 @@ def _changes(scenario: Scenario) -> dict[str, Scenario]:
         tried["no message lost"] = {"radio.loss": 0.0}
     if scenario.faults.stopped or scenario.faults.byzantine or scenario.faults.stubborn:
         tried["no faulty robot"] = {f"faults.{name}": 0.0 for name in ("stopped", "byzantine", "stubborn")}
+    return _valid(scenario, tried)
+
+
+def faults_of(scenario: Scenario) -> dict[str, Scenario]:
+    """Return the scenario with each single fault that may happen in addition to its own."""
+    robots, faults = scenario.robots.count, scenario.faults
+    stopped, byzantine, _ = scenario.faulty
+    lying = {"faults.byzantine": faults.byzantine + 1 / robots}
+    liars = _numbered(byzantine + 1, "Byzantine robot")
+    tried: dict[str, dict[str, Any]] = {
+        f"with {liars}": lying,
+        f"with {_numbered(stopped + 1, 'broken robot')}": {"faults.stopped": faults.stopped + 1 / robots},
+        "with a fifth of the messages lost": {"radio.loss": 1 - (1 - LOST) * (1 - scenario.radio.loss)},
+    }
+    parameters = scenario.decision.parameters
+    if parameters.get(TOLERATES, byzantine + 1) <= byzantine:
+        bearing = {"decision.parameters": {**parameters, TOLERATES: byzantine + 1}}
+        tried[f"with {liars} and {TOLERATES} = {byzantine + 1}"] = {**lying, **bearing}
+    return _valid(scenario, tried)
+
+
+def _numbered(number: int, name: str) -> str:
+    return f"{number} {name}" if number == 1 else f"{number} {name}s"
+
+
+def _valid(scenario: Scenario, tried: Mapping[str, Mapping[str, Any]]) -> dict[str, Scenario]:
+    """Return the scenario with each of the changes that it supports."""
     changed = {}
     for name, values in tried.items():
         try:

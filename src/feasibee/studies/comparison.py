@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
-from feasibee.figures.style import save_both
+from feasibee.figures.style import looks, save_both
 from feasibee.files import write_csv
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION, exact
 from feasibee.model.record import Record
@@ -279,10 +279,13 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
     accuracies = {name: [each.accuracy for each in group] for name, group in groups.items()}
     shares = {name: np.array([each.right_at / each.runs for each in group]) for name, group in groups.items()}
     totals = {name: (mean_bits(group), overall(group)) for name, group in groups.items()}
+    before = looks({name: share.estimate for name, (_, share) in totals.items()})
     figures = {
-        "compare_ratio": draw_against_ratio(labels, numbers, accuracies),
-        "compare_time": draw_against_time(shares),
-        "compare_bits": draw_against_bits(totals, "swarms that are right at the end,\nover all ratios (%)"),
+        "compare_ratio": draw_against_ratio(labels, numbers, accuracies, before=before),
+        "compare_time": draw_against_time(shares, before=before),
+        "compare_bits": draw_against_bits(
+            totals, "swarms that are right at the end,\nover all ratios (%)", before=before
+        ),
     }
     declared = {name: declared_of(group) for name, group in groups.items()}
     if any(declared.values()):
@@ -292,6 +295,7 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
             {name: [each.ok for each in group] or None for name, group in declared.items()},
             "swarms that declared rightly (%)",
             {name: [each.wrong for each in group] for name, group in declared.items()},
+            before=before,
         )
     for name, drawn in figures.items():
         save_both(drawn, folder / name)

@@ -8,19 +8,17 @@ Fuady, Tarapore, Ehsan, Soorati, "Collective Decision-Making on Task Allocation 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from matplotlib import colormaps
 
 from feasibee.figures.arena import plot_arena
-from feasibee.figures.decisions import draw_opinion_bands, plot_decisions
+from feasibee.figures.decisions import draw_opinion_panels, plot_decisions
 from feasibee.figures.style import figure, save_both
 from feasibee.files import atomic_write, make_folder, write_csv
-from feasibee.model.codes import DECISIONS, MODEL_VERSION
+from feasibee.model.codes import COLOURS, DECISIONS, MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.results.statistics import decision_times, opinion_quartiles
 from feasibee.scenario.runs import Runs
@@ -33,7 +31,7 @@ from feasibee.sweeps.sweep import Execution, Rounds
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)
 """Numbers of tasks for 20 robots: ratios from 10 to 0.1, mirrored to within 2 % (m m' = 400)."""
 
-CONVERGING = (2, 4, 10, 40, 100, 200)
+CONVERGING = (2, 4, 10, 200, 100, 40)
 DIVERGING = (16, 20, 25)
 SHOWN_STEPS = 400
 
@@ -126,10 +124,9 @@ def _write_arena(folder: Path, swarm: Swarm) -> None:
 def _write_opinions(folder: Path, points: Sequence[RatioSummary]) -> None:
     by_tasks = {point.tasks: point for point in points}
     for name, chosen in (("fig2a_converging", CONVERGING), ("fig2b_diverging", DIVERGING)):
-        bands = {f"{by_tasks[tasks].ratio:.3g}": by_tasks[tasks].quartiles for tasks in chosen}
-        with figure(4.2, 2.7) as (drawn, ax):
-            draw_opinion_bands(bands, ax, SHOWN_STEPS, [_shade(by_tasks[tasks].ratio) for tasks in chosen])
-            ax.legend(title="ratio n/m", loc="center left", bbox_to_anchor=(1.0, 0.5))
+        bands = {f"n/m = {by_tasks[tasks].ratio:.3g}": by_tasks[tasks].quartiles for tasks in chosen}
+        colours = [_colour(by_tasks[tasks].ratio) for tasks in chosen]
+        drawn = draw_opinion_panels(bands, colours, SHOWN_STEPS)
         save_both(drawn, folder / name)
         rows = (
             (tasks, by_tasks[tasks].ratio, step, *values)
@@ -139,13 +136,9 @@ def _write_opinions(folder: Path, points: Sequence[RatioSummary]) -> None:
         write_csv(folder / f"{name}.csv", ("tasks", "ratio", "step", "q25", "median", "q75"), rows)
 
 
-def _shade(ratio: float) -> tuple[float, float, float]:
-    """Return blue for ratios above 1, red for those below, darker the farther from 1; black at 1."""
-    if ratio == 1:
-        return (0.0, 0.0, 0.0)
-    colours = colormaps["Blues" if ratio > 1 else "Oranges"]
-    red, green, blue, _ = colours(0.45 + 0.5 * min(1.0, abs(math.log10(ratio))))
-    return (red, green, blue)
+def _colour(ratio: float) -> str:
+    """Return the colour of the truth at a ratio; black at 1, where both answers are near."""
+    return "black" if ratio == 1 else COLOURS["feasible" if ratio > 1 else "infeasible"]
 
 
 def _write_decisions(folder: Path, points: Sequence[RatioSummary]) -> None:

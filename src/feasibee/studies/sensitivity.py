@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.figures.style import figure
+from feasibee.figures.style import GREY, PALETTE, figure
 from feasibee.results.statistics import Interval
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -133,20 +133,16 @@ def _ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
-    """Draw each field's correlation with its interval, the strongest on top."""
+    """Draw each field's correlation with its interval, the strongest on top; grey if it may be 0."""
     with figure(5.0, 1.0 + 0.28 * len(found)) as (drawn, ax):
         rows = np.arange(len(found))[::-1]
-        middle, low, high = np.array([each.correlation for each in found]).T
         ax.axvline(0, color="0.8", linewidth=0.8, zorder=0)
-        ax.errorbar(
-            middle,
-            rows,
-            xerr=(middle - low, high - middle),
-            fmt="o",
-            color="#0072B2",
-            markersize=4,
-            elinewidth=1,
-        )
+        for row, each in zip(rows, found, strict=True):
+            middle, low, high = each.correlation
+            colour = PALETTE[0] if each.matters else GREY
+            ax.errorbar(
+                middle, row, xerr=[[middle - low], [high - middle]], fmt="o", color=colour, markersize=4
+            )
         ax.set_yticks(rows, [each.path for each in found])
         ax.set(xlim=(-1, 1), ylim=(-0.6, len(found) - 0.4), xlabel="rank correlation with right decisions")
     return drawn

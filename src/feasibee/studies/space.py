@@ -118,3 +118,60 @@ def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:
                 f"such as {dimension.path}={dimension.low:g}:{dimension.low * 2:g}"
             ) from None
     return dimension
+
+
+STEPS = 96
+"""Number of values to which a range of floats is rounded, spaced by ratio if they are all above 0."""
+
+
+def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
+    """Parse a field and a range, such as ``radio.range=1:6``; return its path and its values, ascending.
+
+    Without a range, the values go on from the scenario's own, divided by 5, up to 5 times that, as far as the
+    scenario is valid.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is no such field, it holds no numbers, or its range can't be read.
+    """
+    path, given = text.partition("=")[::2]
+    now = _number(scenario, path)
+    if given and ":" not in given:
+        raise FeasibeeError(f"{text}: must be a range, such as {path}={now:g}:{2 * now:g}")
+    if given:
+        (dimension,) = dimensions(scenario, [text])
+    else:
+        dimension = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
+    if dimension.whole:
+        values: list[Any] = list(range(max(1, round(dimension.low)), round(dimension.high) + 1))
+    else:
+        values = [float(f"{dimension.at(step / (STEPS - 1)):.3g}") for step in range(STEPS)]
+    return path, values[: valid_values(scenario, path, values)]
+
+
+def _number(scenario: Scenario, path: str) -> Any:
+    """Return the value of a field that holds a number above 0."""
+    try:
+        now = scenario.get(path)
+    except (AttributeError, LookupError):
+        now = None
+    if isinstance(now, bool) or not isinstance(now, int | float) or now <= 0:
+        raise FeasibeeError(
+            f"{path}: isn't a field with a number above 0; such as robots.count or radio.range"
+        )
+    return now
+
+
+def valid_values(scenario: Scenario, path: str, values: Sequence[Any]) -> int:
+    """Return how many of ascending values the scenario can have; the others are too large."""
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) // 2
+        try:
+            scenario.replace({path: values[middle]})
+        except ScenarioError:
+            high = middle
+        else:
+            low = middle + 1
+    return low

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.figures.style import figure, spaced_by_ratio
+from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
 from feasibee.results.statistics import Interval, paired_difference, wilson
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import right_at_end
@@ -49,6 +50,11 @@ class Tuned:
     best: Interval
     gain: Interval
     trials: list[tuple[dict[str, Any], float]]
+
+    @property
+    def gains(self) -> bool:
+        """Whether the gain is clear: its interval lies above 0."""
+        return self.gain.low > 0
 
 
 def tune(
@@ -167,19 +173,33 @@ def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int
 
 
 def draw_search(tuned: Tuned) -> Figure:
-    """Draw the share of right swarms by trial with the best so far, and against each parameter."""
+    """Draw the share of right swarms by trial with the best so far, and against each parameter.
+
+    The trials are grey, and the parameters that were chosen are highlighted. An axis is logarithmic if its
+    values span a decade.
+    """
     names = list(tuned.values)
     shares = 100 * np.array([share for _, share in tuned.trials])
     with figure(2.4 * (1 + len(names)), 2.6, columns=1 + len(names), sharey=True) as (drawn, axes):
-        axes[0].plot(shares, "o", color="0.6", markersize=3)
-        axes[0].step(np.arange(shares.size), np.maximum.accumulate(shares), color="#0072B2", where="post")
+        axes[0].plot(shares, "o", color=GREY, markersize=3)
+        axes[0].step(np.arange(shares.size), np.maximum.accumulate(shares), color=PALETTE[0], where="post")
         axes[0].set(xlabel="trial", ylabel="right swarms (%)", title="best so far")
         for ax, name in zip(axes[1:], names, strict=True):
             values = [parameters[name] for parameters, _ in tuned.trials]
             shown = [str(value) for value in values] if isinstance(values[0], str | bool) else values
-            order = ax.scatter(shown, shares, c=np.arange(shares.size), cmap="viridis", s=12)
+            ax.plot(shown, shares, "o", color=GREY, markersize=3)
+            _mark_chosen(ax, tuned, shown, shares)
             ax.set(xlabel=name)
-            if not isinstance(values[0], str | bool) and min(values) > 0:
+            if not isinstance(values[0], str | bool) and are_spaced_by_ratio(values):
                 spaced_by_ratio(ax)
-        drawn.colorbar(order, ax=axes[-1], label="trial")
     return drawn
+
+
+def _mark_chosen(ax: Axes, tuned: Tuned, shown: Sequence[Any], shares: NDArray[np.float64]) -> None:
+    """Highlight the first trial with the parameters that were chosen."""
+    place = next(place for place, (values, _) in enumerate(tuned.trials) if values == tuned.values)
+    ax.plot(shown[place], shares[place], "o", color=PALETTE[0], markersize=5)
+    look: dict[str, Any] = {"color": text_colour(PALETTE[0]), "fontsize": 8}
+    ax.annotate(
+        "chosen", (shown[place], shares[place]), (0, 5), textcoords="offset points", ha="center", **look
+    )

@@ -1,19 +1,17 @@
-"""A journal as tables: one row per point, to look at, or one row per run, to export."""
+"""A journal as a table of its points: what each varies, and statistics of its runs."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError, UnknownFieldError, how_to_install
-from feasibee.files import atomic_write, check_output
-from feasibee.model.codes import MODEL_VERSION
+from feasibee.errors import FeasibeeError, UnknownFieldError
 from feasibee.results.declarations import (
     Declarations,
     DeclareTimes,
@@ -37,12 +35,7 @@ from feasibee.sweeps.schema import PLACES, Entry
 from feasibee.sweeps.stored import StoredPoint, stored_point
 from feasibee.sweeps.survey import Survey
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 SOURCE = "source"
-KINDS: Mapping[str, str] = {"csv": ".csv", "parquet": ".parquet", "netcdf": ".nc"}
-"""Formats of an export, and their suffixes."""
 
 
 class Summary(NamedTuple):
@@ -100,7 +93,8 @@ def survey(journal: Journal) -> tuple[list[Summary], Survey]:
 def _summary(row: StoredPoint, columns: Array) -> Summary:
     results = SimpleNamespace(**{name: columns[:, place] for name, place in PLACES.items()})
     scenario, decision, step = row.scenario, results.decision, results.decision_step
-    chosen = {"accuracy": decision == row.truth, "right_at_end": ended_right(results, scenario, row.truth)}
+    right, right_at_end = rightness(row, columns)
+    chosen = {"accuracy": right, "right_at_end": right_at_end}
     if scenario.manifest.declares:
         chosen["declared_ok"] = declared_right(results, scenario, row.truth)
         chosen["declared_wrong"] = declared_wrong(results, scenario, row.truth)
@@ -118,6 +112,12 @@ def _summary(row: StoredPoint, columns: Array) -> Summary:
             scenario.run.stop_at_decision,
         ),
     )
+
+
+def rightness(row: StoredPoint, columns: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return for each run of a point whether its decision was right, and whether it was right at the end."""
+    results = SimpleNamespace(**{name: columns[:, place] for name, place in PLACES.items()})
+    return results.decision == row.truth, ended_right(results, row.scenario, row.truth)
 
 
 def varied(points: Sequence[StoredPoint]) -> list[str]:
@@ -206,23 +206,6 @@ def _shown_value(point: Summary, path: str) -> Any:
     return value if isinstance(value, int | float | str) else str(value)
 
 
-def to_dataframe(journal: Journal) -> pd.DataFrame:
-    """Return one row per run: the point, what the study varies, the truth, and the outcome."""
-    import pandas as pd
-
-    points, parts = journal.points, []
-    fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
-    for number, row in enumerate(points):
-        part = pd.DataFrame(journal.columns(row.id), columns=list(PLACES))
-        part.insert(0, "point", row.id)
-        for place, (path, values) in enumerate(fields.items(), start=1):
-            part.insert(place, path, values[number])
-        part.insert(1 + len(fields), "seed", np.uint64(row.seed))
-        part.insert(2 + len(fields), "truth", int(row.truth))
-        parts.append(part)
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-
 def value_of(row: StoredPoint, path: str) -> Any:
     """Return a point's value of a field that this or another study in the journal varies; None if missing."""
     if path == SOURCE:
@@ -232,56 +215,3 @@ def value_of(row: StoredPoint, path: str) -> Any:
     except UnknownFieldError:
         return None
     return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
-
-
-def _column(values: list[Any]) -> list[Any]:
-    """Return values of one type, as the formats need them: numbers, Booleans, or else text."""
-    kinds = {type(value) for value in values} - {type(None)}
-    if kinds and kinds <= {int, float}:
-        return [math.nan if value is None else value for value in values]
-    if kinds == {bool} and None not in values:
-        return values
-    return [
-        "" if value is None else value if isinstance(value, str) else json.dumps(value) for value in values
-    ]
-
-
-def export(journal: Journal, kind: str, path: Path) -> int:
-    """Write one row per run to a file, which is complete or missing; return the number of rows.
-
-    Parameters
-    ----------
-    journal : Journal
-        The journal to export.
-    kind : str
-        ``"csv"``, ``"parquet"`` (needs the extra 'parquet') or ``"netcdf"``.
-    path : path
-        The file.
-    """
-    check_output(path, [KINDS[kind]])
-    rows = to_dataframe(journal)
-    with atomic_write(path) as temporary:
-        if kind == "csv":
-            rows.to_csv(temporary, index=False)
-        elif kind == "parquet":
-            try:
-                rows.to_parquet(temporary, index=False, engine="pyarrow")
-            except ImportError:
-                raise FeasibeeError(f"pyarrow: not installed; {how_to_install('parquet')}") from None
-        else:
-            _netcdf(journal, rows, temporary)
-    return len(rows)
-
-
-def _netcdf(journal: Journal, rows: pd.DataFrame, path: Path) -> None:
-    """Write all rows, with the scenarios of the points as a recipe."""
-    points = [
-        {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
-        for row in journal.points
-    ]
-    dataset = rows.rename_axis("row").to_xarray()
-    dataset.attrs = {
-        "title": "feasibee sweep",
-        "recipe": json.dumps({"model_version": MODEL_VERSION, "points": points}),
-    }
-    dataset.to_netcdf(path, engine="h5netcdf")

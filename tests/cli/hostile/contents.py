@@ -6,7 +6,19 @@ from collections.abc import Iterator
 
 from feasibee.scenario.fields import fields
 
-SECTIONS = ("arena", "robots", "tasks", "walk", "sensing", "radio", "decision", "faults", "run", "preset")
+SECTIONS = (
+    "arena",
+    "robots",
+    "tasks",
+    "walk",
+    "sensing",
+    "radio",
+    "decision",
+    "faults",
+    "run",
+    "units",
+    "preset",
+)
 NINES = "9" * 4000
 
 VALUES = {

@@ -1,7 +1,7 @@
 // The page's address keeps seed, run, point and changes, so that a copied address shows the same run.
 
 /** @typedef {{seed: string | null, run: string | null}} Which Run of a point; null: the server's choice. */
-/** @typedef {{which: Which, point: number | null, changes: Record<string, unknown>}} Kept */
+/** @typedef {{which: Which, point: number | null, against: string, changes: Record<string, unknown>}} Kept */
 
 /**
  * Read what the address keeps.
@@ -12,7 +12,7 @@ export function readAddress() {
   /** @type {Record<string, unknown>} */
   const changes = {};
   for (const [path, text] of kept) {
-    if (!path.includes(".")) continue;
+    if (!path.includes(".") && path !== "preset") continue;
     try {
       changes[path] = JSON.parse(text);
     } catch {
@@ -20,18 +20,21 @@ export function readAddress() {
     }
   }
   const point = kept.has("point") ? Number(kept.get("point")) : null;
-  return { which: { seed: kept.get("seed"), run: kept.get("run") }, point, changes };
+  const which = { seed: kept.get("seed"), run: kept.get("run") };
+  return { which, point, against: kept.get("against") ?? "", changes };
 }
 
 /**
  * Keep a run in the address, without a new entry in the browser's history.
  * @param {{seed: string, run: string}} which
  * @param {number | null} point
+ * @param {string} against
  * @param {Record<string, unknown>} changes
  */
-export function writeAddress({ seed, run }, point, changes) {
+export function writeAddress({ seed, run }, point, against, changes) {
   const kept = new URLSearchParams({ seed, run });
   if (point !== null) kept.set("point", String(point));
+  if (against) kept.set("against", against);
   for (const [path, value] of Object.entries(changes)) kept.set(path, JSON.stringify(value));
   history.replaceState(null, "", `#${kept}`);
 }

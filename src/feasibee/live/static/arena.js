@@ -22,7 +22,7 @@ const FLASH = 700; // milliseconds
  * @property {number} tasks
  * @property {boolean} truth
  * @property {number} last
- * @property {boolean} declares Whether robots can declare.
+ * @property {boolean} declares
  */
 
 /**
@@ -30,7 +30,7 @@ const FLASH = 700; // milliseconds
  * @typedef {World & {
  *   generation: number, seed: string, run: string, fields: Record<string, string | number | boolean>,
  *   toml: string, proof: string, robotClasses: [string, number][], threshold: number,
- *   counted: [number, number], stopStep: number, commits: boolean,
+ *   counted: [number, number], stopStep: number, commits: boolean, lane: number, strategy: string, swarms: number,
  * }} Opened
  */
 
@@ -72,7 +72,7 @@ export class Arena {
     this.py = new Float32Array(0);
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
     this.calm = false;
-    this.pointed = -1;
+    this.pointed = this.chosen = -1;
     this.drawn = 0;
   }
 
@@ -189,17 +189,18 @@ export class Arena {
     const { context } = this;
     this.place(now, next, between);
     if (now !== this.before) this.notice(now, time);
-    const pointed = this.pointed >= 0 && this.pointed < now.robots;
+    const shadowed = [this.pointed, this.chosen].filter((each) => each >= 0 && each < now.robots);
     if (now.robots > DETAILED) {
       this.crowd.draw(context, this.px, this.py, now.flags, LOOKS, (looks) => this.sprite(looks));
-      if (pointed) this.shadow(this.pointed);
+      for (const each of shadowed) this.shadow(each);
     } else {
       context.drawImage(this.ground, 0, 0);
-      if (pointed) this.shadow(this.pointed);
+      for (const each of shadowed) this.shadow(each);
       this.flash(time);
       this.robots(now);
       if (this.radius > 2.5 * this.ratio) this.ticks(now);
     }
+    if (this.chosen >= 0 && this.chosen < now.robots) this.ring(this.chosen);
     this.canvas.dataset.drawn = String(++this.drawn); // for tests and benchmarks
     return this.flashes.size > 0;
   }
@@ -337,6 +338,14 @@ export class Arena {
     context.stroke();
     context.setLineDash([]);
     context.globalAlpha = 1;
+  }
+
+  /** @param {number} i The robot that is inspected. */
+  ring(i) {
+    this.context.strokeStyle = this.colours.ink;
+    this.context.lineWidth = 2 * this.ratio;
+    this.circles(this.px[i], this.py[i], 2.1 * this.radius);
+    this.context.stroke();
   }
 
   /**

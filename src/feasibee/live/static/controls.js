@@ -17,22 +17,46 @@ export class Controls {
     this.inputs = new Map();
     /** @type {Map<Input, HTMLElement>} */
     this.notes = new Map();
-    for (const input of /** @type {NodeListOf<Input>} */ (form.querySelectorAll("[data-path]"))) {
-      const path = input.dataset.path ?? "";
-      this.inputs.set(path, input);
-      const note = document.createElement("span");
-      note.className = "note";
-      note.id = `note-${path.replace(".", "-")}`;
-      note.hidden = true;
-      input.setAttribute("aria-describedby", note.id);
-      input.closest("label")?.append(note);
-      this.notes.set(input, note);
-    }
+    for (const input of /** @type {NodeListOf<Input>} */ (form.querySelectorAll("[data-path]")))
+      this.add(input);
+    /** @type {Input | null} */
+    this.edited = null; // typed into, and not sent yet
+    form.addEventListener("input", (event) => (this.edited = /** @type {Input} */ (event.target)));
+    form.addEventListener("focusout", () => (this.edited = null));
     form.addEventListener("change", (event) => {
       const input = /** @type {Input} */ (event.target);
+      this.edited = null;
       if (input.dataset.path) this.changed(input.dataset.path, input);
     });
     form.addEventListener("submit", (event) => event.preventDefault());
+  }
+
+  /**
+   * Take a control into the form.
+   * @param {Input} input
+   */
+  add(input) {
+    const path = input.dataset.path ?? "",
+      note = document.createElement("span");
+    note.className = "note";
+    note.id = `note-${path.replace(".", "-")}`;
+    note.hidden = true;
+    input.setAttribute(
+      "aria-describedby",
+      [input.getAttribute("aria-describedby") ?? "", note.id].join(" ").trim(),
+    );
+    input.closest("label")?.append(note);
+    this.inputs.set(path, input);
+    this.notes.set(input, note);
+  }
+
+  // Strategy of the second swarm; empty for none.
+  get against() {
+    return this.input("against").value;
+  }
+
+  set against(name) {
+    this.input("against").value = name;
   }
 
   get which() {
@@ -54,7 +78,10 @@ export class Controls {
    * @param {Input} input
    */
   changed(path, input) {
-    if (path.includes(".")) this.changes[path] = this.valueOf(input);
+    const { empty } = input.dataset;
+    if (empty === "default" && !input.value) delete this.changes[path];
+    else if (empty === "null" && !input.value) this.changes[path] = null;
+    else if (path.includes(".") || empty) this.changes[path] = this.valueOf(input);
     this.change();
   }
 
@@ -68,7 +95,11 @@ export class Controls {
 
   /** @param {string[]} names */
   strategies(names) {
-    this.input("decision.strategy").replaceChildren(...names.map((name) => new Option(name, name)));
+    const options = () => names.map((name) => new Option(name, name)),
+      { against } = this;
+    this.input("decision.strategy").replaceChildren(...options());
+    this.input("against").replaceChildren(new Option("none", ""), ...options());
+    this.input("against").value = names.includes(against) ? against : "";
   }
 
   /**
@@ -78,14 +109,10 @@ export class Controls {
   show({ fields, seed, run }) {
     this.clearProblems();
     /** @type {Record<string, string | number | boolean | undefined>} */
-    const values = { seed, run, ...fields };
+    const values = { seed, run, ...fields, preset: String(this.changes.preset ?? "") };
     for (const [path, input] of this.inputs) {
-      const value = values[path];
-      if (
-        value === undefined ||
-        (input === document.activeElement && String(this.valueOf(input)) === String(value))
-      )
-        continue;
+      const value = values[path] ?? (input.dataset.empty ? "" : undefined);
+      if (value === undefined || input === this.edited) continue;
       if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = Boolean(value);
       else input.value = String(value);
     }
@@ -100,6 +127,17 @@ export class Controls {
   }
 
   /**
+   * Return the control of a field, or of the field that it is a part of.
+   * @param {string} path
+   * @returns {Input | undefined}
+   */
+  nearest(path) {
+    const found = this.inputs.get(path),
+      end = path.lastIndexOf(".");
+    return found || end < 0 ? found : this.nearest(path.slice(0, end));
+  }
+
+  /**
    * Show problems, each at its control if the form has one.
    * @param {Problem[]} problems
    */
@@ -107,7 +145,7 @@ export class Controls {
     this.clearProblems();
     const others = [];
     for (const { path, text } of problems) {
-      const input = this.inputs.get(path),
+      const input = this.nearest(path),
         note = input && this.notes.get(input);
       if (!input || !note) {
         others.push(text);

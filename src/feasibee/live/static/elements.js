@@ -15,6 +15,18 @@ export function formatted(value) {
 }
 
 /**
+ * Write a time in two of its largest parts, such as 8 min 20 s.
+ * @param {number} seconds
+ */
+export function duration(seconds) {
+  const whole = Math.round(seconds);
+  if (whole < 60) return `${Number(seconds.toPrecision(3))} s`;
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${whole % 60} s`;
+  const minutes = Math.round(seconds / 60);
+  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+/**
  * Announce a text to screen readers.
  * @param {string} text
  */

@@ -1,5 +1,5 @@
 // Made by `python -m feasibee.live.layout`. A test compares it with that module.
-export const PROTOCOL = 2;
+export const PROTOCOL = 3;
 export const FEASIBLE = 1,
   NEUTRAL = 2,
   DISSEMINATING = 4,
@@ -26,6 +26,8 @@ function frame(buffer, view) {
     decisionStep: view.getInt32(20, true),
     decision: view.getInt8(24),
     firstDecision: view.getInt8(25),
+    lane: view.getUint8(26),
+    jump: view.getUint8(27),
     feasible: view.getUint32(28, true),
     infeasible: view.getUint32(32, true),
     counted: view.getUint32(36, true),
@@ -60,7 +62,7 @@ function tasks(buffer, view) {
 
 // End of the generated part.
 
-/** @typedef {ReturnType<typeof frame>} Frame One step of a swarm. */
+/** @typedef {ReturnType<typeof frame> & {beside?: Frame}} Frame One step of a swarm, and of that beside it. */
 /** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks. */
 
 /**

@@ -1,25 +1,31 @@
 // The page: show what the server sends, send what the user does.
 
 import { readAddress, writeAddress } from "./address.js";
-import { Arena } from "./arena.js";
+import { Ahead } from "./ahead.js";
+import { showBanner, showConnection } from "./banner.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
+import { copyScenario } from "./copy.js";
 import { $, announce, formatted } from "./elements.js";
 import { decode } from "./frames.js";
+import { Inspector, listenToArena } from "./inspector.js";
+import { listenToKeys } from "./keys.js";
+import { Lane } from "./lane.js";
+import { buildMore } from "./more.js";
 import { Player, SPEEDS } from "./player.js";
-import { Plot } from "./plot.js";
 import { Readings } from "./readings.js";
 import { listReplays, markReplay } from "./replays.js";
+import { SeekBar } from "./seekbar.js";
+import { Seeker } from "./seeker.js";
 import { colours, startTheme } from "./theme.js";
-import { showTooltip } from "./tooltip.js";
 import { Veil } from "./veil.js";
 
 /** @import { Which } from "./address.js" */
 /** @import { Opened } from "./arena.js" */
+/** @import { Frame } from "./frames.js" */
 
 /** @typedef {(message: any) => void} Answer Handler of a JSON message of the server. */
 
-const canvas = /** @type {HTMLCanvasElement} */ ($("arena"));
 const help = /** @type {HTMLDialogElement} */ ($("help"));
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -32,14 +38,27 @@ let wanted = null; // requested, and not shown yet
 let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
 let full = false; // whether the server has too many pages already
+/** @type {Frame | null} */
+let beside = null; // the frame of the second swarm, which comes before that of the first
 
 startTheme(repaint);
 const player = new Player((steps) => connection.send({ type: "advance", steps }));
-const arena = new Arena(canvas, colours());
-const plot = new Plot($("plot"), colours());
-const readings = new Readings(plot);
+const seeker = new Seeker((message) => {
+  player.asked = true; // no more frames of other steps
+  connection.send(message);
+});
+const lanes = [new Lane(0), new Lane(1)];
+const readings = new Readings(lanes.map((each) => each.plot));
 const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
+const seekBar = new SeekBar((step) => seek(step));
+const inspector = new Inspector(inspect);
+const ahead = new Ahead(seekBar, shownLanes, (message) => connection.send(message));
 const veil = new Veil();
+
+// The swarms that the page shows: one, or two side by side.
+function shownLanes() {
+  return lanes.slice(0, world?.swarms ?? 1);
+}
 
 /**
  * Take point and changes from the address.
@@ -48,6 +67,7 @@ const veil = new Veil();
 function followAddress() {
   const kept = readAddress();
   controls.changes = kept.changes;
+  controls.against = kept.against;
   point = kept.point;
   return kept.which;
 }
@@ -61,22 +81,45 @@ function begin(step, which = controls.which) {
   player.asked = true; // no more frames of the present run
   wanted = { step, which };
   veil.prepare();
-  connection.send({ type: "open", point, changes: controls.changes, ...which, step });
+  const against = controls.against || null;
+  connection.send({ type: "open", point, changes: controls.changes, against, ...which, step });
 }
 
 /**
- * @param {string} text
- * @param {string} kind
+ * Go to a step of this run, or to the decision of one of its swarms.
+ * @param {number | "decision"} to
+ * @param {number} lane
  */
-function showConnection(text, kind) {
-  $("connection").textContent = text;
-  $("connection").dataset.state = kind;
+function seek(to, lane = 0) {
+  if (!world || wanted) return;
+  inspector.jump();
+  seeker.seek(to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane);
 }
 
-/** @param {string} text */
-function showBanner(text) {
-  $("banner-text").textContent = text;
-  $("banner").hidden = false;
+// The step that is shown.
+const shownStep = () => player.frames[0]?.step ?? 0;
+
+/** @param {number} robot */
+function inspect(robot) {
+  for (const each of lanes) {
+    each.arena.chosen = robot;
+    each.follow(robot < 0 ? null : robot);
+  }
+  dirty = true;
+  ahead.mark();
+  if (!world || wanted) return;
+  sendInspected();
+  if (!player.playing) seek(seeker.from(shownStep())); // it brings what the robot knows
+  ahead.look(isOnTheWay);
+}
+
+// Whether the server is on the way to a step: another message would make it stop there.
+function isOnTheWay() {
+  return !world || wanted !== null || seeker.busy;
+}
+
+function sendInspected() {
+  connection.send({ type: "inspect", robot: inspector.robot < 0 ? null : inspector.robot });
 }
 
 /** @type {Record<string, Answer>} */
@@ -84,12 +127,15 @@ const answers = {
   welcome(message) {
     $("banner").hidden = true;
     showConnection("live", "live");
+    if (!$("more-fields").childElementCount)
+      for (const input of buildMore(message.form, (path) => controls.inputs.has(path))) controls.add(input);
     controls.strategies(message.strategies);
     $("title").textContent = message.title;
     document.title = message.title ? `${message.title}: feasibee` : "feasibee: live arena";
     listReplays(message, (replay) => {
       point = replay.point;
       controls.changes = {};
+      startAfter = true;
       begin(0, { seed: replay.seed, run: replay.run });
     });
     if (wanted) return begin(wanted.step, wanted.which);
@@ -98,26 +144,45 @@ const answers = {
     begin(0, { seed: seed ?? (point === message.point ? message.seed : null), run: run ?? message.run });
   },
   opened(message) {
+    lanes[message.lane].open(message);
+    if (message.lane) return;
     const old = world;
-    world = message;
+    world = /** @type {Opened} */ (message);
     player.clear();
     player.last = message.last;
     player.asked = true; // the first frame comes without a request
-    arena.open(message);
-    fit();
+    seeker.reset();
+    seekBar.open(message.last);
+    inspector.open(message.robots);
+    document.body.dataset.swarms = message.swarms;
     readings.open(message);
     controls.show(message);
     $("controls").inert = false;
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
-    writeAddress(message, point, controls.changes);
+    writeAddress(message, point, controls.against, controls.changes);
     dirty = true;
+  },
+  robot(message) {
+    if (message.generation !== world?.generation || message.jump !== seeker.jump) return;
+    inspector.hear(message);
+    dirty = true;
+  },
+  outlook(message) {
+    if (message.generation === world?.generation && lanes[message.lane].foresee(message)) ahead.mark();
+    ahead.lookSoon(isOnTheWay);
+  },
+  undecided({ lane, last }) {
+    const which = world?.swarms === 2 ? ` (${lanes[lane].world?.strategy})` : "";
+    announce(`The swarm${which} has not decided by step ${formatted(last)}`);
   },
   error(message) {
     veil.hide();
     if (wanted)
       player.asked = false; // the previous run continues
     else player.halt();
+    seeker.goal = seeker.next = null;
+    startAfter = false;
     reflectPlay();
     wanted = null;
     controls.showProblems(message.problems);
@@ -131,30 +196,56 @@ const answers = {
   },
 };
 
+/** @param {Frame} frame */
+function receive(frame) {
+  lanes[frame.lane].plot.add(frame);
+  if (!seeker.accepts(frame)) return;
+  if (frame.lane) {
+    beside = frame;
+    return;
+  }
+  if (world?.swarms === 2 && beside?.step === frame.step) frame.beside = beside;
+  veil.hide();
+  const isFirst = wanted !== null;
+  wanted = null;
+  if (!seeker.busy) player.add(frame);
+  else {
+    player.arrive(frame);
+    if (!seeker.arrive()) player.asked = true; // on to the next goal
+  }
+  if (startAfter) player.play(true);
+  startAfter = false;
+  reflectPlay();
+  if (!isFirst) return;
+  for (const each of lanes) {
+    each.arena.chosen = inspector.robot;
+    each.follow(inspector.robot < 0 ? null : inspector.robot);
+  }
+  if (inspector.robot >= 0) {
+    sendInspected();
+    if (!player.playing) seek(frame.step);
+  }
+  ahead.mark();
+  ahead.look(isOnTheWay);
+}
+
 const connection = new Connection({
   message: (message) => answers[message.type]?.(message),
   binary(buffer) {
     const message = decode(buffer);
     if (!world || message.generation !== world.generation) return;
     if (message.kind === "tasks") {
-      arena.setTasks(message);
-    } else {
-      veil.hide();
-      wanted = null;
-      plot.add(message);
-      player.add(message);
-      if (startAfter) player.play(true);
-      startAfter = false;
-      reflectPlay();
-    }
+      fit();
+      for (const each of shownLanes()) each.arena.setTasks(message);
+    } else receive(message);
     dirty = true;
   },
   lost(wait) {
     veil.hide();
     showConnection("not connected", "lost");
-    if (world && !wanted)
-      wanted = { step: player.frames[0].step, which: { seed: world.seed, run: world.run } };
+    if (world && !wanted) wanted = { step: shownStep(), which: { seed: world.seed, run: world.run } };
     player.asked = true;
+    seeker.reset();
     const seconds = Math.ceil(wait / 1000);
     if (!full)
       showBanner(
@@ -175,22 +266,26 @@ function tick(time) {
   const view = player.tick(seconds);
   if (was && !player.playing) reflectPlay();
   if (view && world && (dirty || head !== player.head)) {
-    dirty = arena.draw(view, time);
-    if (!readings.isPlotted(view.now)) dirty = true;
-    readings.show(view.now, time, player.playing);
-    showTooltip(arena, world, view.now);
+    dirty = lanes[0].draw(view, time);
+    const { now, next, between } = view;
+    if (now.beside)
+      dirty = lanes[1].draw({ now: now.beside, next: next?.beside ?? null, between }, time) || dirty;
+    if (!readings.isPlotted(now)) dirty = true;
+    readings.show(now, time, player.playing);
+    if (!seeker.busy) seekBar.show(now.step);
+    inspector.show(
+      now.step,
+      shownLanes().map((each) => each.world?.strategy ?? ""),
+    );
   }
   requestAnimationFrame(tick);
 }
 
 function reflectPlay() {
-  const now = player.playing ? "playing" : `at step ${player.frames[0]?.step ?? 0}`;
+  const now = player.playing ? "playing" : `at step ${shownStep()}`;
   $("play").setAttribute("aria-label", player.playing ? "Pause" : "Play");
   $("play").dataset.playing = String(player.playing);
-  canvas.setAttribute(
-    "aria-label",
-    world ? `The arena: ${world.robots} robots and ${world.tasks} tasks, ${now}` : "The arena",
-  );
+  for (const each of lanes) each.describe(now);
 }
 
 function reflectSpeed() {
@@ -200,26 +295,20 @@ function reflectSpeed() {
 
 function reflectMotion() {
   player.smooth = !calm.matches;
-  arena.calm = calm.matches || player.speed > 60; // faster, flashes would only flicker
+  for (const { arena } of lanes) arena.calm = calm.matches || player.speed > 60; // faster, flashes would only flicker
 }
 
 function repaint() {
-  arena.setColours(colours());
-  plot.setColours(colours());
+  for (const each of lanes) each.repaint();
+  ahead.mark();
   dirty = true;
 }
 
 function fit() {
   if (!world) return;
-  arena.layout();
-  for (const id of ["transport", "legend"]) $(id).style.maxWidth = canvas.style.width;
+  for (const each of shownLanes()) if (each.world) each.arena.layout();
+  ahead.mark();
   dirty = true;
-}
-
-/** @param {boolean} playing */
-function restart(playing) {
-  startAfter = playing;
-  begin(0);
 }
 
 /** @param {number} by */
@@ -229,29 +318,38 @@ function changeSpeed(by) {
   reflectSpeed();
 }
 
-async function copyScenario() {
-  try {
-    await navigator.clipboard.writeText($("toml").textContent);
-    $("copy").textContent = "Copied";
-  } catch {
-    getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
-    $("copy").textContent = "Selected: press Ctrl-C";
-  }
-  setTimeout(() => ($("copy").textContent = "Copy"), 2000);
+/**
+ * Stop, and go to a step.
+ * @param {number | "decision"} to
+ * @param {number} lane
+ */
+function stopAt(to, lane = 0) {
+  player.play(false);
+  reflectPlay();
+  seek(to, lane);
 }
 
 /** @type {Record<string, () => void>} */
 const actions = {
   play() {
-    if (!player.playing && player.ended) return restart(true);
+    if (!player.playing && player.ended) {
+      startAfter = true;
+      return seek(0);
+    }
     player.play(!player.playing);
     reflectPlay();
   },
   step() {
+    if (seeker.busy) return stopAt(seeker.from(shownStep()) + 1); // a frame that comes later would undo it
     player.step();
     reflectPlay();
   },
-  restart: () => restart(player.playing),
+  back: () => stopAt(seeker.from(Math.ceil(player.head)) - 1),
+  decision: () => stopAt("decision"),
+  "decision-1": () => stopAt("decision", 1),
+  before: () => stopAt(lanes[0].changeBefore(seeker.from(shownStep()))),
+  after: () => stopAt(lanes[0].changeAfter(seeker.from(shownStep()))),
+  restart: () => seek(0),
   faster: () => changeSpeed(1),
   slower: () => changeSpeed(-1),
   another() {
@@ -259,55 +357,33 @@ const actions = {
     run.value = String(BigInt(/^\d+$/.test(run.value) ? run.value : "-1") + 1n);
     begin(0);
   },
+  inspect() {
+    lanes[0].canvas.focus();
+    if (inspector.robot < 0) inspector.pick(inspector.focus);
+  },
+  leave: () => inspector.pick(-1),
   help: () => (help.open ? help.close() : help.showModal()),
 };
 
-/** @type {Record<string, string>} */
-const KEYS = {
-  " ": "play",
-  ".": "step",
-  ArrowRight: "step",
-  "+": "faster",
-  "=": "faster",
-  "-": "slower",
-  r: "restart",
-  n: "another",
-  "?": "help",
-};
-
-document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey || help.open) return;
-  const at = /** @type {Element} */ (event.target);
-  if (at.closest("input, select, textarea, pre")) return;
-  if (event.key === " " && at.closest("button, summary")) return; // the browser presses it
-  const action = KEYS[event.key];
-  if (!action) return;
-  event.preventDefault();
-  actions[action]();
-});
-for (const id of ["play", "step", "restart", "faster", "slower", "another"])
-  $(id).addEventListener("click", () => actions[id]());
+listenToKeys(actions, help);
+for (const id of ["play", "step", "back", "decision", "restart", "faster", "slower", "another"])
+  $(`${id}${id === "decision" ? "-0" : ""}`).addEventListener("click", () => actions[id]());
+for (const each of lanes) {
+  listenToArena(each, inspector, () => (dirty = true));
+  new ResizeObserver(fit).observe(each.frame);
+}
 $("skip").addEventListener("click", () => $("play").focus()); // not a link: the address keeps the run
 $("help-open").addEventListener("click", actions.help);
 $("retry").addEventListener("click", () => connection.open());
 $("reset").addEventListener("click", () => {
   controls.changes = {};
+  controls.against = "";
   begin(0);
 });
 $("copy").addEventListener("click", copyScenario);
-
-/** @param {PointerEvent} event */
-function pointAt(event) {
-  const robot = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
-  if (robot !== arena.pointed) dirty = true;
-  arena.pointed = robot;
-}
-for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
-  $("frame").addEventListener(type, pointAt);
 addEventListener("hashchange", () => begin(0, followAddress()));
 calm.addEventListener("change", reflectMotion);
-new ResizeObserver(fit).observe($("frame"));
-new ResizeObserver(() => plot.resize()).observe($("plot"));
+new ResizeObserver(() => lanes.forEach((each) => each.plot.resize())).observe($("plot"));
 
 reflectPlay();
 reflectSpeed();

@@ -37,6 +37,17 @@ export class Player {
     this.frames.push(frame);
   }
 
+  /**
+   * Show this frame at once, and go on from its step.
+   * @param {Frame} frame
+   */
+  arrive(frame) {
+    this.asked = false;
+    this.frames = [frame];
+    this.head = this.target = frame.step;
+    if (this.ended) this.playing = false;
+  }
+
   get latest() {
     return this.frames[this.frames.length - 1];
   }
@@ -58,8 +69,9 @@ export class Player {
   }
 
   step() {
+    const from = Math.floor(this.head + 1e-9);
+    this.target = Math.min((this.playing ? from : Math.max(from, this.target)) + 1, this.last);
     this.playing = false;
-    this.target = Math.min(Math.floor(this.head + 1e-9) + 1, this.last);
   }
 
   /**

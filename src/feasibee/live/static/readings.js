@@ -1,6 +1,6 @@
 // The numbers beside the arena: step, decision, counts, and the plot of opinions.
 
-import { $, announce, formatted } from "./elements.js";
+import { $, announce, duration, formatted } from "./elements.js";
 import { NEUTRAL } from "./frames.js";
 
 /** @import { Opened } from "./arena.js" */
@@ -12,11 +12,12 @@ const WORDS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
 const PLOT_PAUSE = 66; // milliseconds between two drawings of the plot
 
 export class Readings {
-  /** @param {Plot} plot */
-  constructor(plot) {
-    this.plot = plot;
+  /** @param {Plot[]} plots Of the swarms side by side. */
+  constructor(plots) {
+    this.plots = plots;
     this.truth = false;
     this.step = -1; // shown
+    this.seconds = 0; // per step, if the scenario says it
     /** @type {string | null} */
     this.decision = null; // shown
     this.plotted = 0; // when
@@ -29,9 +30,9 @@ export class Readings {
   open(world) {
     const { fields } = world;
     this.truth = world.truth;
+    this.seconds = Number(fields["units.seconds"] ?? 0);
     this.step = -1;
     this.decision = null;
-    this.plot.clear(world);
     $("toml").textContent = world.toml;
     $("last").textContent = formatted(world.last);
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
@@ -56,14 +57,15 @@ export class Readings {
       this.plotted = Math.min(this.plotted, time - PLOT_PAUSE + 1);
     }
     if (this.isPlotted(frame) || (time - this.plotted < PLOT_PAUSE && playing)) return;
-    const decided = frame.decisionStep >= 0 && frame.decisionStep <= frame.step;
-    this.plot.show(frame.step, decided ? frame.decisionStep : -1);
+    for (const [lane, shown] of [frame, frame.beside].entries())
+      if (shown)
+        this.plots[lane].show(shown.step, shown.decisionStep <= shown.step ? shown.decisionStep : -1);
     this.plotted = time;
   }
 
   /** @param {Frame} frame */
   isPlotted(frame) {
-    return this.plot.shown === frame.step;
+    return this.plots[0].shown === frame.step;
   }
 
   /** @param {Frame} frame */
@@ -80,6 +82,7 @@ export class Readings {
       stopped: frame.robots - frame.working,
     };
     for (const [id, value] of Object.entries(values)) $(id).textContent = formatted(value);
+    $("time").textContent = this.seconds ? `, ${duration(frame.step * this.seconds)}` : "";
     const declared = [frame.declaredFeasible, frame.declaredInfeasible].map(formatted);
     $("declared").textContent =
       `${declared[0]} feasible, ${declared[1]} infeasible, of ${formatted(frame.counted)}`;

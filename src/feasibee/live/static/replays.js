@@ -1,4 +1,4 @@
-// The list of a sweep's runs, each a button that replays its run.
+// The list of a sweep's runs under their points, each a button that replays its run.
 
 import { $, formatted } from "./elements.js";
 
@@ -19,6 +19,7 @@ const KINDS = {
   undecided: "that didn't decide",
   all: "in the sweep",
 };
+const UNFOLDED = 12; // with more points than this, only that of the run that is shown is unfolded
 
 /**
  * @param {number | null} point
@@ -36,7 +37,33 @@ export function listReplays({ replays, pick, found }, choose) {
   const kind = KINDS[pick] ?? `that decided ${pick}`,
     listed = found > replays.length ? `; ${replays.length} listed` : "";
   $("replays-title").textContent = `${formatted(found)} runs ${kind}${listed}`;
-  $("replay-list").replaceChildren(...replays.map((replay) => itemOf(replay, choose)));
+  /** @type {Map<number, Replay[]>} */
+  const points = new Map();
+  for (const replay of replays) points.set(replay.point, [...(points.get(replay.point) ?? []), replay]);
+  const unfolded = points.size <= UNFOLDED;
+  $("replay-list").replaceChildren(...[...points.values()].map((runs) => pointOf(runs, unfolded, choose)));
+}
+
+/**
+ * Return a point of the sweep with its runs.
+ * @param {Replay[]} runs
+ * @param {boolean} unfolded
+ * @param {(replay: Replay) => void} choose
+ */
+function pointOf(runs, unfolded, choose) {
+  const item = document.createElement("li"),
+    group = document.createElement("details"),
+    title = document.createElement("summary"),
+    list = document.createElement("ol"),
+    count = document.createElement("small");
+  const values = Object.entries(runs[0].values).map(([path, value]) => `${path} ${value}`);
+  count.textContent = runs.length === 1 ? " 1 run" : ` ${runs.length} runs`;
+  title.append(values.join(", ") || `point ${runs[0].point}`, count);
+  list.append(...runs.map((replay) => itemOf(replay, choose)));
+  group.open = unfolded;
+  group.append(title, list);
+  item.append(group);
+  return item;
 }
 
 /**
@@ -45,29 +72,26 @@ export function listReplays({ replays, pick, found }, choose) {
  */
 function itemOf(replay, choose) {
   const item = document.createElement("li"),
-    button = document.createElement("button"),
-    main = document.createElement("span"),
-    more = document.createElement("small");
-  const values = Object.entries(replay.values).map(([path, value]) => `${path} ${value}`);
+    button = document.createElement("button");
   const step = replay.decision_step >= 0 ? ` at step ${replay.decision_step}` : "";
-  main.textContent = values.join(", ") || `point ${replay.point}`;
-  more.textContent = `run ${replay.run}: ${replay.decision}${step}`;
+  button.textContent = `run ${replay.run}: ${replay.decision}${step}`;
   button.type = "button";
-  button.append(main, more);
+  button.dataset.key = keyOf(replay.point, replay.run);
   button.addEventListener("click", () => choose(replay));
-  item.dataset.key = keyOf(replay.point, replay.run);
   item.append(button);
   return item;
 }
 
 /**
- * Mark the listed run that the page shows.
+ * Mark the listed run that the page shows, and unfold its point.
  * @param {number | null} point
  * @param {string} run
  */
 export function markReplay(point, run) {
-  for (const item of /** @type {HTMLCollectionOf<HTMLElement>} */ ($("replay-list").children)) {
-    const shown = item.dataset.key === keyOf(point, run);
-    item.firstElementChild?.setAttribute("aria-current", String(shown));
+  for (const button of /** @type {NodeListOf<HTMLElement>} */ ($("replay-list").querySelectorAll("button"))) {
+    const shown = button.dataset.key === keyOf(point, run),
+      group = button.closest("details");
+    button.setAttribute("aria-current", String(shown));
+    if (shown && group) group.open = true;
   }
 }

@@ -1,6 +1,5 @@
 // The tooltip of the robot under the pointer.
 
-import { $ } from "./elements.js";
 import {
   BYZANTINE,
   COMMITTED,
@@ -12,7 +11,8 @@ import {
   WORKING,
 } from "./frames.js";
 
-/** @import { Arena, Opened } from "./arena.js" */
+/** @import { Opened } from "./arena.js" */
+/** @import { Lane } from "./lane.js" */
 /** @import { Frame } from "./frames.js" */
 
 /**
@@ -51,20 +51,18 @@ function describe(world, robot, flags) {
 
 /**
  * Show the tooltip beside the robot that is pointed at, or hide it.
- * @param {Arena} arena
+ * @param {Lane} lane
  * @param {Opened} world
  * @param {Frame} frame
  */
-export function showTooltip(arena, world, frame) {
-  const robot = arena.pointed,
-    box = $("tip"),
-    { canvas } = arena;
+export function showTooltip({ arena, tip: box, canvas, frame: around }, world, frame) {
+  const robot = arena.pointed;
   box.hidden = robot < 0 || robot >= frame.robots;
   if (box.hidden) return;
   const text = describe(world, robot, frame.flags[robot]);
   if (box.textContent !== text) box.textContent = text;
   const [x, y] = arena.placeOf(robot);
-  const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, $("frame").clientWidth - box.offsetWidth));
+  const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, around.clientWidth - box.offsetWidth));
   const top = canvas.offsetTop + y + (y > 60 ? -14 - box.offsetHeight : 18);
   box.style.transform = `translate(${left}px, ${top}px)`;
 }

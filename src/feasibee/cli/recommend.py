@@ -1,0 +1,127 @@
+"""feasibee recommend: which strategy meets the constraints of a deployment."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from shutil import get_terminal_size
+from typing import TYPE_CHECKING
+
+import click
+
+from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
+from feasibee.cli.options import (
+    FiniteRange,
+    json_option,
+    read_scenario,
+    scenario_options,
+    seed_option,
+    strategies_option,
+)
+from feasibee.cli.size import by_option, right_option
+
+if TYPE_CHECKING:
+    from feasibee.studies.recommendation import Recommendation
+
+
+@click.command()
+@scenario_options
+@right_option
+@click.option("--bits", type=FiniteRange(0, 1e9, min_open=True), help="Most bits per robot-step, on average.")
+@click.option("--message-bits", type=click.IntRange(1, 2**31), help="Most bits in a message.")
+@click.option("--no-ids", is_flag=True, help="Ids of robots may be mistaken: robots draw them at random.")
+@click.option("--no-names", is_flag=True, help="Tasks have no names: all look alike.")
+@click.option(
+    "--liars", type=click.IntRange(0, 1_000_000), default=0, help="Number of Byzantine robots to bear."
+)
+@click.option(
+    "--stopped",
+    type=click.IntRange(0, 1_000_000),
+    default=0,
+    help="Number of robots that break down to bear.",
+)
+@by_option
+@strategies_option("the built-in ones and the scenario's own")
+@click.option(
+    "--runs",
+    type=click.IntRange(1),
+    default=1000,
+    show_default=True,
+    help="Largest number of runs of a strategy in a world; a test begins with 100.",
+)
+@seed_option
+@workforce_options
+@journal_option
+@json_option
+def recommend(
+    file: Path | None,
+    changes: tuple[str, ...],
+    right: float,
+    bits: float | None,
+    message_bits: int | None,
+    no_ids: bool,
+    no_names: bool,
+    liars: int,
+    stopped: int,
+    by: int | None,
+    strategies: tuple[str, ...],
+    runs: int,
+    seed: int,
+    workforce: Workforce,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Recommend strategies that meet the constraints of a deployment, and say why others don't.
+
+    FILE is a scenario in TOML; without one, the paper's defaults. Each strategy is tested in this world, with
+    the faulty robots that it must bear, and with the number of tasks at which the truth is the opposite. What
+    it needs is declared in its file; what it bears is measured.
+
+    \b
+    Examples:
+      feasibee recommend mine.toml
+      feasibee recommend mine.toml --liars 1 --message-bits 64 --by 500
+      feasibee recommend mine.toml --no-names --strategies dmmd,average,mine.py
+    """
+    from feasibee.scenario.runs import Runs
+    from feasibee.studies.recommend import recommend as test_all
+    from feasibee.studies.recommendation import Constraints
+
+    more = () if by is None else (f"run.steps={by}",)
+    scenario = read_scenario(file, (*changes, *more))
+    constraints = Constraints(right, bits, message_bits, not no_ids, not no_names, liars, stopped)
+    Runs(runs, seed)  # raises before the tests
+    with executing("Testing strategies", out, workforce) as execution:
+        found = test_all(scenario, constraints, strategies, runs, seed, execution)
+    if as_json:
+        click.echo(json.dumps(found.to_dict(), indent=2))
+    else:
+        _print(found)
+
+
+def _print(found: Recommendation) -> None:
+    from feasibee.studies.recommendation import described
+
+    if found.ranking:
+        click.echo(f"Right in at least {100 * found.constraints.right:g} % of the swarms, the best first:")
+    else:
+        click.echo("No strategy is shown to meet all constraints.")
+    for place, each in enumerate(found.ranking, start=1):
+        best = found.best[each.strategy]
+        title = f"{place}. {each.strategy}" + (f" ({', '.join(best)})" if best else "")
+        click.echo(_entry(title, described(each)))
+    for relaxed in found.relax:
+        title = f"{relaxed.in_words}: {relaxed.candidate.strategy}"
+        click.echo(_entry(title, described(relaxed.candidate)))
+    if found.excluded:
+        click.echo("Excluded:")
+    for name, reason in found.excluded.items():
+        click.echo(click.wrap_text(f"{name}: {reason}", _width(), "  ", "    "))
+
+
+def _entry(title: str, text: str) -> str:
+    return f"  {title}\n" + click.wrap_text(text, _width(), "     ", "     ")
+
+
+def _width() -> int:
+    return min(100, get_terminal_size().columns)

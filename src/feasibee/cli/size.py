@@ -1,0 +1,133 @@
+"""feasibee size: how many robots are enough, and for which numbers of tasks a swarm is blind."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from feasibee.cli.completion import complete_strategy
+from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
+from feasibee.cli.options import (
+    FiniteRange,
+    check_figure,
+    file_type,
+    json_option,
+    keep_matplotlib_in_cache,
+    named,
+    read_scenario,
+    scenario_options,
+    seed_option,
+    wrapped,
+)
+
+if TYPE_CHECKING:
+    from feasibee.studies.sizing import Sizing
+
+right_option = click.option(
+    "--right",
+    type=FiniteRange(0, 1, min_open=True, max_open=True),
+    default=0.95,
+    show_default=True,
+    help="Share of swarms that must be right.",
+)
+by_option = click.option(
+    "--by", type=int, metavar="STEP", help="Step by which they must be right: short for --set run.steps=..."
+)
+
+
+@click.command()
+@scenario_options
+@right_option
+@by_option
+@click.option(
+    "--over",
+    callback=named,
+    default="robots.count",
+    show_default=True,
+    metavar="FIELD[=LOW:HIGH]",
+    help="Field to search, such as radio.range or run.steps.",
+)
+@click.option(
+    "--strategy",
+    callback=named,
+    shell_complete=complete_strategy,
+    help="Short for --set decision.strategy=...",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(1),
+    default=2000,
+    show_default=True,
+    help="Largest number of runs at each value; the search begins with 100.",
+)
+@seed_option
+@workforce_options
+@click.option(
+    "--plot", type=file_type, metavar="FILE.png", help="Draw the shares, with the blind band shaded."
+)
+@journal_option
+@json_option
+def size(
+    file: Path | None,
+    changes: tuple[str, ...],
+    right: float,
+    by: int | None,
+    over: str,
+    strategy: str | None,
+    runs: int,
+    seed: int,
+    workforce: Workforce,
+    plot: Path | None,
+    out: Path | None,
+    as_json: bool,
+) -> None:
+    """Find out how many robots are enough for a swarm to be right often enough.
+
+    FILE is a scenario in TOML; without one, the paper's defaults. The answer is the least number of robots
+    for these tasks, or the least value of another field. It also has the blind band: the numbers of tasks for
+    which this swarm is not right often enough. The search tests few values, each by as many runs as it takes;
+    the whole answer holds with a probability of 95 %. It assumes that the share of right swarms doesn't fall
+    as the field grows.
+
+    \b
+    Examples:
+      feasibee size mine.toml
+      feasibee size mine.toml --strategy average --right 0.99 --by 600 --plot size.png
+      feasibee size mine.toml --over radio.range=1:8
+    """
+    keep_matplotlib_in_cache()
+    from feasibee.figures.sizing import draw_sizing
+    from feasibee.figures.style import save_figure
+    from feasibee.results.crossing import Rule
+    from feasibee.scenario.runs import Runs
+    from feasibee.studies.size import size as search
+    from feasibee.studies.sizing import panels_of
+
+    check_figure("--plot", plot)
+    shorts = {"decision.strategy": strategy, "run.steps": by}
+    more = (f"{field}={value}" for field, value in shorts.items() if value is not None)
+    scenario = read_scenario(file, (*changes, *more))
+    Runs(runs, seed)  # raises before the search
+    with executing("Sizing", out, workforce) as execution:
+        found = search(
+            scenario, over, Rule(right, most=runs), seed, execution, lambda line: click.echo(line, err=True)
+        )
+    if plot is not None:
+        save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
+    if as_json:
+        click.echo(json.dumps(found.to_dict(), indent=2))
+    else:
+        _print(found, plot)
+
+
+def _print(found: Sizing, plot: Path | None) -> None:
+    from feasibee.studies.sizing import sentences
+
+    for sentence in sentences(found):
+        click.echo(wrapped(sentence))
+    click.echo(f"Whole answer: {100 * found.rule.confidence:g} % confidence.")
+    if plot is not None:
+        click.echo(f"The figure is {plot}")

@@ -1,0 +1,142 @@
+"""One of the swarms that a page shows: its time, its frames and its other messages."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from feasibee.live.form import shown
+from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.outlook import Outlook
+from feasibee.live.reasons import reasons_of
+from feasibee.live.timeline import Timeline
+from feasibee.scenario.feasibility import explain
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.swarm import Swarm
+
+STEPS_LIMIT: Final = 200_000
+ROOM: Final = 256 * 2**20
+"""Most bytes of a page's swarms, in addition to what is proportional to robots and tasks."""
+LONGEST: Final = 2000
+"""Most characters of a field that isn't a number or a word, in the form of settings."""
+
+
+class RunRequest(NamedTuple):
+    """A validated request of a page: a run, the step to go to, and the second swarm, if any."""
+
+    scenario: Scenario
+    seed: int
+    run: int
+    step: int
+    second: Scenario | None = None
+
+
+def last_step(scenario: Scenario) -> int:
+    """Return the last step that a page can show: that of the run, but at most `STEPS_LIMIT`."""
+    return min(scenario.run.steps, STEPS_LIMIT)
+
+
+class Lane:
+    """A swarm of a page, and which of its counts the page has received.
+
+    Parameters
+    ----------
+    number : int
+        0, or 1 for the second swarm.
+    scenario : Scenario
+        The swarm and its world.
+    seed, run : int
+        Seed and number of the run.
+    room : int
+        Most bytes of its state, in addition to what is proportional to robots and tasks.
+    """
+
+    def __init__(self, number: int, scenario: Scenario, seed: int, run: int, room: int) -> None:
+        self.number = number
+        self.swarm = Swarm(scenario, seed, run, room=room)
+        self.timeline = Timeline(self.swarm)
+        self._which = scenario, seed, run
+        self._room = room
+        self._outlook: Outlook | None = None
+        self._counts_sent = 0
+
+    @property
+    def outlook(self) -> Outlook:
+        """What lies ahead; the first use makes a second swarm.
+
+        Raises
+        ------
+        FeasibeeError
+            If that swarm needs too much memory.
+        """
+        if self._outlook is None:
+            scenario, seed, run = self._which
+            swarm = Swarm(scenario, seed, run, room=self._room // 2)
+            self._outlook = Outlook(swarm, last_step(scenario))
+        return self._outlook
+
+    def frame(self, generation: int, jump: int) -> bytes:
+        """Return the frame of the current step, with all counts that the page has not received."""
+        frame = encode_frame(self.swarm, generation, self._counts_sent, lane=self.number, jump=jump)
+        self._counts_sent = max(self._counts_sent, self.swarm.step + 1)
+        return frame
+
+    def tasks(self, generation: int) -> bytes:
+        """Return the message with the positions of the tasks."""
+        return encode_tasks(self.swarm, generation)
+
+    def reasons(self, robot: int) -> dict[str, Any]:
+        """Return what a robot knows at this step, in words."""
+        words = reasons_of(self.swarm, robot)
+        return {"type": "robot", "lane": self.number, "step": self.swarm.step, "robot": robot, **words}
+
+    def opened(self) -> dict[str, Any]:
+        """Return the message ``opened``: the run, its scenario and its ground truth."""
+        scenario, seed, run = self._which
+        verdict = explain(scenario)
+        width, height = scenario.arena.size
+        return {
+            "type": "opened",
+            "lane": self.number,
+            "strategy": scenario.decision.strategy,
+            "seed": str(seed),
+            "run": str(run),
+            "last": last_step(scenario),
+            "fields": _fields(scenario),
+            "toml": scenario.to_toml(),
+            "truth": verdict.feasible,
+            "proof": _proof(verdict.violator, scenario),
+            "robots": scenario.robots.count,
+            "tasks": scenario.tasks.count,
+            "robotClasses": [[each.name, each.count] for each in scenario.robots.classes],
+            "taskClasses": [[each.name, each.count] for each in scenario.tasks.classes],
+            "size": [width, height],
+            "walls": scenario.arena.boundary == "walls",
+            "diameter": scenario.robots.diameter,
+            "sight": scenario.sensing.range,
+            "radio": scenario.radio.range,
+            "threshold": scenario.decision.threshold,
+            "counted": [scenario.counted(0), scenario.counted(scenario.faults.stop_step)],
+            "stopStep": scenario.faults.stop_step,
+            "commits": scenario.decision.commit is not None,
+            "declares": scenario.manifest.declares,
+            "step": self.swarm.step,
+        }
+
+
+def _fields(scenario: Scenario) -> dict[str, Any]:
+    """Return the values of the fields by dotted path, for the form; not those too long to edit."""
+    tables = scenario.to_dict()
+    fields = {f"{section}.{key}": value for section, table in tables.items() for key, value in table.items()}
+    counts = {"robots.count": scenario.robots.count, "tasks.count": scenario.tasks.count}
+    found = {path: shown(value) for path, value in (fields | counts).items()}
+    return {path: value for path, value in found.items() if len(str(value)) <= LONGEST}
+
+
+def _proof(violator: Any, scenario: Scenario) -> str:
+    """Return in a few words why the tasks are feasible or infeasible."""
+    robots, tasks = scenario.robots.count, scenario.tasks.count
+    if not (scenario.robots.classes or scenario.tasks.classes):
+        return f"{robots:,} robots, {tasks:,} tasks"
+    if violator is None:
+        return "each place has a robot"
+    return f"{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"

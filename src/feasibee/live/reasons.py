@@ -1,0 +1,252 @@
+"""Why a robot holds its opinion and what it does next, in words.
+
+What comes next is what its own controller does with what the robot knows at this step: see
+`feasibee.robot.controller`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Final, NamedTuple
+
+from feasibee.errors import FeasibeeError
+from feasibee.reference.robot import hall_sets
+from feasibee.robot.controller import Controller, Message
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.inspection import RobotState
+from feasibee.simulation.swarm import FLAGS, Swarm
+
+OPINIONS: Final = {1: "feasible", 0: "infeasible", -1: "no opinion"}
+LISTED: Final = 12
+"""Most senders of one opinion that are listed."""
+TAKEN: Final = 10_000
+"""Most messages that are given to the controller again."""
+
+
+class Prospect(NamedTuple):
+    """What a controller does when the phase of its robot ends."""
+
+    opinion: int
+    """Opinion that it then has."""
+    quality: float
+    """Quality of *feasible* that it then has."""
+    declared: int
+    """Opinion that it then has declared; -1 for none."""
+    mean: float
+    """Mean duration of the phase that follows, in steps."""
+
+
+def reasons_of(swarm: Swarm, number: int) -> dict[str, Any]:
+    """Return what a robot knows at this step as pairs of a title and a text, and its numbers."""
+    state = swarm.robot(number)
+    return {
+        "flags": state.flags,
+        "left": state.phase_left if _has(state, "working") else 0,
+        "reasons": [list(each) for each in _lines(swarm, state, number)],
+    }
+
+
+def _has(state: RobotState, name: str) -> bool:
+    return bool(state.flags >> FLAGS.index(name) & 1)
+
+
+def opinion_of(state: RobotState) -> int:
+    """Return a robot's opinion: 1 feasible, 0 infeasible, -1 none."""
+    return -1 if _has(state, "neutral") else int(_has(state, "feasible"))
+
+
+def _lines(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, str]]:
+    scenario = swarm.scenario
+    if not _has(state, "working"):
+        yield "Phase", "stopped"
+        return
+    yield "Phase", _phase(scenario, state)
+    if not scenario.manifest.knowledge:
+        yield "Saw", _seen(scenario, state)
+    if not scenario.manifest.knowledge or scenario.decision.commit is not None:
+        yield "Heard", _heard(scenario, state)
+    try:
+        yield from _rated(swarm, state, number)
+    except FeasibeeError as error:  # of a user's strategy
+        yield "Error", str(error)
+
+
+def _phase(scenario: Scenario, state: RobotState) -> str:
+    """Return the phase, how long it lasts, and what is broadcast."""
+    if not _has(state, "disseminating"):
+        return f"exploring, {_steps(state.phase_left)} left"
+    said = "nothing" if state.broadcasts < 0 else OPINIONS[state.broadcasts]
+    said = "what it knows" if scenario.manifest.knowledge else said
+    return f"disseminating, {_steps(state.phase_left)} left; broadcasts {said}"
+
+
+def _steps(count: int) -> str:
+    return f"{count:,} step{'' if count == 1 else 's'}"
+
+
+def _seen(scenario: Scenario, state: RobotState) -> str:
+    """Return the counts of an exploration, by class if there are classes."""
+    since = "in its last exploration" if _has(state, "disseminating") else "so far in this exploration"
+    since = since if scenario.manifest.forgets else "in its life"
+    robots, tasks = (
+        _counted(counts, [each.name for each in classes], word)
+        for counts, classes, word in (
+            (state.robots_seen, scenario.robots.classes, "robot"),
+            (state.tasks_seen, scenario.tasks.classes, "task"),
+        )
+    )
+    often = ", each counted in every step" if scenario.sensing.observation == "repeated" else ""
+    return f"{robots} and {tasks} {since}{often}"
+
+
+def _counted(counts: Sequence[int], names: Sequence[str], word: str) -> str:
+    number = f"{sum(counts):,} {word}{'' if sum(counts) == 1 else 's'}"
+    if not names:
+        return number
+    return f"{number} ({', '.join(f'{name} {each:,}' for name, each in zip(names, counts, strict=False))})"
+
+
+def _heard(scenario: Scenario, state: RobotState) -> str:
+    """Return the inbox: how many say what, and who they are."""
+    if not sum(state.votes):
+        return "nobody since its last decision"
+    called = "id" if scenario.radio.id_bits else "robot"
+    parts = []
+    for opinion, votes in zip((1, 0), state.votes, strict=True):
+        senders = [str(sender) for sender, said, _ in state.heard if said == opinion]
+        more = f" and {len(senders) - LISTED} more" if len(senders) > LISTED else ""
+        many = "s" if len(senders) > 1 else ""
+        named = f" ({called}{many} {', '.join(senders[:LISTED])}{more})" if senders else ""
+        parts.append(f"{votes:,} {OPINIONS[opinion]}{named}")
+    return ", ".join(parts)
+
+
+def _rated(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, str]]:
+    """Yield the quality, the knowledge, the memory, and what comes next by which rule."""
+    scenario, strategy = swarm.scenario, swarm.scenario.strategy
+    now = controller_of(swarm, state, number, 0.5)
+    opinion = opinion_of(state)
+    quality = {1: state.feasible_quality, 0: 1.0 - state.feasible_quality}.get(opinion, 0.5)
+    of_its = f", so {quality:.2f} for its opinion" if opinion == 0 else ""
+    yield "Quality", f"{state.feasible_quality:.2f} for feasible{of_its}, as it last rated it"
+    if now.knowledge is not None:
+        yield "Knows", _known(scenario, now, swarm.step)
+    if state.memory:
+        yield "Memory", ", ".join(f"{each:.4g}" for each in state.memory)
+    yield "Next", _next(scenario, state, _prospects(swarm, state, number), swarm.step)
+    rule = strategy.quality if not _has(state, "disseminating") else strategy.decide
+    text = " ".join((rule.__doc__ or "").replace("*", "").split())
+    if text:
+        name = strategy.name.replace("\\", "/").rpartition("/")[2]
+        yield f"Rule of {name}", text.removeprefix("Return ")
+    fixed = [name for name in ("byzantine", "stubborn", "committed", "declared") if _has(state, name)]
+    if fixed:
+        shown = {"byzantine": "Byzantine: it broadcasts what is false", "declared": "has declared"}
+        kept = "" if fixed == ["byzantine"] else "; it keeps its opinion"
+        yield "Special", ", ".join(shown.get(each, each) for each in fixed) + kept
+
+
+def _known(scenario: Scenario, now: Controller, step: int) -> str:
+    """Return what a robot knows that passes on knowledge."""
+    assert now.knowledge is not None
+    describe = now.strategy.describe
+    if describe is not None:
+        return str(describe(tuple(now.knowledge.words), now.knowledge.me))
+    robots, tasks = (sum(each) for each in now.knowledge.counted())
+    return f"robots to tasks as {robots:,} to {tasks:,}"
+
+
+def controller_of(
+    swarm: Swarm,
+    state: RobotState,
+    number: int,
+    chance: float,
+    draw_duration: Callable[[float], int] = lambda mean: 1,
+) -> Controller:
+    """Return the controller of a robot with what the robot knows at this step."""
+    scenario = swarm.scenario
+    decision = scenario.decision
+    kinds = [kind for kind, each in enumerate(scenario.robots.classes) for _ in range(each.count)]
+    controller = Controller(
+        scenario.strategy,
+        opinion=opinion_of(state),
+        draw_duration=draw_duration,
+        draw_choice=lambda: (chance, chance),
+        exploration=decision.exploration,
+        gain=decision.gain,
+        dissemination_floor=decision.dissemination_floor,
+        quality_floor=decision.quality_floor,
+        own_vote=decision.own_vote,
+        every_message=decision.inbox == "every-message",
+        parameters=list(decision.parameters.values()),
+        stubborn=_has(state, "stubborn"),
+        sets=hall_sets(scenario),
+        me=(state.id, kinds[number] if kinds else 0, state.hash),
+        place=state.place,
+        setting=scenario.setting,
+    )
+    controller.opinion = opinion_of(state)
+    controller.disseminating = _has(state, "disseminating")
+    controller.feasible_quality = state.feasible_quality
+    controller.robots_seen, controller.tasks_seen = list(state.robots_seen), list(state.tasks_seen)
+    controller._memory[:] = state.memory
+    controller.committed = _has(state, "committed")
+    if controller.knowledge is None:
+        _hear_again(controller, state)
+        return controller
+    if swarm.step:  # at step 0, the engine has not called the strategy's start yet
+        controller.knowledge.words[:] = state.knowledge
+    controller.knowledge.declared = opinion_of(state) if _has(state, "declared") else -1
+    controller.knowledge.me = controller.knowledge.me._replace(
+        step=swarm.step, explores=not controller.disseminating
+    )
+    return controller
+
+
+def _hear_again(controller: Controller, state: RobotState) -> None:
+    """Give a controller the messages of an inbox, or as many for each opinion if it keeps every message."""
+    for sender, said, value in state.heard:
+        controller.hear(sender, Message(said, value))
+    if not state.heard:
+        for said, votes in zip((1, 0), state.votes, strict=True):
+            for each in range(min(votes, TAKEN)):
+                controller.hear(each, Message(said))
+
+
+def _prospects(swarm: Swarm, state: RobotState, number: int) -> list[Prospect]:
+    """Return what may come next, for different chances of a decision."""
+    found = []
+    for chance in (0.0, 0.25, 0.5, 0.75, 0.999):
+        means: list[float] = []
+
+        def note(mean: float, means: list[float] = means) -> int:
+            means.append(mean)
+            return 1
+
+        controller = controller_of(swarm, state, number, chance, note)
+        controller.phase_left = 1
+        controller.end_step()
+        mean = means[-1] + (0 if _has(state, "disseminating") else controller.dissemination_floor)
+        declared = controller.declared
+        prospect = Prospect(controller.opinion, controller.feasible_quality, declared, mean)
+        if prospect not in found:
+            found.append(prospect)
+        if not _has(state, "disseminating"):
+            break
+    return found
+
+
+def _next(scenario: Scenario, state: RobotState, prospects: list[Prospect], step: int) -> str:
+    when = f"at step {step + state.phase_left:,}"
+    first = prospects[0]
+    if first.declared >= 0 and not _has(state, "declared"):
+        return f"it is sure, and declares {OPINIONS[first.declared]}"
+    if not _has(state, "disseminating"):
+        quality = {1: first.quality, 0: 1.0 - first.quality}.get(first.opinion, 0.5)
+        rated = f"with what it has seen by now, {OPINIONS[first.opinion]} has quality {quality:.2f}, and "
+        rated = rated if first.opinion >= 0 else "it has no opinion; "
+        return f"{when} it begins to disseminate; {rated}it broadcasts for {first.mean:.1f} steps on average"
+    opinions = list(dict.fromkeys(OPINIONS[each.opinion] for each in prospects))
+    source = "what it knows now" if scenario.manifest.knowledge else "the inbox of now"
+    result = opinions[0] if len(opinions) == 1 else f"{' or '.join(opinions)}, by chance"
+    return f"{when} it decides; with {source}: {result}"

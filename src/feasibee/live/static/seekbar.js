@@ -1,0 +1,150 @@
+// The seek bar: a slider over the steps of a run, and marks above it at what happens there.
+
+import { contextOf } from "./crowd.js";
+import { $, formatted } from "./elements.js";
+import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
+
+/** @import { Shade } from "./theme.js" */
+
+const INSET = 8; // half of the slider's thumb, in CSS pixels
+const STRIP = 9; // height of a robot's strip
+const SIGNS = 9; // height of the signs above the strips
+
+/**
+ * What lies ahead in the run of a swarm; steps are -1 if not found.
+ * @typedef {object} Outlook
+ * @property {number | null} robot
+ * @property {[number, number][]} changes Steps at which the robot changes, and its flags from there on.
+ * @property {number} decision
+ * @property {number} declaration
+ * @property {boolean} done
+ * @property {string} [problem] Why nothing is found.
+ */
+
+export class SeekBar {
+  /** @param {(step: number) => void} seek */
+  constructor(seek) {
+    this.slider = /** @type {HTMLInputElement} */ ($("seek"));
+    this.canvas = /** @type {HTMLCanvasElement} */ ($("marks"));
+    this.last = 1;
+    /** @type {Outlook[]} */
+    this.outlooks = [];
+    this.slider.addEventListener("input", () => seek(this.slider.valueAsNumber));
+  }
+
+  /** @param {number} last */
+  open(last) {
+    this.last = Math.max(1, last);
+    this.slider.max = String(last);
+    this.outlooks = [];
+  }
+
+  /** @param {number} step */
+  show(step) {
+    if (this.slider.valueAsNumber !== step) this.slider.value = String(step);
+    const text = `step ${formatted(step)} of ${formatted(this.last)}`;
+    if (this.slider.getAttribute("aria-valuetext") !== text) this.slider.setAttribute("aria-valuetext", text);
+  }
+
+  /**
+   * Draw the marks of each swarm, and say in words where they are.
+   * @param {Outlook[]} outlooks
+   * @param {Record<Shade, string>} colours
+   */
+  mark(outlooks, colours) {
+    this.outlooks = outlooks;
+    const ratio = devicePixelRatio || 1,
+      strips = outlooks.filter((each) => each.robot !== null).length,
+      width = Math.max(2 * INSET + 1, this.slider.clientWidth),
+      height = SIGNS + strips * (STRIP + 1);
+    this.canvas.width = Math.round(width * ratio);
+    this.canvas.height = Math.round(height * ratio);
+    this.canvas.style.height = `${height}px`;
+    const pen = contextOf(this.canvas);
+    pen.scale(ratio, ratio);
+    const at = (/** @type {number} */ step) => INSET + ((width - 2 * INSET) * step) / this.last;
+    for (const [lane, outlook] of outlooks.entries()) {
+      if (outlook.robot !== null) this.strip(pen, outlook, SIGNS + lane * (STRIP + 1), at, colours);
+      pen.fillStyle = pen.strokeStyle = colours.ink;
+      if (outlook.decision >= 0) sign(pen, at(outlook.decision), height, lane > 0);
+      if (outlook.declaration >= 0) diamond(pen, at(outlook.declaration));
+    }
+    $("marks-text").textContent = outlooks
+      .map((each, lane) => inWords(each, lane, outlooks.length))
+      .join(" ");
+  }
+
+  /**
+   * Draw the phases of a robot: low while it explores, high while it disseminates, in the colour of its opinion.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Outlook} outlook
+   * @param {number} top
+   * @param {(step: number) => number} at
+   * @param {Record<Shade, string>} colours
+   */
+  strip(pen, { changes, done }, top, at, colours) {
+    for (const [k, [step, flags]] of changes.entries()) {
+      const end = k + 1 < changes.length ? changes[k + 1][0] : done ? this.last : step;
+      const high = flags & DISSEMINATING ? STRIP : 3;
+      pen.fillStyle =
+        flags & NEUTRAL ? colours.undecided : flags & FEASIBLE ? colours.feasible : colours.infeasible;
+      pen.globalAlpha = flags & WORKING ? 1 : 0.3;
+      pen.fillRect(at(step), top + STRIP - high, Math.max(0.5, at(end) - at(step)), high);
+      if (flags & DECLARED && !(k && changes[k - 1][1] & DECLARED)) {
+        pen.fillStyle = colours.ink;
+        pen.fillRect(at(step) - 1, top, 2, STRIP);
+      }
+    }
+    pen.globalAlpha = 1;
+  }
+}
+
+/**
+ * Draw the sign of a decision: a triangle and a line down to the slider; hollow for the swarm beside it.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {number} x
+ * @param {number} height
+ * @param {boolean} hollow
+ */
+function sign(pen, x, height, hollow) {
+  pen.beginPath();
+  pen.moveTo(x - 4.5, 0.5);
+  pen.lineTo(x + 4.5, 0.5);
+  pen.lineTo(x, 7.5);
+  pen.closePath();
+  if (hollow) pen.stroke();
+  else pen.fill();
+  pen.fillRect(x - 0.5, 7, 1, height - 7);
+}
+
+/**
+ * Draw the sign of a declaration.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {number} x
+ */
+function diamond(pen, x) {
+  pen.fillRect(x - 0.5, 0, 1, SIGNS);
+  pen.beginPath();
+  pen.arc(x, 4.5, 3, 0, 2 * Math.PI);
+  pen.fill();
+}
+
+/**
+ * Return the marks in words.
+ * @param {Outlook} outlook
+ * @param {number} lane
+ * @param {number} swarms
+ */
+function inWords({ robot, changes, decision, declaration, done, problem }, lane, swarms) {
+  if (problem) return `No look ahead: ${problem}.`;
+  const side = swarms === 1 ? "" : lane ? "Right: " : "Left: ",
+    none = done ? "no decision" : "looking for the decision";
+  const words = [decision < 0 ? none : `decision at step ${formatted(decision)}`];
+  if (declaration >= 0) words.push(`declaration at step ${formatted(declaration)}`);
+  if (robot !== null) {
+    const more = done ? "" : " so far";
+    words.push(`robot ${robot} changes ${formatted(Math.max(0, changes.length - 1))} times${more}`);
+  }
+  const text = words.join(", ");
+  return `${side || text[0].toUpperCase()}${side ? text : text.slice(1)}.`;
+}

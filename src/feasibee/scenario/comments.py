@@ -1,0 +1,79 @@
+"""A scenario as TOML text with the meaning and unit of each field in comments."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import typing
+from collections.abc import Iterator
+from typing import Any, Final
+
+from pydantic import BaseModel
+
+from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.scenario import Scenario
+
+WIDTH: Final = 100
+"""Length of the lines of comments, in characters."""
+HEADER: Final = re.compile(r"\[+([\w.-]+)\]+")
+KEY: Final = re.compile(r"([\w-]+) = ")
+
+
+def commented_toml(scenario: Scenario) -> str:
+    """Return the complete form of a scenario as TOML text with comments; parsing it gives an equal scenario.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> print("".join(commented_toml(Scenario()).splitlines(keepends=True)[:3]), end="")
+    # The arena in which the robots move (model.md 1.1, 6.1).
+    [arena]
+    # Side of the square arena in units; or [width, height] of a rectangle.
+    """
+    return "".join(f"{line}\n" for line in _commented(scenario.to_toml().splitlines()))
+
+
+def _commented(lines: list[str]) -> Iterator[str]:
+    """Yield lines of TOML with comments above the tables and keys, each said once."""
+    table, said = "", set()
+    for line in lines:
+        header, key = HEADER.match(line), KEY.match(line)
+        if header:
+            table = header[1]
+        path = table if header else f"{table}.{key[1]}" if key else ""
+        if path and path not in said:
+            said.add(path)
+            yield from _comment(meaning_of(path))
+        yield line
+
+
+def _comment(text: str) -> list[str]:
+    return textwrap.wrap(
+        text,
+        WIDTH,
+        initial_indent="# ",
+        subsequent_indent="# ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def meaning_of(path: str) -> str:
+    """Return what a section or field means, with its unit, by its dotted path; empty for a user's name."""
+    name, *keys = path.split(".")
+    model: type[BaseModel] | None = SECTIONS.get(name)
+    text = (model.__doc__ or "").partition("\n")[0] if model else ""
+    for key in keys:
+        field = model.model_fields.get(key) if model else None
+        if field is None:
+            return ""
+        text, model = field.description or "", _table_of(field.annotation)
+    return text
+
+
+def _table_of(annotation: Any) -> type[BaseModel] | None:
+    """Return the model of a field's tables, if it has any."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    found = (_table_of(each) for each in typing.get_args(annotation))
+    return next((each for each in found if each is not None), None)

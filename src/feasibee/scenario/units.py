@@ -1,0 +1,122 @@
+"""Lengths and times of a scenario in words: with metres and seconds if `Units` are given."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from feasibee.scenario.scenario import Scenario
+
+LENGTHS: Final = frozenset(
+    {
+        "robots.spread",
+        "robots.diameter",
+        "tasks.spread",
+        "sensing.range",
+        "radio.range",
+    }
+)
+"""Fields in units."""
+TIMES: Final = frozenset(
+    {"walk.mean_run", "decision.exploration", "decision.gain", "faults.stop_step", "run.steps"}
+)
+"""Fields in steps."""
+SPEEDS: Final = frozenset({"robots.speed"})
+"""Fields in units per step."""
+HOUR, MINUTE = 3600, 60
+
+
+def length_in_words(scenario: Scenario, value: float) -> str:
+    """Return a length in units, and in metres if the scenario says how long a unit is.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> from feasibee.scenario.units import length_in_words
+    >>> length_in_words(Scenario(), 2.0), length_in_words(Scenario(units={"metres": 0.5}), 2.0)
+    ('2 units', '2 units (1 m)')
+    """
+    metres = scenario.units.metres
+    return f"{value:g} {'unit' if value == 1 else 'units'}" + (
+        "" if metres is None else f" ({value * metres:.4g} m)"
+    )
+
+
+def steps_in_words(scenario: Scenario, steps: float) -> str:
+    """Return a number of steps, and the time if the scenario says how long a step is.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> from feasibee.scenario.units import steps_in_words
+    >>> steps_in_words(Scenario(units={"seconds": 0.5}), 900)
+    '900 steps (7 min 30 s)'
+    """
+    return f"{steps:g} {'step' if steps == 1 else 'steps'}{_time(scenario, steps)}"
+
+
+def step_in_words(scenario: Scenario, step: int) -> str:
+    """Return the number of a step, and the time at which it ends if the scenario says how long a step is."""
+    return f"step {step}{_time(scenario, step)}"
+
+
+def _time(scenario: Scenario, steps: float) -> str:
+    seconds = scenario.units.seconds
+    return "" if seconds is None else f" ({duration(steps * seconds)})"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in words, to two of its largest parts.
+
+    Examples
+    --------
+    >>> from feasibee.scenario.units import duration
+    >>> duration(0.5), duration(450), duration(7260)
+    ('0.5 s', '7 min 30 s', '2 h 1 min')
+    """
+    whole = round(seconds)
+    if whole < MINUTE:
+        return f"{seconds:.3g} s"
+    if whole < HOUR:
+        return f"{whole // MINUTE} min" + (f" {whole % MINUTE} s" if whole % MINUTE else "")
+    minutes = round(seconds / MINUTE)
+    return f"{minutes // MINUTE} h" + (f" {minutes % MINUTE} min" if minutes % MINUTE else "")
+
+
+def value_in_words(scenario: Scenario, path: str, value: Any) -> str:
+    """Return a field and its value, with the unit if the field has one.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> from feasibee.scenario.units import value_in_words
+    >>> value_in_words(Scenario(units={"metres": 0.5}), "radio.range", 3.0)
+    'radio.range = 3 units (1.5 m)'
+    """
+    units = scenario.units
+    if path in LENGTHS:
+        return f"{path} = {length_in_words(scenario, value)}"
+    if path in TIMES:
+        return f"{path} = {steps_in_words(scenario, value)}"
+    if path in SPEEDS:
+        known = units.metres is not None and units.seconds is not None
+        speed = f" ({value * units.metres / units.seconds:.4g} m/s)" if known else ""
+        return f"{path} = {value:g} {'unit' if value == 1 else 'units'} per step{speed}"
+    return f"{path} = {value}"
+
+
+def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
+    """Return the label of a field's axis, and by what to multiply its values.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> from feasibee.scenario.units import axis_of
+    >>> axis_of(Scenario(units={"metres": 0.5}), "radio.range"), axis_of(Scenario(), "radio.range")
+    (('radio.range (m)', 0.5), ('radio.range (units)', 1.0))
+    """
+    units = scenario.units
+    if path in LENGTHS:
+        return (f"{path} (units)", 1.0) if units.metres is None else (f"{path} (m)", units.metres)
+    if path in TIMES:
+        return (f"{path} (steps)", 1.0) if units.seconds is None else (f"{path} (s)", units.seconds)
+    return path, 1.0

@@ -1,0 +1,86 @@
+"""What a strategy asks of its robots, in a scenario: by its file's declarations, and by its messages."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.lowering import lower
+from feasibee.simulation.swarm import Swarm
+from feasibee.strategies.contract import Me, Words
+
+IDS: Final = "ids that are never mistaken"
+NAMES: Final = "names of tasks"
+COUNT: Final = "the number of robots"
+IN_WORDS: Final = {"ids": IDS, "names": NAMES, "count": COUNT}
+WORD_BITS: Final = 32
+FLOAT_BITS: Final = 64
+LOOKS: Final = 20
+"""Number of steps of a run, evenly spaced, at which messages are measured."""
+
+
+class Asked(NamedTuple):
+    """What a scenario asks of its robots."""
+
+    needs: tuple[str, ...]
+    """What they must know or recognise, in words."""
+    message_bits: int
+    """Length of the longest message, in bits."""
+    memory_bits: int
+    """Memory of a robot for what it knows, for what its strategy keeps, and for one message of each other."""
+    sight: float
+    """Range of sight, in units."""
+    radio: float
+    """Range of the radio, in units."""
+
+
+def asked_of(scenario: Scenario, seed: int = 0) -> Asked:
+    """Return what a scenario asks of its robots."""
+    plain, longest = longest_parts(scenario, seed)
+    strategy = scenario.strategy
+    words = strategy.row_lengths(scenario.setting)[0] if strategy.knowledge else 0
+    known = max(WORD_BITS * words, longest)  # names of tasks take more room in a message than here
+    senders = min(scenario.decision.inbox_size or scenario.robots.count, scenario.robots.count - 1)
+    memory = known + FLOAT_BITS * strategy.memory + senders * plain
+    sight, radio = scenario.sensing.range, scenario.radio.range
+    return Asked(tuple(needs_of(scenario)), plain + longest, memory, sight, sight if radio is None else radio)
+
+
+def needs_of(scenario: Scenario) -> list[str]:
+    """Return what a scenario's strategy needs, in words, with the scenario's values of its parameters."""
+    return [IN_WORDS[need] for need in scenario.manifest.needs(scenario.decision.parameters)]
+
+
+def longest_message(scenario: Scenario, seed: int = 0) -> int:
+    """Return the length in bits of the longest message that a robot could send in a run."""
+    return sum(longest_parts(scenario, seed))
+
+
+def longest_parts(scenario: Scenario, seed: int = 0) -> tuple[int, int]:
+    """Return the lengths in bits of a message without its knowledge, and of the longest knowledge in one.
+
+    Knowledge is measured in one run, at 20 steps, of all robots.
+    """
+    plain: int = lower(scenario, seed).params.radio.message_bits
+    strategy: Any = scenario.strategy
+    if not strategy.knowledge:
+        return plain, 0
+    swarm = Swarm(scenario, seed)
+    steps = scenario.run.steps
+    longest = 0
+    for look in range(1, LOOKS + 1):
+        swarm.advance(steps * look // LOOKS - swarm.step)
+        longest = max(longest, *(_length(strategy, row.tolist(), scenario) for row in swarm.knowledge))
+    return plain, longest
+
+
+def _length(strategy: Any, known: list[int], scenario: Scenario) -> int:
+    """Return the length of the message of a robot with this knowledge, in bits."""
+    me = Me(0, 0, 0, 0, [0.0] * strategy.memory, scenario.setting)
+    words = Words(known)
+    if strategy.encode is None:
+        message = words
+    else:
+        message = Words([0] * strategy.row_lengths(scenario.setting)[1])
+        strategy.encode(message, words, me)
+    return int(strategy.bits(tuple(message), me))

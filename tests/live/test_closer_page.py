@@ -1,0 +1,374 @@
+"""Seeking, comparing and inspecting in a real browser, by pointer and by keyboard alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from serving import serving_at
+from visiting import focus_nothing, play_to_the_end, step_of
+
+from feasibee import Scenario, Swarm, simulate
+from feasibee.live.catalogue import Catalogue, read_catalogue
+from feasibee.live.outlook import Outlook
+from feasibee.live.reasons import reasons_of
+from feasibee.sweeps import executors
+from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.sweep import sweep
+
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+
+AXE = Path(__file__).parents[2] / "node_modules/axe-core/axe.min.js"
+
+
+@pytest.fixture(scope="module")
+def port():
+    with serving_at(Catalogue(Scenario(), seed=1)) as port:
+        yield port
+
+
+def outlook_of(robot, scenario=None, seed=1):
+    outlook = Outlook(Swarm(scenario, seed), 1000)
+    outlook.follow(robot)
+    while not outlook.look(1.0):
+        pass
+    return outlook.to_dict(0)
+
+
+def at(page, step):
+    expect(page.locator("#now")).to_have_text(f"{step:,}")
+    expect(page.locator("#seek")).to_have_value(str(step))
+
+
+def test_the_seek_bar_goes_to_any_step_and_back(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    page.locator("#seek").fill("30")
+    at(page, 30)
+    focus_nothing(page)
+    page.mouse.move(1, 1)
+    seen = page.locator("#arena").screenshot()
+    page.locator("#seek").fill("700")
+    at(page, 700)
+    assert page.locator("#seek").get_attribute("aria-valuetext") == "step 700 of 1,000"
+    page.locator("#seek").focus()
+    page.keyboard.press("ArrowLeft")
+    at(page, 699)
+    page.keyboard.press(".")
+    at(page, 700)
+    page.locator("#seek").fill("31")
+    at(page, 31)
+    page.get_by_role("button", name="Step back").click()
+    at(page, 30)
+    focus_nothing(page)
+    page.mouse.move(1, 1)
+    assert page.locator("#arena").screenshot() == seen
+    for key, step in ((",", 29), ("ArrowLeft", 28), (".", 29), ("ArrowRight", 30), ("r", 0), (",", 0)):
+        page.keyboard.press(key)
+        at(page, step)
+    play_to_the_end(page)
+    page.keyboard.press(",")
+    at(page, 999)
+    page.keyboard.press(" ")
+    at(page, 1000)
+
+
+def test_many_seeks_in_a_row_end_at_the_last(visit, port):
+    page = visit(port, "#robots.count=2000&tasks.count=1900&arena.side=200")
+    for _ in range(30):
+        page.keyboard.press(".")
+    at(page, 30)
+    for _ in range(20):
+        page.keyboard.press(",")
+    at(page, 10)
+    page.evaluate(
+        """() => { const it = document.getElementById("seek");
+        for (const step of [900, 3, 400, 55]) { it.value = step; it.dispatchEvent(new Event("input")); } }"""
+    )
+    at(page, 55)
+
+
+def test_the_decision_is_one_key_away(visit, port):
+    decided = int(simulate(Scenario(), 1, 1).decision_step[0])
+    page = visit(port)
+    expect(page.locator("#marks-text")).to_have_text(f"Decision at step {decided}.")
+    page.keyboard.press("d")
+    at(page, decided)
+    expect(page.locator("#decision")).to_have_text(f"infeasible, since step {decided}")
+    page.keyboard.press(",")
+    at(page, decided - 1)
+    expect(page.locator("#decision")).to_have_text("undecided")
+    page.get_by_role("button", name="Go to the decision").click()
+    at(page, decided)
+    page.keyboard.press("r")
+    at(page, 0)
+    page.locator("[data-path='run.steps']").fill("40")
+    page.keyboard.press("Tab")
+    expect(page.locator("#marks-text")).to_have_text("No decision.")
+    focus_nothing(page)
+    page.keyboard.press(".")
+    at(page, 1)
+    page.keyboard.press("d")
+    expect(page.locator("#announcer")).to_have_text("The swarm has not decided by step 40")
+    at(page, 1)
+
+
+def test_a_step_counts_while_the_page_is_on_the_way_to_another(visit, port):
+    page = visit(port, "#robots.count=5000&tasks.count=4900&arena.side=310")
+    page.evaluate(
+        """() => { const it = document.getElementById("seek");
+        it.value = 150; it.dispatchEvent(new Event("input"));
+        for (const key of [".", ".", ",", "."])
+            document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true })); }"""
+    )
+    at(page, 152)
+
+
+def neighbour(positions, robot, direction):
+    """Return the robot that an arrow leads to: the nearest within 45 degrees of its direction."""
+    moved = positions - positions[robot]
+    along, across = moved @ direction, np.abs(moved @ np.array([direction[1], direction[0]]))
+    distance = np.where((along > 0) & (across <= along), (moved**2).sum(axis=1), np.inf)
+    return robot if np.isinf(distance.min()) else int(distance.argmin())
+
+
+ARROWS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowDown": (0, -1)}
+
+
+def lines_of(page, lane=0):
+    box = page.locator(f"#reasons-{lane}")
+    return list(zip(box.locator("dt").all_inner_texts(), box.locator("dd").all_inner_texts(), strict=True))
+
+
+def test_robots_are_inspected_by_keyboard_alone(visit, port):
+    page = visit(port)
+    swarm = Swarm(Scenario(), 1)
+    for _ in range(3):
+        page.keyboard.press(".")
+    at(page, 3)
+    swarm.advance(3)
+    for _ in range(20):
+        if page.evaluate("document.activeElement.id") == "arena":
+            break
+        page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "arena"
+    page.keyboard.press("Enter")
+    robot = 0
+    for key in ("ArrowLeft", "ArrowUp", "ArrowUp", "ArrowRight", "ArrowDown", "ArrowRight"):
+        expect(page.locator("#robot")).to_have_value(str(robot))
+        page.keyboard.press(key)
+        robot = neighbour(swarm.positions, robot, np.array(ARROWS[key]))
+    expect(page.locator("#robot")).to_have_value(str(robot))
+    page.keyboard.press("PageDown")
+    robot = (robot + 1) % 20
+    expect(page.locator("#robot")).to_have_value(str(robot))
+    assert step_of(page) == 3  # arrows went from robot to robot, not from step to step
+    expect(page.locator("#reasons-0 dl")).to_contain_text("at step")
+    assert lines_of(page) == [tuple(each) for each in reasons_of(swarm, robot)["reasons"]]
+    page.keyboard.press(".")
+    at(page, 4)
+    swarm.advance()
+    expected = [tuple(each) for each in reasons_of(swarm, robot)["reasons"]]
+    expect(page.locator("#reasons-0 dd").first).to_have_text(expected[0][1])
+    assert lines_of(page) == expected
+    page.keyboard.press("Escape")
+    expect(page.locator("#reasons-0")).to_be_hidden()
+    expect(page.locator("#robot")).to_have_value("")
+
+
+def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
+    page = visit(port)
+    page.locator("#robot").fill("5")
+    page.keyboard.press("Tab")
+    found = outlook_of(5)
+    steps = [step for step, _ in found["changes"]]
+    decided = found["decision"]
+    expect(page.locator("#marks-text")).to_have_text(
+        f"Decision at step {decided}, robot 5 changes {len(steps) - 1} times."
+    )
+    focus_nothing(page)
+    for key, step in (("]", steps[1]), ("]", steps[2]), ("[", steps[1]), ("[", 0), ("]", steps[1])):
+        page.keyboard.press(key)
+        at(page, step)
+    colours = page.evaluate(
+        """() => { const it = document.getElementById("marks"), found = new Set();
+        const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
+        for (let k = 0; k < data.length; k += 4)
+            if (data[k + 3] === 255) found.add(data.slice(k, k + 3).join());
+        return [...found]; }"""
+    )
+    assert {"0,114,178", "213,94,0"} <= set(colours)  # both opinions
+
+
+def test_a_robot_that_is_clicked_is_inspected_while_time_goes_on(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    expect(page.locator("#arena[data-drawn]")).to_be_visible()
+    x, y = Swarm(Scenario(), 1).positions[11] / 20
+    box = page.locator("#arena").bounding_box()
+    page.mouse.click(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
+    expect(page.locator("#robot")).to_have_value("11")
+    page.keyboard.press(" ")
+    expect(page.locator("#now")).not_to_have_text("0")
+    page.keyboard.press(" ")
+    page.wait_for_timeout(300)
+    swarm = Swarm(Scenario(), 1)
+    swarm.advance(step_of(page))
+    assert lines_of(page) == [tuple(each) for each in reasons_of(swarm, 11)["reasons"]]
+    page.keyboard.press("n")  # the next run shows the same robot
+    expect(page.locator("[data-path='run']")).to_have_value("1")
+    swarm = Swarm(Scenario(), 1, 1)
+    expected = [tuple(each) for each in reasons_of(swarm, 11)["reasons"]]
+    expect(page.locator("#reasons-0 dd").first).to_have_text(expected[0][1])
+    page.locator("#robot-none").click()
+    expect(page.locator("#reasons-0")).to_be_hidden()
+
+
+def test_two_strategies_are_compared_on_one_clock(visit, port):
+    page = visit(port, width=1000)
+    expect(page.locator("#arena-1")).to_be_hidden()
+    page.get_by_label("Compare with").select_option("census")
+    expect(page.locator("#arena-1")).to_be_visible()
+    steps = []
+    for place, strategy in enumerate(("dmmd", "census")):
+        expected = simulate(Scenario(decision={"strategy": strategy}), 1, 1, curves=True)
+        steps.append(int(expected.decision_step[0]))
+        caption = page.locator(f"#caption{'-1' if place else ''}")
+        expect(caption.locator("strong")).to_have_text(strategy)
+    focus_nothing(page)
+    page.keyboard.press("D")
+    at(page, steps[1])
+    expect(page.locator("#caption-1")).to_contain_text(f"feasible at step {steps[1]}: right")
+    expect(page.locator("#caption")).to_contain_text("undecided")
+    page.keyboard.press("d")
+    at(page, steps[0])
+    expect(page.locator("#caption")).to_contain_text(f"infeasible at step {steps[0]}: wrong")
+    play_to_the_end(page)
+    for place, strategy in enumerate(("dmmd", "census")):
+        expected = simulate(Scenario(decision={"strategy": strategy}), 1, 1, curves=True)
+        feasible, infeasible = (
+            int(each[0, -1]) for each in (expected.feasible_count, expected.infeasible_count)
+        )
+        expect(page.locator(f"#caption{'-1' if place else ''}")).to_contain_text(
+            f"{feasible} feasible, {infeasible} infeasible"
+        )
+    page.keyboard.press("i")
+    page.keyboard.press("PageDown")
+    expect(page.locator("#reasons-1 h3")).to_have_text("census")
+    expect(page.locator("#reasons-1")).to_contain_text("20 robots and 20 tasks, by name")
+    expect(page.locator("#reasons-0")).to_contain_text("Heard")
+    page.reload()
+    expect(page.locator("#caption-1 strong")).to_have_text("census")  # the address keeps it
+    page.get_by_label("Compare with").select_option("turns")
+    expect(page.locator("#problem, .note").filter(has_text="know_count").first).to_be_visible()
+    page.get_by_role("button", name="Undo all changes").click()
+    expect(page.locator("#arena-1")).to_be_hidden()
+
+
+def test_every_field_is_under_more(visit, port):
+    page = visit(port)
+    page.get_by_text("More", exact=True).click()
+    parts = page.locator("#more-fields summary")
+    for part in range(parts.count()):
+        parts.nth(part).click()
+    changes = {
+        "sensing.count_self": True,
+        "robots.placement": "corner",
+        "decision.commit": "{rounds = 2}",
+        "decision.inbox_size": 4,
+        "tasks.classes": '[{name = "carry", count = 3, needs = {lift = 2}}]',
+        "robots.classes": '[{name = "arm", count = 9, skills = ["lift"]}]',
+    }
+    shown = {"tasks": 'name = "carry"', "robots": 'name = "arm"'}
+    for path, value in changes.items():
+        control = page.locator(f"[data-path='{path}']")
+        if value is True:
+            control.check()
+        elif path == "robots.placement":
+            control.select_option(value)
+        else:
+            control.fill(str(value))
+            control.press("Tab")
+        section, _, key = path.partition(".")
+        expect(page.locator("#toml")).to_contain_text(key if "classes" not in path else shown[section])
+    used = {
+        **changes,
+        "decision.commit": {"rounds": 2},
+        "tasks.classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}],
+        "robots.classes": [{"name": "arm", "count": 9, "skills": ["lift"]}],
+    }
+    assert Scenario.from_toml(page.locator("#toml").text_content()) == Scenario().replace(used)
+    control = page.locator("[data-path='decision.commit']")
+    control.fill("{rounds = 0}")
+    control.press("Tab")
+    expect(page.locator("#note-decision-commit")).to_contain_text("must be")
+    control.fill("")
+    control.press("Tab")
+    expect(page.locator("#toml")).not_to_contain_text("[decision.commit]")
+    page.locator("[data-path='preset']").select_option("subcdm-2025")
+    expect(page.locator("#last")).to_have_text("10,000")
+    page.reload()
+    expect(page.locator("#last")).to_have_text("10,000")
+    expect(page.locator("[data-path='preset']")).to_have_value("subcdm-2025")
+
+
+def test_the_runs_of_a_sweep_are_under_their_points(visit, tmp_path):
+    tables = {"runs": 9, "seed": 5, "scenario": {"run": {"steps": 200}}, "sweep": {"tasks.count": [17, 24]}}
+    sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
+    with serving_at(read_catalogue(tmp_path / "results", "all")) as port:
+        page = visit(port)
+        groups = page.locator("#replay-list summary")
+        assert groups.all_inner_texts() == ["tasks.count 17 9 runs", "tasks.count 24 9 runs"]
+        groups.nth(1).click()
+        expect(page.locator("#replay-list button").last).to_be_hidden()
+        page.keyboard.press("Enter")  # by keyboard
+        button = page.locator("#replay-list button").last
+        button.focus()
+        page.keyboard.press("Enter")
+        expect(page.get_by_role("button", name="Pause")).to_be_visible()  # it plays
+        expect(page.locator("#now")).not_to_have_text("0")
+        expect(button).to_have_attribute("aria-current", "true")
+
+
+def test_settings_and_arena_are_seen_together_at_900_pixels(visit, port):
+    page = visit(port, width=900, height=800)
+    for more in ("", "#against=census"):
+        page.goto(f"http://127.0.0.1:{port}/{more}")
+        page.reload()
+        expect(page.locator("#last")).to_have_text("1,000")
+        boxes = [
+            page.locator(each).bounding_box()
+            for each in ("#arena", "#transport", "[data-path='decision.gain']")
+        ]
+        for box in boxes:
+            assert 0 <= box["y"] < box["y"] + box["height"] <= 800
+            assert 0 <= box["x"] < box["x"] + box["width"] <= 900
+        assert boxes[0]["width"] >= (240 if more else 480)
+    for width in (360, 900, 1440):
+        page.set_viewport_size({"width": width, "height": 800})
+        page.wait_for_timeout(100)
+        assert page.locator("html").evaluate("each => each.scrollWidth") <= width
+
+
+@pytest.mark.skipif(not AXE.is_file(), reason="needs axe-core, by npm")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [360, 900, 1440])
+def test_axe_finds_no_serious_violation(visit, port, width, scheme):
+    page = visit(port, "#against=census&faults.stopped=0.1", width=width, height=800, color_scheme=scheme)
+    page.keyboard.press("i")
+    page.keyboard.press("d")
+    expect(page.locator("#reasons-1")).to_be_visible()
+    page.locator("#more summary").first.click()
+    page.locator("#more-fields summary").first.click()
+    page.locator("#scenario summary").click()
+    page.locator("[data-path='robots.count']").fill("-1")
+    page.keyboard.press("Tab")
+    expect(page.locator("#note-robots-count")).to_be_visible()
+    page.evaluate(AXE.read_text("utf-8"))
+    for opened in (False, True):
+        if opened:
+            focus_nothing(page)
+            page.keyboard.press("?")
+        found = page.evaluate("axe.run()")["violations"]
+        serious = [each for each in found if each["impact"] in ("serious", "critical")]
+        told = [(each["id"], [node["target"] for node in each["nodes"]][:5]) for each in serious]
+        assert not told

@@ -1,0 +1,122 @@
+"""What the page says of a robot: its own state, and what its own controller does next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from feasibee import FeasibeeError, Scenario, Swarm
+from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of
+from feasibee.simulation.swarm import FLAGS
+from feasibee.strategies import STRATEGIES, census
+
+
+def said(swarm, robot):
+    return dict(reasons_of(swarm, robot)["reasons"])
+
+
+def test_each_strategy_is_told_in_words():
+    for name in STRATEGIES:
+        swarm = Swarm(Scenario(decision={"strategy": name}, robots={"know_count": True}), 1)
+        for steps in (0, 1, 40):
+            swarm.advance(steps)
+            for robot in range(20):
+                words = said(swarm, robot)
+                assert words.keys() >= {"Phase", "Quality", "Next", f"Rule of {name}"}, (name, words)
+                assert "Error" not in words
+                assert ("Knows" in words) == STRATEGIES[name].knowledge == ("Saw" not in words)
+                assert all(text and "None" not in text for text in words.values()), words
+
+
+def test_the_words_are_those_of_the_state():
+    swarm = Swarm(Scenario(), 1)
+    swarm.advance(57)
+    state, words = swarm.robot(4), said(swarm, 4)
+    assert words["Phase"] == f"exploring, {state.phase_left} steps left"
+    assert words["Saw"].startswith(f"{state.robots_seen[0]} robots and {state.tasks_seen[0]} tasks so far")
+    for opinion, votes in ((1, state.votes[0]), (0, state.votes[1])):
+        names = ", ".join(str(sender) for sender, heard, _ in state.heard if heard == opinion)
+        assert f"{votes} {OPINIONS[opinion]} (robots {names})" in words["Heard"]
+    assert f"at step {57 + state.phase_left} it begins to disseminate" in words["Next"]
+
+
+def test_a_census_says_how_many_it_knows():
+    swarm = Swarm(Scenario(decision={"strategy": "census"}), 1)
+    swarm.advance(300)
+    assert said(swarm, 4)["Knows"] == "20 robots and 20 tasks, by name"
+
+
+ALONE = {"radio.range": 0.01, "robots.know_count": True, "tasks.count": 16}
+
+
+@pytest.mark.parametrize("strategy", ["dmmd", "bayes", "accumulate", "average", "tally", "census", "totals"])
+def test_what_it_will_decide_is_what_it_decides(strategy):
+    """Without messages, nothing that a robot knows changes while it disseminates."""
+    swarm = Swarm(Scenario().replace({**ALONE, "decision.strategy": strategy}), 2)
+    expected, met = {}, 0
+    for _ in range(150):
+        for robot in range(20):
+            state = swarm.robot(robot)
+            if not state.flags >> FLAGS.index("disseminating") & 1:
+                continue
+            words = said(swarm, robot)["Next"]
+            assert f"at step {swarm.step + state.phase_left} it decides" in words
+            expected[swarm.step + state.phase_left, robot] = words.rpartition(": ")[2]
+        swarm.advance()
+        for (step, robot), opinion in expected.items():
+            if step == swarm.step:
+                assert OPINIONS[opinion_of(swarm.robot(robot))] == opinion
+                met += 1
+    assert met > 100
+
+
+def test_a_decision_by_chance_is_told_as_such():
+    swarm = Swarm(Scenario(decision={"strategy": "voter", "gain": 40.0}, radio={"range": 8.0}), 2)
+    swarm.advance(60)
+    texts = [said(swarm, robot)["Next"] for robot in range(20)]
+    assert any("by chance" in text for text in texts)
+
+
+def test_robots_that_are_out_of_order_are_told_as_such():
+    faults = {"stopped": 0.2, "byzantine": 0.2, "stubborn": 0.2}
+    swarm = Swarm(Scenario(faults=faults, decision={"commit": {}}), 2)
+    swarm.advance(200)
+    texts = [said(swarm, robot) for robot in range(20)]
+    assert sum(words["Phase"] == "stopped" for words in texts) == 4
+    special = [words.get("Special", "") for words in texts]
+    assert sum("Byzantine: it broadcasts what is false" in each for each in special) == 4
+    assert sum(each.startswith("stubborn") and "keeps its opinion" in each for each in special) == 4
+
+
+def test_classes_are_counted_by_name():
+    robots = {"classes": [{"name": "arm", "count": 9, "skills": ["lift"]}, {"name": "eye", "count": 4}]}
+    tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}]}
+    swarm = Swarm(Scenario(robots=robots, tasks=tasks, arena={"side": 8.0}), 2)
+    swarm.advance(30)
+    assert "(arm " in said(swarm, 3)["Saw"]
+    assert "(carry " in said(swarm, 3)["Saw"]
+
+
+def test_an_error_in_a_users_strategy_is_told(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "def quality(robots_seen, tasks_seen):\n    return 0.5 + 0.1 * (1 / (robots_seen - 7.5) > 9)\n"
+        "def dissemination(quality, gain):\n    return gain\n"
+        "def decide(mind, inbox):\n    return mind.opinion\n"
+    )
+    words = said(Swarm(Scenario(decision={"strategy": str(file)}), 2), 3)
+    assert words["Next"]
+    assert not any(title.startswith("Rule") for title in words)  # its functions have no docstrings
+
+
+@pytest.mark.parametrize("told", ["'mine: ' + str(len(known))", "None", "3", "1 / 0"])
+def test_a_users_strategy_describes_what_is_known(tmp_path, told):
+    file = tmp_path / "mine.py"
+    file.write_text(f"{Path(census.__file__).read_text()}\n\ndef describe(known, me):\n    return {told}\n")
+    scenario = Scenario(decision={"strategy": str(file)})
+    if told.startswith("'"):
+        assert said(Swarm(scenario, 1), 3)["Knows"] == "mine: 2"
+    else:
+        with pytest.raises(FeasibeeError, match=r"mine\.py, line \d+: describe"):
+            Swarm(scenario, 1)

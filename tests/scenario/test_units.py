@@ -1,0 +1,95 @@
+"""Metres and seconds: what a scenario's units and steps are outside."""
+
+from __future__ import annotations
+
+import pytest
+
+from feasibee import (
+    Scenario,
+    ScenarioError,
+    Swarm,
+    plot_arena,
+    plot_decision_steps,
+    plot_opinions,
+    simulate,
+)
+from feasibee.scenario import units
+from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.fast_path import takes_fast_path
+
+HALL = Scenario(units={"metres": 0.5, "seconds": 2.0}, run={"steps": 50})
+
+
+def test_units_change_neither_the_hash_nor_a_run():
+    plain = Scenario(run={"steps": 50})
+    assert HALL.hash == plain.hash
+    assert takes_fast_path(HALL)
+    records = [simulate_record(each, Runs(3, 1)) for each in (HALL, plain)]
+    assert records[0].bits_sent.tolist() == records[1].bits_sent.tolist()
+
+
+def test_units_are_part_of_the_text_only_if_they_are_given():
+    assert "units" not in Scenario().to_dict()
+    assert Scenario.from_toml(HALL.to_toml()) == HALL
+    assert HALL.to_dict()["units"] == {"metres": 0.5, "seconds": 2.0}
+    assert HALL.replace({"tasks.count": 3}).units == HALL.units
+
+
+@pytest.mark.parametrize(("field", "value"), [("metres", 0.0), ("seconds", -1.0), ("metres", "1 m")])
+def test_impossible_units_are_errors(field, value):
+    with pytest.raises(ScenarioError, match=f"units.{field}"):
+        Scenario(units={field: value})
+
+
+def test_every_length_time_and_speed_is_known():
+    """The types of the fields are the other place where it stands that a field is a length."""
+    known = {"Length": units.LENGTHS, "Duration": units.TIMES, "Speed": units.SPEEDS}
+    found = {
+        (kind, f"{name}.{key}")
+        for name, section in SECTIONS.items()
+        for cls in section.__mro__
+        for key, annotation in vars(cls).get("__annotations__", {}).items()
+        for kind in known
+        if kind in str(annotation).split(" | ")
+    }
+    assert len(found) >= 9
+    assert all(path in known[kind] for kind, path in found)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [
+        (0.25, "0.25 s"),
+        (59.96, "1 min"),
+        (60, "1 min"),
+        (89.6, "1 min 30 s"),
+        (3599.9, "1 h"),
+        (3600, "1 h"),
+        (7322, "2 h 2 min"),
+    ],
+)
+def test_durations_in_words(seconds, words):
+    assert units.duration(seconds) == words
+
+
+def test_values_in_words():
+    assert units.value_in_words(HALL, "robots.speed", 1.0) == "robots.speed = 1 unit per step (0.25 m/s)"
+    assert units.value_in_words(HALL, "run.steps", 100) == "run.steps = 100 steps (3 min 20 s)"
+    assert units.value_in_words(Scenario(), "tasks.count", 7) == "tasks.count = 7"
+    assert units.step_in_words(Scenario(), 7) == "step 7"
+
+
+def test_figures_have_axes_in_metres_and_seconds():
+    results = simulate(HALL, 3, curves=True)
+    for draw in (plot_opinions, plot_decision_steps):
+        axes = draw(results)
+        axes.figure.draw_without_rendering()
+        (above,) = axes.child_axes
+        assert above.get_xlabel() == "time (s)"
+        assert above.get_xlim()[1] == pytest.approx(2.0 * axes.get_xlim()[1])
+    axes = plot_arena(Swarm(HALL))
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "y (m)")
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "2.5", "5", "7.5", "10"]
+    assert plot_arena(Swarm(Scenario())).get_xlabel() == "x (units)"

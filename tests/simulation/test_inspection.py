@@ -1,0 +1,120 @@
+"""What `Swarm.robot` says is what the reference's robot knows; `restore` returns to the very step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import FeasibeeError, Scenario, Swarm
+from feasibee.reference.swarm import play
+from feasibee.simulation.swarm import FLAGS
+
+WORLDS = {
+    "the paper's": {},
+    "many messages": {"decision.inbox": "every-message", "radio.loss": 0.2},
+    "with values": {"decision.strategy": "average"},
+    "of 50 robots": {"robots.count": 40, "tasks.count": 30, "decision.gain": 40.0, "radio.range": 8.0},
+    "with memory": {"decision.strategy": "bayes", "decision.inbox_size": 2, "faults.byzantine": 0.2},
+    "of knowledge": {
+        "robots.count": 8,
+        "tasks.count": 5,
+        "decision.strategy": "census",
+        "faults.stopped": 0.2,
+        "faults.stop_step": 20,
+    },
+    "that declares": {"decision.strategy": "quiet-census", "robots.know_count": True},
+    "with classes": {
+        "robots.classes": [{"name": "arm", "count": 9, "skills": ["lift"]}, {"name": "eye", "count": 4}],
+        "tasks.classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}],
+    },
+}
+
+
+def known_to(robot):
+    """Return what a robot of the reference knows, in the words of `RobotState`."""
+    mind = robot.mind
+    flags = {
+        "feasible": mind.opinion == 1,
+        "neutral": mind.opinion == -1,
+        "disseminating": mind.disseminating,
+        "committed": mind.committed,
+        "declared": mind.declared != -1,
+    }
+    messages = [*mind._latest.values(), *mind._messages]
+    feasible = sum(each.opinion for each in messages)
+    return {
+        "flags": flags,
+        "phase_left": mind.phase_left,
+        "robots_seen": tuple(mind.robots_seen),
+        "tasks_seen": tuple(mind.tasks_seen),
+        "feasible_quality": mind.feasible_quality,
+        "votes": (feasible, len(messages) - feasible),
+        "heard": tuple(sorted((sender, each.opinion, each.value) for sender, each in mind._latest.items())),
+        "memory": tuple(mind._memory),
+        "knowledge": tuple(mind.knowledge.words) if mind.knowledge else (),
+    }
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_a_robot_of_the_engine_knows_what_one_of_the_reference_knows(world):
+    scenario = Scenario(run={"steps": 40}).replace(WORLDS[world])
+    swarm = Swarm(scenario, 3, 2)
+    for step, reference in enumerate(play(scenario, 3, 2)):
+        if step:
+            swarm.advance()
+        for number, robot in enumerate(reference.robots):
+            found, expected = swarm.robot(number), known_to(robot)
+            if not robot.works(step):
+                assert not found.flags >> FLAGS.index("working") & 1
+                continue
+            for name, value in expected.pop("flags").items():
+                assert bool(found.flags >> FLAGS.index(name) & 1) == value, (step, number, name)
+            if scenario.manifest.knowledge:
+                for name in (
+                    "robots_seen",
+                    "tasks_seen",
+                    "votes",
+                    "heard",
+                    *(["knowledge"] if not step else []),
+                ):
+                    del expected[name]  # the engine keeps its knowledge only
+            assert {name: getattr(found, name) for name in expected} == expected, (step, number)
+        assert swarm.step == step
+    assert swarm.step == 40
+
+
+@pytest.mark.parametrize("world", [*WORLDS, "of 1,500 robots"])
+def test_restore_returns_to_the_step_that_was_saved(world):
+    many = {"robots.count": 1500, "tasks.count": 1400, "arena.side": 170.0}
+    scenario = Scenario(run={"steps": 90}).replace(WORLDS.get(world, many))
+    swarm = Swarm(scenario, 3, 2)
+    swarm.advance(33)
+    saved, there = swarm.save(), look(swarm)
+    assert saved.step == 33
+    assert saved.nbytes > 100 * scenario.robots.count
+    for _ in range(2):
+        swarm.advance(50)
+        later = look(swarm)
+        swarm.restore(saved)
+        assert swarm.step == 33
+        assert_same(look(swarm), there)
+    fresh = Swarm(scenario, 3, 2)
+    fresh.advance(83)
+    assert_same(look(fresh), later)
+
+
+def look(swarm):
+    robots = [swarm.robot(each) for each in range(0, swarm.scenario.robots.count, 7)]
+    outcomes = [*swarm.first_decision, swarm.bits_sent, swarm.declaration_step, *swarm.declared_counts]
+    return [*swarm.snapshot(), swarm.feasible_counts.copy(), outcomes, robots]
+
+
+def assert_same(one, other):
+    for mine, yours in zip(one, other, strict=True):
+        assert np.array_equal(mine, yours) if isinstance(mine, np.ndarray) else mine == yours
+
+
+@pytest.mark.parametrize("number", [-1, 20, 0.5, True, None])
+def test_a_robot_that_is_not_there_is_an_error(number):
+    with pytest.raises(FeasibeeError, match=r"robot = .* must be a whole number from 0 to 19|robot"):
+        Swarm().robot(number)

@@ -1,0 +1,182 @@
+"""Recommendations under constraints: what is excluded and why, and what to relax."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from feasibee import FeasibeeError, Scenario, truth
+from feasibee.cli import main
+from feasibee.studies.comparison import compare
+from feasibee.studies.recommend import opposite_of, recommend, world_of
+from feasibee.studies.recommendation import Constraints
+from feasibee.sweeps.sweep import Execution
+
+ROOM = Scenario(
+    arena={"side": [10.0, 6.0], "boundary": "walls"},
+    robots={"count": 12},
+    tasks={"count": 10},
+    run={"steps": 300},
+)
+SOME = ("dmmd", "average", "census", "quiet-census")
+
+
+def recommended(constraints, **options):
+    return recommend(ROOM, constraints, SOME, 200, 1, **options)
+
+
+@pytest.fixture(scope="module")
+def free():
+    return recommended(Constraints(0.9))
+
+
+@pytest.fixture(scope="module")
+def with_a_liar():
+    return recommended(Constraints(0.9, liars=1))
+
+
+def test_the_best_come_first_and_the_others_have_reasons(free):
+    assert [each.strategy for each in free.ranking] == ["census", "quiet-census"]
+    assert set(free.excluded) == {"dmmd", "average"}
+    assert free.best["census"] == ["right most", "soonest", "cheapest"] or free.best["quiet-census"]
+    assert free.excluded["dmmd"].startswith("right in ")
+    assert free.relax == ()
+
+
+def test_shares_are_those_of_a_comparison(free):
+    best = free.ranking[0]
+    worlds = {each.tasks: each for each in best.worlds}
+    assert set(worlds) == {10, 14}
+    for tasks, measured in worlds.items():
+        (outcome,) = compare({"": best.scenario.replace({"tasks.count": tasks})}, (), measured.test.trials, 1)
+        assert int(outcome.right.sum()) == measured.test.successes
+
+
+def test_what_a_strategy_bears_is_measured(with_a_liar):
+    assert [each.strategy for each in with_a_liar.ranking] == ["quiet-census"]
+    assert with_a_liar.excluded["census"] == "with 1 Byzantine robot right in 0 of 100"
+    assert with_a_liar.scenario.faulty == (0, 1, 0)
+
+
+def test_a_strategy_that_tolerates_liars_gets_their_number(with_a_liar):
+    assert with_a_liar.ranking[0].scenario.decision.parameters["tolerates"] == 1
+
+
+def test_the_scenarios_own_strategy_keeps_its_parameters():
+    own = ROOM.replace({"decision.strategy": "quiet-census", "decision.parameters": {"tolerates": 2}})
+    found = recommend(own, Constraints(0.5, liars=1), ["quiet-census"], 100, 1)
+    assert found.ranking[0].scenario.decision.parameters["tolerates"] == 2
+
+
+@pytest.mark.parametrize(
+    ("constraints", "reason"),
+    [
+        (Constraints(0.9, ids=False), "needs ids that are never mistaken"),
+        (Constraints(0.9, names=False), "needs names of tasks"),
+        (Constraints(0.9, message_bits=100), "messages of up to 392 bits"),
+        (Constraints(0.9, bits=50), " bits per robot-step"),
+    ],
+)
+def test_each_constraint_excludes_by_its_own_reason(constraints, reason):
+    found = recommend(ROOM, constraints, ["census"], 100, 1)
+    assert not found.ranking
+    assert reason in found.excluded["census"]
+
+
+def test_without_a_strategy_it_says_which_constraint_to_relax():
+    found = recommended(Constraints(0.9, names=False))
+    relaxed = {each.constraint: each.candidate for each in found.relax}
+    assert relaxed["--no-names"].strategy == "census"
+    assert relaxed["--no-names"].worst.right.estimate == 1.0
+    assert relaxed["--right"].strategy in ("dmmd", "average")
+
+
+def test_two_constraints_that_only_together_exclude_are_relaxed_together():
+    found = recommend(ROOM, Constraints(0.9, ids=False, names=False), ["census", "dmmd"], 200, 1)
+    relaxed = {each.constraint: each.candidate.strategy for each in found.relax}
+    assert relaxed["--no-ids and --no-names"] == "census"
+    assert "--no-ids" not in relaxed
+
+
+def test_what_a_scenario_does_not_support_is_said():
+    found = recommend(ROOM, Constraints(0.5), ["dmmd", "map"], 100, 1)
+    assert found.excluded["map"] == "needs the number of robots"
+
+
+def test_ids_that_may_be_mistaken_are_drawn_at_random():
+    assert world_of(ROOM, Constraints(ids=False)).radio.id_bits == 4
+    assert world_of(ROOM.replace({"radio.id_bits": 9}), Constraints(ids=False)).radio.id_bits == 9
+
+
+@pytest.mark.parametrize("faulty", [1, 3, 7])
+def test_as_many_robots_are_faulty_as_asked_for(faulty):
+    for robots in (11, 12, 13, 49):
+        scenario = ROOM.replace({"robots.count": robots})
+        assert world_of(scenario, Constraints(liars=faulty, stopped=2)).faulty == (2, faulty, 0)
+
+
+@pytest.mark.parametrize(
+    ("constraints", "words"),
+    [
+        (Constraints(liars=12), "must be fewer together than the 12 robots"),
+        (Constraints(liars=6, stopped=6), "must be fewer together than the 12 robots"),
+        (Constraints(message_bits=4), "an id and an opinion alone take 5 bits; use 5 or more"),
+    ],
+)
+def test_constraints_that_nothing_can_meet_are_errors(constraints, words):
+    with pytest.raises(FeasibeeError, match=words):
+        recommend(ROOM, constraints)
+
+
+def test_a_users_file_is_tested_too(tmp_path):
+    rule = tmp_path / "yes.py"
+    rule.write_text(
+        "def quality(r, t):\n    return 1.0\ndef dissemination(q, g):\n    return g\n"
+        "def decide(mind, inbox):\n    return 1\n"
+    )
+    found = recommend(ROOM, Constraints(0.9), [str(rule)], 100, 1)
+    (why,) = found.excluded.values()
+    assert why == "with 14 tasks right in 0 of 100"  # it always says feasible
+
+
+def test_a_second_recommendation_in_a_folder_computes_nothing(tmp_path):
+    progress = []
+    for _ in range(2):
+        found = recommended(Constraints(0.9), execution=Execution(tmp_path, progress=progress.append))
+        progress.append(None)
+    second = progress[progress.index(None) + 1 : -1]
+    assert not any(each.runs_new for each in second)
+    assert found.ranking
+
+
+@pytest.mark.parametrize(("robots", "tasks", "others"), [(20, 20, 21), (20, 21, 19), (2, 9, 1), (3, 0, 9)])
+def test_the_opposite_is_at_the_reciprocal_ratio(robots, tasks, others):
+    here = Scenario(robots={"count": robots}, tasks={"count": tasks})
+    there = opposite_of(here)
+    assert there.tasks.count == others
+    assert truth(there) != truth(here)
+
+
+def test_a_mixed_team_has_no_opposite():
+    team = Scenario(tasks={"classes": [{"name": "lift", "count": 3, "needs": {"arm": 1}}]})
+    assert opposite_of(team) is None
+
+
+def test_the_command(tmp_path):
+    file = tmp_path / "room.toml"
+    file.write_text(ROOM.to_toml())
+    command = ["recommend", str(file), "--strategies", "dmmd,census", "--runs", "200", "--right", "0.9"]
+    done = CliRunner().invoke(main, command)
+    assert done.exit_code == 0, done.output
+    assert "1. census (right most, soonest, cheapest)" in done.stdout
+    assert "  dmmd: right in " in done.stdout
+    found = json.loads(CliRunner().invoke(main, [*command, "--no-names", "--json"]).stdout)
+    assert found["ranking"] == []
+    assert {each["strategy"] for each in found["excluded"]} == {"dmmd", "census"}
+    assert {each["constraint"] for each in found["relax"]} >= {"--no-names"}
+    first = json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)["ranking"][0]
+    assert set(first["right"]) == {"estimate", "low", "high"}
+    assert first["message_bits"] == 392
+    assert first["needs"] == ["names of tasks", "ids that are never mistaken"]

@@ -1,0 +1,190 @@
+"""Sizes of swarms: how many robots are enough, and the blind band."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from feasibee import FeasibeeError, Scenario
+from feasibee.cli import main
+from feasibee.results.crossing import Crossing, Finding, Rule
+from feasibee.results.statistics import Interval
+from feasibee.studies.comparison import compare
+from feasibee.studies.size import size
+from feasibee.studies.sizing import Band, Edge, Sizing, band_sentence, edge_sentence
+from feasibee.studies.space import ladder
+from feasibee.sweeps.sweep import Execution
+
+SMALL = Scenario(
+    arena={"side": 9.0},
+    robots={"count": 6},
+    tasks={"count": 4},
+    decision={"strategy": "average"},
+    run={"steps": 200},
+)
+RULE = Rule(0.8, first=50, most=300)
+
+
+@pytest.fixture(scope="module")
+def sizing():
+    return size(SMALL, rule=RULE, seed=1)
+
+
+def test_only_numbers_of_robots_that_can_do_the_tasks_are_tried(sizing):
+    assert min(value for value, _ in sizing.edge.tested) == 4
+    assert sizing.edge.enough >= 4
+
+
+def test_the_blind_band_lies_on_both_sides_of_the_truth(sizing):
+    below, above = sizing.band.below, sizing.band.above
+    assert {value for value, _ in below.tested} <= set(range(1, 7))
+    assert min(value for value, _ in above.tested) == 7
+    assert sizing.band.first <= 6
+    assert sizing.band.last >= 7 or sizing.band.empty or above.enough == 7
+
+
+def test_a_shorter_search_is_part_of_a_longer_one(tmp_path, sizing):
+    """A second search in the same folder computes nothing, and finds the same."""
+    computed = []
+    for _ in range(2):
+        found = size(SMALL, rule=RULE, seed=1, execution=Execution(tmp_path, progress=computed.append))
+        assert found.to_dict() == sizing.to_dict()
+        computed.append(None)
+    second = computed[computed.index(None) + 1 : -1]
+    assert not any(each.runs_new for each in second)
+
+
+def test_the_shares_are_those_of_simulated_swarms(sizing):
+    value, finding = sizing.edge.tested[0]
+    (outcome,) = compare({"": SMALL.replace({"robots.count": value})}, (), finding.trials, 1)
+    assert int(outcome.right.sum()) == finding.successes
+
+
+def edge_of(path, values, answers):
+    """Return an edge whose places were all tested, with these answers."""
+    findings = tuple(
+        Finding(place, 9, 10, Interval(0.9, 0.8, 1.0), answer) for place, answer in enumerate(answers)
+    )
+    enough = answers.index("enough") if "enough" in answers else None
+    short = [place for place, answer in enumerate(answers) if answer == "too few"]
+    return Edge(path, values, Crossing(findings, enough, max(short, default=-1) + 1))
+
+
+ENOUGH, SHORT, OPEN = "enough", "too few", "open"
+
+
+def test_the_ends_of_a_band_and_their_intervals():
+    below = edge_of("tasks.count", [20, 19, 18, 17], [SHORT, SHORT, OPEN, ENOUGH])
+    above = edge_of("tasks.count", [21, 22, 23], [SHORT, OPEN, ENOUGH])
+    band = Band(below, above)
+    assert (band.first, band.last, band.empty) == (18, 22, False)
+    assert band.firsts == (18, 19)
+    assert band.lasts == (21, 22)
+    assert band.to_dict()["intervals"] == {"from": [18, 19], "to": [21, 22]}
+    assert "from 18 to 22 tasks" in band_sentence(band, 20, 0.95)
+    assert "first number of tasks lies between 18 and 19" in band_sentence(band, 20, 0.95)
+
+
+def test_a_swarm_that_is_always_right_has_no_band():
+    band = Band(edge_of("tasks.count", [20, 19], [ENOUGH]), edge_of("tasks.count", [21, 22], [ENOUGH]))
+    assert band.empty
+    assert band.to_dict()["from"] is None
+    assert "none" in band_sentence(band, 20, 0.95)
+
+
+def test_a_band_without_an_end_goes_as_far_as_was_tried():
+    band = Band(
+        edge_of("tasks.count", [2, 1], [SHORT, SHORT]), edge_of("tasks.count", [3, 4, 5], [SHORT, OPEN, OPEN])
+    )
+    assert (band.first, band.last) == (1, 5)
+    assert band.firsts == (None, None)
+    assert band.lasts == (3, None)
+
+
+def test_no_value_that_is_enough_is_said():
+    edge = edge_of("radio.range", [1.0, 2.0], [SHORT, SHORT])
+    assert edge.interval == (None, None)
+    assert "nothing that was tried is shown to be enough" in edge_sentence(Sizing(SMALL, RULE, edge, None, 0))
+
+
+@pytest.mark.parametrize(
+    ("over", "words"),
+    [
+        ("robots", "isn't a field with a number above 0"),
+        ("decision.strategy", "isn't a field with a number above 0"),
+        ("radio.range=5", "must be a range"),
+        ("radio.range=3:2", "must be LOW:HIGH"),
+        ("robots.count=1:3", "too few for the tasks; search higher, such as --over robots.count=4:8"),
+    ],
+)
+def test_what_cant_be_searched_is_an_error_with_a_remedy(over, words):
+    with pytest.raises(FeasibeeError, match=words):
+        size(SMALL, over, RULE)
+
+
+def test_robots_with_given_places_cant_vary():
+    scenario = SMALL.replace({"robots.placement": "points", "robots.points": [[1, 1]] * 6})
+    with pytest.raises(FeasibeeError, match=r"since robots\.points says how many there are"):
+        size(scenario, rule=RULE)
+
+
+def test_a_ladder_goes_from_a_fifth_to_five_times_a_value():
+    path, values = ladder(Scenario(), "radio.range")
+    assert path == "radio.range"
+    assert values[0] == pytest.approx(0.4)
+    assert values[-1] == 10.0
+    assert values == sorted(values)
+
+
+def test_a_ladder_ends_where_the_scenario_is_invalid():
+    scenario = Scenario(sensing={"range": 4.0})
+    path, values = ladder(scenario, "sensing.range")
+    assert 9.0 < values[-1] <= 10.0  # a longer range would reach round the torus
+    scenario.replace({path: values[-1]})
+
+
+def test_the_command_prints_the_answer_and_draws_it(tmp_path):
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL.to_toml())
+    picture = tmp_path / "size.png"
+    command = ["size", str(file), "--right", "0.8", "--by", "100", "--runs", "100"]
+    done = CliRunner().invoke(main, [*command, "--plot", str(picture)])
+    assert done.exit_code == 0, done.output
+    assert "at step 100" in done.stdout
+    assert "Blind band of 6 robots" in done.stdout
+    assert "robots.count = 4: right in " in done.stderr
+    assert picture.stat().st_size > 10_000
+    found = json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)
+    assert set(found["robots"]) == {"least", "interval", "tested"}
+    assert set(found["blind_band"]) == {"from", "to", "intervals", "tested"}
+    assert found["by"] == 100
+
+
+def test_another_field_is_named_in_the_answer():
+    done = CliRunner().invoke(
+        main,
+        [
+            "size",
+            "--set",
+            "robots.count=6",
+            "--set",
+            "tasks.count=3",
+            "--set",
+            "arena.side=9.0",
+            "--by",
+            "60",
+            "--over",
+            "decision.exploration=5:20",
+            "--right",
+            "0.6",
+            "--runs",
+            "60",
+            "--json",
+        ],
+    )
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["over"] == "decision.exploration"
+    assert "decision.exploration" in found
