@@ -11,7 +11,7 @@ from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
 from feasibee.studies.comparison import compare
 from feasibee.studies.recommend import opposite_of, recommend, world_of
-from feasibee.studies.recommendation import Constraints
+from feasibee.studies.recommendation import Constraints, Relaxation
 from feasibee.sweeps.sweep import Execution
 
 ROOM = Scenario(
@@ -180,3 +180,19 @@ def test_the_command(tmp_path):
     assert set(first["right"]) == {"estimate", "low", "high"}
     assert first["message_bits"] == 392
     assert first["needs"] == ["names of tasks", "ids that are never mistaken"]
+
+
+@pytest.mark.parametrize(
+    ("constraint", "words"),
+    [
+        ("--liars", "Without --liars"),
+        ("--no-ids and --no-names", "Without --no-ids and --no-names"),
+        ("robots.know_count = true", "With robots.know_count = true"),
+        (
+            "robots.know_count = true and --no-names",
+            "With robots.know_count = true and without --no-names",
+        ),
+    ],
+)
+def test_a_relaxation_in_words(constraint, words, free):
+    assert Relaxation(constraint, free.ranking[0]).in_words == words

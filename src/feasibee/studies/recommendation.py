@@ -181,8 +181,11 @@ class Relaxation:
     @property
     def in_words(self) -> str:
         """What to do, such as ``Without --no-ids and --no-names``; a change of a field is one with it."""
-        words = [f"{'with' if '=' in part else 'without'} {part}" for part in self.constraint.split(" and ")]
-        text = " and ".join(words).replace(" and without ", " and ")
+        parts = self.constraint.split(" and ")
+        changed = [part for part in parts if "=" in part]
+        left = [part for part in parts if "=" not in part]
+        ways = {"with": changed, "without": left}
+        text = " and ".join(f"{way} {' and '.join(those)}" for way, those in ways.items() if those)
         return text[0].upper() + text[1:]
 
     def to_dict(self) -> dict[str, Any]:
