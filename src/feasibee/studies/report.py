@@ -144,10 +144,10 @@ ul { padding-left: 1.2rem; } li { margin: .25rem 0; }
 .green { border-color: #0b7a53; } .amber { border-color: #b06d00; } .red { border-color: #c2410c; }
 .green .level { color: #0b7a53; } .amber .level { color: #8f5800; } .red .level { color: #c2410c; }
 figure { margin: 1.5rem 0; }
-img { width: 100%; max-width: 100%; min-width: 32rem; background: white; border-radius: .3rem; }
+img { max-width: 100%; min-width: 32rem; background: white; border-radius: .3rem; }
 figcaption { font-size: .9rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-td, th { text-align: left; padding: .25rem 1rem .25rem 0; white-space: nowrap; font-weight: normal; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+td, th { text-align: left; padding: .25rem .7rem .25rem 0; white-space: nowrap; font-weight: normal; }
 thead th { font-weight: 600; } td.text { white-space: normal; }
 tr + tr, tbody tr { border-top: 1px solid var(--line); }
 pre { overflow-x: auto; font-size: 13px; } summary { cursor: pointer; margin-top: 2rem; }
