@@ -12,7 +12,7 @@ from feasibee.studies.shares import percent, points
 
 def section_as_html(section: Section) -> str:
     """Return a section as a heading and a list."""
-    lines = "".join(f"<li>{html.escape(line)}</li>" for line in section.lines)
+    lines = "".join(f"<li>{html.escape(line).replace(' %', '&nbsp;%')}</li>" for line in section.lines)
     return f"<h2>{html.escape(section.title)}</h2><ul>{lines}</ul>"
 
 
@@ -25,7 +25,7 @@ def table_of(title: str, trials: Sequence[Trial]) -> str:
         "right at the end": lambda trial: percent(trial.outcome.accuracy),
         "difference": lambda trial: points(trial.difference),
         **{f"right with {tasks} tasks": _opposite_share for tasks in turned},
-        "bits per robot-step": lambda trial: f"{trial.outcome.bits.mean():.3g}",
+        "bits": lambda trial: f"{trial.outcome.bits.mean():.3g}",
     }
     head = "".join(f'<th scope="col">{name}</th>' for name in ("", *columns))
     rows = "".join(

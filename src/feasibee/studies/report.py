@@ -146,7 +146,8 @@ ul { padding-left: 1.2rem; } li { margin: .25rem 0; }
 figure { margin: 1.5rem 0; }
 img { max-width: 100%; min-width: 32rem; background: white; border-radius: .3rem; }
 figcaption { font-size: .9rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 td, th { text-align: left; padding: .25rem .7rem .25rem 0; white-space: nowrap; font-weight: normal; }
 thead th { font-weight: 600; } td.text { white-space: normal; }
 tr + tr, tbody tr { border-top: 1px solid var(--line); }
