@@ -55,7 +55,7 @@ def recommend(
     constraints : Constraints, optional
         What strategies must do with, and bear.
     strategies : sequence of str
-        Names or files; by default those of `all_strategies`.
+        Names or files; by default those that ``feasibee strategies`` lists.
     runs : int
         Largest number of runs of each strategy in each world; a test begins with 100.
     seed : int
