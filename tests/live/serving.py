@@ -51,7 +51,7 @@ class Page:
         self.socket.send(json.dumps(message))
 
     def answer(self, kind, **message):
-        """Say something, and return the first answer of a kind; others are passed over."""
+        """Send a message to the server; return its first answer of a kind, and skip others."""
         self.say(**message)
         while (received := self.receive())["type"] != kind:
             assert received["type"] in ("compiling", "going", "opened", "tasks", "robot"), received

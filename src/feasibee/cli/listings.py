@@ -33,8 +33,10 @@ def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> No
       feasibee strategies
       feasibee strategies mine.toml --json
     """
+    from feasibee.studies.suitable import all_strategies
+
     base = read_scenario(file, changes)
-    rows = [_strategy(base, name) for name in _names(base)]
+    rows = [_strategy(base, name) for name in all_strategies(base)]
     if as_json:
         click.echo(json.dumps(rows, indent=2))
         return
@@ -87,14 +89,6 @@ def presets(as_json: bool) -> None:
         return
     cells = [[row["preset"], "-", str(row["bits"]), str(row["steps"]), row["about"]] for row in rows]
     _print_lines([["preset", "needs", "bits", "steps", "whose controller"], *cells])
-
-
-def _names(scenario: Scenario) -> list[str]:
-    """Return the built-in strategies, those of other packages, and that of the scenario."""
-    from feasibee.scenario.plugins import registered
-    from feasibee.strategies import STRATEGIES
-
-    return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
 
 
 def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:

@@ -186,7 +186,7 @@ class Session:
         self._jump = jump
 
     def inspect(self, robot: int | None) -> None:
-        """Say with each frame what a robot knows, from here on.
+        """Send what a robot knows with each frame from now on.
 
         Raises
         ------

@@ -34,15 +34,21 @@ def message_bits(scenario: Scenario) -> MessageBits:
     '8 to 782'
     """
     strategy, setting = scenario.strategy, scenario.setting
-    commits = scenario.decision.commit is not None
+    more = bare_bits(scenario, setting.id_bits)
     if not strategy.knowledge:
-        length = setting.id_bits + 1 + strategy.value_bits + commits
-        return MessageBits(length, length)
-    more = (setting.id_bits + 2) * commits
+        return MessageBits(more, more)
     robots = [_me(strategy, setting, number) for number in range(setting.robots)]
-    first = _length(strategy, _started(strategy, robots[0]), robots[0])
-    full = _length(strategy, _after_all(strategy, robots), robots[0])
+    first = knowledge_bits(strategy, _started(strategy, robots[0]), robots[0])
+    full = knowledge_bits(strategy, _after_all(strategy, robots), robots[0])
     return MessageBits(first + more, full + more)
+
+
+def bare_bits(scenario: Scenario, id_bits: int) -> int:
+    """Return the length of a message without its knowledge: id, opinion, value and commitment."""
+    commitment = int(scenario.decision.commit is not None)
+    if scenario.strategy.knowledge:
+        return (id_bits + 2) * commitment
+    return id_bits + 1 + scenario.strategy.value_bits + commitment
 
 
 def _after_all(strategy: Strategy, robots: list[Me]) -> Words:
@@ -100,6 +106,7 @@ def _message(strategy: Strategy, known: Words, me: Me) -> tuple[int, ...]:
     return tuple(message)
 
 
-def _length(strategy: Strategy, known: Words, me: Me) -> int:
+def knowledge_bits(strategy: Strategy, known: Words, me: Me) -> int:
+    """Return the length of the knowledge in the message of a robot that knows these words."""
     functions: Any = strategy
     return int(functions.bits(_message(strategy, known, me), me))

@@ -37,6 +37,7 @@ from feasibee.engine.params import (
 from feasibee.model.codes import exact
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import Placed, Robots, Tasks
+from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.simulation.fast_path import takes_fast_path
@@ -154,16 +155,8 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
         loss=_probability(radio.loss),
         id_bits=id_bits,
         random_ids=radio.id_bits is not None,
-        message_bits=_message_bits(scenario, id_bits),
+        message_bits=bare_bits(scenario, id_bits),
     )
-
-
-def _message_bits(scenario: Scenario, id_bits: int) -> int:
-    """Return the length of a message without its knowledge: id, opinion, value and commitment."""
-    commitment = int(scenario.decision.commit is not None)
-    if scenario.strategy.knowledge:
-        return (id_bits + 2) * commitment
-    return id_bits + 1 + scenario.strategy.value_bits + commitment
 
 
 def _strategy(strategy: Strategy, setting: Setting) -> StrategyParams:

@@ -15,11 +15,11 @@ from feasibee.strategies import STRATEGIES
 from feasibee.studies.assessment import Assessment, Trial
 from feasibee.studies.comparison import Outcome, design_points, outcomes_of
 from feasibee.studies.needs import asked_of
-from feasibee.studies.recommend import TOLERATES, all_strategies, opposite_of, recommend_within, world_of
+from feasibee.studies.recommend import TOLERATES, opposite_of, recommend_within, world_of
 from feasibee.studies.recommendation import Candidate, Constraints, Recommendation
 from feasibee.studies.shares import SURE, wait_for
 from feasibee.studies.size import band_within, size_within
-from feasibee.studies.suitable import suitable
+from feasibee.studies.suitable import all_strategies, suitable
 from feasibee.sweeps.sweep import Execution, Rounds
 
 AS_IT_IS: Final = "as it is"

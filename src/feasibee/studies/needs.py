@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
+from feasibee.scenario.messages import bare_bits, knowledge_bits
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.lowering import lower
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.contract import Me, Words
 
@@ -61,26 +61,16 @@ def longest_parts(scenario: Scenario, seed: int = 0) -> tuple[int, int]:
 
     Knowledge is measured in one run, at 20 steps, of all robots.
     """
-    plain: int = lower(scenario, seed).params.radio.message_bits
-    strategy: Any = scenario.strategy
+    strategy, setting = scenario.strategy, scenario.setting
+    plain = bare_bits(scenario, setting.id_bits)
     if not strategy.knowledge:
         return plain, 0
     swarm = Swarm(scenario, seed)
+    me = Me(0, 0, 0, 0, [0.0] * strategy.memory, setting)
     steps = scenario.run.steps
     longest = 0
     for look in range(1, LOOKS + 1):
         swarm.advance(steps * look // LOOKS - swarm.step)
-        longest = max(longest, *(_length(strategy, row.tolist(), scenario) for row in swarm.knowledge))
+        lengths = (knowledge_bits(strategy, Words(row.tolist()), me) for row in swarm.knowledge)
+        longest = max(longest, *lengths)
     return plain, longest
-
-
-def _length(strategy: Any, known: list[int], scenario: Scenario) -> int:
-    """Return the length of the message of a robot with this knowledge, in bits."""
-    me = Me(0, 0, 0, 0, [0.0] * strategy.memory, scenario.setting)
-    words = Words(known)
-    if strategy.encode is None:
-        message = words
-    else:
-        message = Words([0] * strategy.row_lengths(scenario.setting)[1])
-        strategy.encode(message, words, me)
-    return int(strategy.bits(tuple(message), me))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -11,9 +10,7 @@ from typing import Any, Final
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.results.crossing import Rule, finding_at
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
-from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import CONTENDER, Outcome, check_distinct, outcomes_of
 from feasibee.studies.needs import longest_message, needs_of
 from feasibee.studies.recommendation import (
@@ -24,7 +21,7 @@ from feasibee.studies.recommendation import (
     Relaxation,
     ranked,
 )
-from feasibee.studies.suitable import strategy_change
+from feasibee.studies.suitable import all_strategies, strategy_change
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -76,11 +73,6 @@ def recommend(
         return recommend_within(rounds, scenario, world, constraints, names, runs, seed)
 
 
-def all_strategies(scenario: Scenario) -> list[str]:
-    """Return the names of the built-in strategies, of those of installed packages, and the scenario's own."""
-    return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
-
-
 def recommend_within(
     rounds: Rounds,
     scenario: Scenario,
@@ -103,25 +95,25 @@ def recommend_within(
 def world_of(scenario: Scenario, constraints: Constraints) -> Scenario:
     """Return the scenario with the faulty robots of the constraints, and with ids that may be mistaken."""
     robots = scenario.robots.count
-    _check(constraints, robots)
+    _check(constraints, robots, scenario.setting.id_bits)
     changes: dict[str, Any] = {"run.stop_at_decision": False}
     if constraints.liars:
         changes["faults.byzantine"] = constraints.liars / robots
     if constraints.stopped:
         changes["faults.stopped"] = constraints.stopped / robots
     if not constraints.ids and scenario.radio.id_bits is None:
-        changes["radio.id_bits"] = max(1, math.ceil(math.log2(robots)))
+        changes["radio.id_bits"] = scenario.setting.id_bits
     return scenario.replace(changes)
 
 
-def _check(constraints: Constraints, robots: int) -> None:
+def _check(constraints: Constraints, robots: int, id_bits: int) -> None:
     faulty = constraints.liars + constraints.stopped
     if faulty >= robots:
         raise FeasibeeError(
             f"--liars {constraints.liars} --stopped {constraints.stopped}: must be fewer together than the "
             f"{robots} robots; such as --liars {min(1, robots - 1)}"
         )
-    least = max(1, math.ceil(math.log2(robots))) + 1
+    least = id_bits + 1
     if constraints.message_bits is not None and constraints.message_bits < least and constraints.ids:
         raise FeasibeeError(
             f"--message-bits {constraints.message_bits}: an id and an opinion alone take {least} bits; "

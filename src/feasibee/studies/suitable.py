@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from feasibee.errors import ScenarioError
+from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 
@@ -37,3 +38,8 @@ def strategy_change(scenario: Scenario, name: str) -> dict[str, Any]:
     """Return the changes that give a scenario another strategy; its own one keeps its parameters."""
     own = name == scenario.decision.strategy
     return {} if own else {"decision.strategy": name, "decision.parameters": {}}
+
+
+def all_strategies(scenario: Scenario) -> list[str]:
+    """Return the names of the built-in strategies, of those of installed packages, and the scenario's own."""
+    return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
