@@ -19,8 +19,8 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.advice import bias_in_words, sections
 from feasibee.studies.assess import assess, changes_of, faults_of
-from feasibee.studies.assessment import Trial
 from feasibee.studies.comparison import compare
+from feasibee.studies.findings import Trial
 from feasibee.studies.needs import asked_of
 from feasibee.studies.report import write_report
 from feasibee.studies.sensitivity import latin_hypercube, sensitivities, spearman

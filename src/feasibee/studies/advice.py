@@ -9,15 +9,15 @@ from typing import NamedTuple
 from feasibee.results.statistics import Interval, pareto
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
-from feasibee.studies.assessment import (
+from feasibee.studies.comparison import Outcome
+from feasibee.studies.findings import (
     NOT_READY,
     READY,
     SIGNS,
     UNCERTAIN,
-    Assessment,
+    Findings,
     Trial,
 )
-from feasibee.studies.comparison import Outcome
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of
 from feasibee.studies.shares import percent, points, wait_for
 from feasibee.studies.sizing import Band, band_sentence, edge_sentence
@@ -32,7 +32,7 @@ class Section(NamedTuple):
     lines: Sequence[str]
 
 
-def sections(assessment: Assessment) -> list[Section]:
+def sections(assessment: Findings) -> list[Section]:
     """Return an assessment in words."""
     found = [
         Section("Verdict", [verdict_sentence(assessment)]),
@@ -46,7 +46,7 @@ def sections(assessment: Assessment) -> list[Section]:
     return [each for each in found if each.lines]
 
 
-def verdict_sentence(assessment: Assessment) -> str:
+def verdict_sentence(assessment: Findings) -> str:
     """Return the verdict in a sentence, with one number and its interval."""
     level, right, tasks = assessment.verdict
     shape = SIGNS[level][1]
@@ -59,7 +59,7 @@ def verdict_sentence(assessment: Assessment) -> str:
     return f"{shape} {WORDS[level]}: {text}"
 
 
-def _expected(assessment: Assessment) -> list[str]:
+def _expected(assessment: Findings) -> list[str]:
     outcome, target = assessment.outcome, f"{100 * assessment.target:g} %"
     shares = [
         f"{percent(getattr(assessment, name))} {answer}"
@@ -87,7 +87,7 @@ def _expected(assessment: Assessment) -> list[str]:
     return lines
 
 
-def _truth(assessment: Assessment) -> str:
+def _truth(assessment: Findings) -> str:
     robots, truth = assessment.scenario.robots.count, assessment.truth
     if truth.violator is None:
         free = robots - sum(truth.assignment.values())
@@ -110,7 +110,7 @@ def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
     return [f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"]
 
 
-def _sized(assessment: Assessment) -> list[str]:
+def _sized(assessment: Findings) -> list[str]:
     sizing = assessment.sizing
     if sizing is None:
         return []
@@ -143,7 +143,7 @@ def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
     return lines
 
 
-def _asked(assessment: Assessment) -> list[str]:
+def _asked(assessment: Findings) -> list[str]:
     lines = [
         f"{assessment.scenario.decision.strategy}: {_asked_in_words(assessment.asked, assessment.scenario)}."
     ]
@@ -172,7 +172,7 @@ def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
     return "; ".join(parts)
 
 
-def _recommended(assessment: Assessment) -> list[str]:
+def _recommended(assessment: Findings) -> list[str]:
     found = assessment.recommended
     target = f"{100 * assessment.target:g} %"
     if found is None:
@@ -198,7 +198,7 @@ def _recommended(assessment: Assessment) -> list[str]:
     return lines
 
 
-def _faults(assessment: Assessment) -> list[str]:
+def _faults(assessment: Findings) -> list[str]:
     chosen = assessment.scenario if assessment.recommended is None else assessment.recommended.scenario
     name = chosen.decision.strategy
     return [
@@ -207,7 +207,7 @@ def _faults(assessment: Assessment) -> list[str]:
     ]
 
 
-def _changes(assessment: Assessment) -> list[str]:
+def _changes(assessment: Findings) -> list[str]:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
     lines = [f"{trial.name}: {points(trial.difference)}." for trial in helps]
     if not helps:

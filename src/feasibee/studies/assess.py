@@ -12,8 +12,9 @@ from feasibee.results.statistics import paired_difference, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.studies.assessment import Assessment, Trial
+from feasibee.studies.assessment import Assessment
 from feasibee.studies.comparison import Outcome, design_points, outcomes_of
+from feasibee.studies.findings import Trial
 from feasibee.studies.needs import asked_of
 from feasibee.studies.recommend import TOLERATES, opposite_of, recommend_within, world_of
 from feasibee.studies.recommendation import Candidate, Constraints, Recommendation

@@ -1,218 +1,25 @@
-"""Assessments of swarms: their results as plain tables, and the verdict."""
+"""Assessments of swarms, as notebooks show them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.metadata import version
-from typing import Any, Final, NamedTuple
 
-from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.statistics import Interval, paired_difference
-from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.html import folded, framed
-from feasibee.scenario.scenario import Scenario
-from feasibee.studies.comparison import Outcome
-from feasibee.studies.needs import Asked
-from feasibee.studies.recommendation import Candidate, Recommendation
-from feasibee.studies.shares import wait_for
-from feasibee.studies.sizing import Band, Sizing
-
-READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
-SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY: ("red", "■")}
-"""The colour and the shape of each verdict."""
+from feasibee.studies.advice import sections
+from feasibee.studies.findings import Findings
+from feasibee.studies.markup import section_as_html, table_of
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A changed scenario, simulated on the same worlds.
+class Assessment(Findings):
+    """What an assessment found, with its words and tables in notebooks.
 
-    Parameters
-    ----------
-    name : str
-        Name of the change.
-    outcome : Outcome
-        Outcome of its runs.
-    difference : Interval
-        Share of swarms that are right at the end, less that share without the change.
-    opposite : Outcome, optional
-        Outcome at the reciprocal ratio, where the truth is the opposite.
+    Its fields are those of `feasibee.studies.findings.Findings`.
     """
-
-    name: str
-    outcome: Outcome
-    difference: Interval
-    opposite: Outcome | None = None
-
-
-class Judged(NamedTuple):
-    """Whether a swarm can be deployed."""
-
-    level: str
-    """``"ready"``, ``"uncertain"`` or ``"not ready"``."""
-    right: Interval
-    """Share of swarms that are right, of the two worlds in the one where it is smaller."""
-    tasks: int
-    """Number of tasks of that world."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the verdict as plain tables, for programs."""
-        colour, shape = SIGNS[self.level]
-        return {
-            "level": self.level,
-            "colour": colour,
-            "shape": shape,
-            "right": self.right._asdict(),
-            "tasks": self.tasks,
-        }
-
-
-@dataclass(frozen=True)
-class Assessment:
-    """Expected behaviour of a swarm, and what would improve it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The assessed scenario.
-    truth : feasibee.scenario.feasibility.Verdict
-        Ground truth, with its proof.
-    target : float
-        Share of swarms that must be right.
-    outcome : Outcome
-        Outcome of the unchanged scenario.
-    right, wrong, split : Interval
-        Share of the swarms in which, at the last step, more than the threshold's share of the robots holds
-        the true opinion, the other one, or neither.
-    wait : int or None
-        First step from which the target's share of the swarms is right until the end; None without one.
-    asked : Asked
-        What the strategy asks of the robots.
-    sizing : Sizing or None
-        How many robots are enough for the tasks, and the blind band; None if robots have classes or given
-        places.
-    limits : list of Trial
-        Changes that show what limits the swarm, the most helpful first.
-    strategies : list of Trial
-        The other strategies, the best first.
-    opposite : Outcome or None
-        Outcome at the reciprocal ratio, where the truth is the opposite; None if robots or tasks have classes
-        or tasks have given places.
-    recommendation : Recommendation
-        Strategies that reach the target in both worlds.
-    recommended : Candidate or None
-        The scenario's own strategy if it is among these, or the first of them; None without any.
-    recommended_asked : Asked or None
-        What it asks of the robots.
-    recommended_band : Band or None
-        Its blind band.
-    faults : list of Trial
-        The recommended strategy with single faults, or the own one if none is recommended.
-    seed : int
-        Seed of the runs.
-    """
-
-    scenario: Scenario
-    truth: Truth
-    target: float
-    outcome: Outcome
-    right: Interval
-    wrong: Interval
-    split: Interval
-    wait: int | None
-    asked: Asked
-    sizing: Sizing | None
-    limits: list[Trial]
-    strategies: list[Trial]
-    opposite: Outcome | None
-    recommendation: Recommendation
-    recommended: Candidate | None
-    recommended_asked: Asked | None
-    recommended_band: Band | None
-    faults: list[Trial]
-    seed: int
-
-    @property
-    def better(self) -> list[Trial]:
-        """Strategies that are significantly better here, and not worse at the opposite truth."""
-        return [
-            trial
-            for trial in self.strategies
-            if trial.difference.low > 0 and not _is_worse(trial.opposite, self.opposite)
-        ]
-
-    @property
-    def verdict(self) -> Judged:
-        """Whether the swarm can be deployed: judged in its world and at the opposite truth."""
-        worlds = [(self.right, self.outcome.tasks)]
-        if self.opposite is not None:
-            worlds.append((self.opposite.accuracy, self.opposite.tasks))
-        worst, tasks = min(worlds, key=lambda world: world[0].estimate)
-        level = READY if worst.low >= self.target else UNCERTAIN
-        return Judged(NOT_READY if worst.high < self.target else level, worst, tasks)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the assessment as plain tables, for programs."""
-        return {
-            "verdict": {**self.verdict.to_dict(), "target": self.target},
-            "scenario": self.scenario.to_dict(),
-            "scenario_hash": self.scenario.hash,
-            "runs": self.outcome.runs,
-            "steps": self.scenario.run.steps,
-            "truth": self.truth.to_dict(),
-            **{name: getattr(self, name)._asdict() for name in ("right", "wrong", "split")},
-            "first_decision_right": self.outcome.first._asdict(),
-            "right_from_step": self.wait,
-            "bits_per_robot_and_step": float(self.outcome.bits.mean()),
-            "asked": self.asked._asdict(),
-            "declared": _declared_as_dict(self.outcome),
-            "opposite": _opposite_as_dict(self.opposite),
-            "size": None if self.sizing is None else self.sizing.to_dict(),
-            "recommended": self._recommended_as_dict(),
-            "excluded": dict(self.recommendation.excluded),
-            "faults": [self._as_dict(trial) for trial in self.faults],
-            "limits": [self._as_dict(trial) for trial in self.limits],
-            "strategies": [self._as_dict(trial) for trial in self.strategies],
-            "seed": self.seed,
-            "version": version("feasibee"),
-            "model_version": MODEL_VERSION,
-        }
-
-    def _recommended_as_dict(self) -> dict[str, Any] | None:
-        if self.recommended is None or self.recommended_asked is None:
-            return None
-        band = None if self.recommended_band is None else self.recommended_band.to_dict()
-        asked = self.recommended_asked._asdict()
-        return {**self.recommended.to_dict(), "asked": asked, "blind_band": band}
-
-    def _as_dict(self, trial: Trial) -> dict[str, Any]:
-        return {
-            "name": trial.name,
-            "right": trial.outcome.accuracy._asdict(),
-            "difference": trial.difference._asdict(),
-            "right_from_step": wait_for(trial.outcome, self.target),
-            "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
-            "declared": _declared_as_dict(trial.outcome),
-            "opposite": _opposite_as_dict(trial.opposite),
-        }
 
     def _repr_html_(self) -> str:
         """Return the assessment as HTML, for notebooks."""
-        from feasibee.studies.advice import sections
-        from feasibee.studies.markup import section_as_html, table_of
-
         tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
         parts = [section_as_html(each) for each in sections(self)]
         parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
         return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
-
-
-def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
-    return one is not None and other is not None and paired_difference(one.right, other.right).high < 0
-
-
-def _declared_as_dict(outcome: Outcome) -> dict[str, Any] | None:
-    return None if outcome.declared is None else outcome.declared.to_dict()
-
-
-def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
-    return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}

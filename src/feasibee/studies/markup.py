@@ -6,7 +6,7 @@ import html
 from collections.abc import Callable, Mapping, Sequence
 
 from feasibee.studies.advice import Section
-from feasibee.studies.assessment import Trial
+from feasibee.studies.findings import Trial
 from feasibee.studies.shares import percent, points
 
 

@@ -19,7 +19,7 @@ from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.units import steps_in_words
 from feasibee.studies.advice import WORDS, sections
-from feasibee.studies.assessment import SIGNS, Assessment
+from feasibee.studies.findings import SIGNS, Findings
 from feasibee.studies.markup import excluded_as_html, section_as_html, table_of
 from feasibee.studies.shares import percent
 from feasibee.studies.sizing import panels_of, sentences
@@ -36,12 +36,12 @@ class Shown(NamedTuple):
     drawn: Figure
 
 
-def write_report(assessment: Assessment, path: Path, command: str = "feasibee.studies.assess") -> None:
+def write_report(assessment: Findings, path: Path, command: str = "feasibee.studies.assess") -> None:
     """Write an assessment as one HTML file that includes its figures.
 
     Parameters
     ----------
-    assessment : Assessment
+    assessment : Findings
         What to write.
     path : Path
         The file.
@@ -60,7 +60,7 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         temporary.write_text(text, encoding="utf-8")
 
 
-def _verdict(assessment: Assessment) -> str:
+def _verdict(assessment: Findings) -> str:
     level, right, tasks = assessment.verdict
     colour, shape = SIGNS[level]
     middle, low, high = (100 * value for value in right)
@@ -75,7 +75,7 @@ def _verdict(assessment: Assessment) -> str:
     )
 
 
-def _figures(assessment: Assessment) -> Iterator[Shown]:
+def _figures(assessment: Findings) -> Iterator[Shown]:
     if assessment.sizing is not None:
         yield Shown(
             "Share of right swarms against the number of robots, and against the number of tasks",
@@ -102,7 +102,7 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
     )
 
 
-def _best_in_words(assessment: Assessment) -> str:
+def _best_in_words(assessment: Findings) -> str:
     """Return the shares at the end of this swarm and of the best other strategies, in words."""
     best = [f"{trial.name} {percent(trial.outcome.accuracy)}" for trial in assessment.strategies[:4]]
     return f"At the end: {OWN} {percent(assessment.right)}; {'; '.join(best)}."
@@ -119,7 +119,7 @@ def _figure(shown: Shown) -> str:
     )
 
 
-def _footer(assessment: Assessment, command: str) -> str:
+def _footer(assessment: Findings, command: str) -> str:
     parts = (
         f"<code>{html.escape(command)}</code>",
         f"scenario {assessment.scenario.hash[:12]}",
