@@ -117,6 +117,7 @@ def setting_of(params, passing):
     knowledge = params.strategy.knowledge
     return Setting(
         params.robots.count,
+        params.robots.at_start,
         params.tasks.count,
         knowledge.robot_ids,
         knowledge.task_ids,

@@ -9,10 +9,11 @@ from typing import Any
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
+from feasibee.scenario.dynamics import dynamic_conflicts, most_of
 from feasibee.scenario.setting import excess, setting_from
 from feasibee.strategies.contract import Manifest, Strategy
 
-Explicit = Mapping[str, Mapping[str, Any]]
+Explicit = Mapping[str, Any]
 Places = Mapping[str, tuple[str, Sequence[int]]]
 Fit = Callable[..., bool]
 """Returns whether the fields at some paths have valid values."""
@@ -45,23 +46,29 @@ def conflicts(
         Returns what the strategy of a name declares.
     """
     broken = {".".join(path.split(".")[:2]) for path in wrong}
+    sections = {path.split(".")[0] for path in wrong}
 
     def fit(*paths: str) -> bool:
-        return not broken or not any(path in broken or path.split(".")[0] in broken for path in paths)
+        return not broken or not any(
+            path in broken or path.split(".")[0] in broken or path in sections for path in paths
+        )
 
     yield from _swarm_conflicts(explicit, given, fit)
     if fit("decision.inbox", "decision.inbox_size"):
         yield from _inbox(explicit["decision"])
-    if fit("decision.strategy"):
-        yield from _strategy(explicit, fit, manifest_of(explicit["decision"]["strategy"]))
+    strategy = manifest_of(explicit["decision"]["strategy"]) if fit("decision.strategy") else None
+    if strategy is not None:
+        yield from _strategy(explicit, fit, strategy)
+    if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes"):
+        yield from dynamic_conflicts(explicit, _counts_of(explicit), fit, strategy)
     if not fit("arena.side", "arena.boundary"):
         return
     yield from _arena_conflicts(explicit, places, fit)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
         used = ("radio", "sensing.range", "robots.speed", "robots.know_count", *PHASES)
-        if fit("decision.strategy", "decision.parameters", *used):
-            yield from _knowledge_memory(explicit, manifest_of(explicit["decision"]["strategy"]))
+        if strategy is not None and fit("decision.parameters", "events", "run.steps", *used):
+            yield from _knowledge_memory(explicit, strategy)
 
 
 def _swarm_conflicts(explicit: Explicit, given: Mapping[str, Any], fit: Fit) -> Iterator[Problem]:
@@ -96,6 +103,11 @@ def total(section: Mapping[str, Any]) -> int:
     """Return the number of robots or tasks, whether given as a count or by classes."""
     classes = section["classes"]
     return sum(_get(each, "count") for each in classes) if classes else section["count"]
+
+
+def _counts_of(explicit: Explicit) -> tuple[int, int]:
+    """Return the numbers of robots and tasks at the start."""
+    return total(explicit["robots"]), total(explicit["tasks"])
 
 
 def _get(table: Any, key: str) -> Any:
@@ -219,12 +231,14 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
     if not isinstance(strategy, Strategy) or not strategy.knowledge or strategy.source:
         return
     decision = explicit["decision"]
+    counts = _counts_of(explicit)
     setting = setting_from(
-        (total(explicit["robots"]), total(explicit["tasks"])),
+        most_of(explicit, counts),
         (len(explicit["robots"]["classes"]), len(explicit["tasks"]["classes"])),
         explicit["faults"]["byzantine"] != 0,
         explicit["radio"]["id_bits"],
         {**strategy.parameters, **explicit["decision"]["parameters"]}.values(),
+        count=counts[0],
         knows_count=explicit["robots"]["know_count"],
         size=size_of(explicit),
         walled=explicit["arena"]["boundary"] == "walls",

@@ -32,6 +32,8 @@ def _printable(text: str) -> str:
 
 Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
 Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
+Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_without_minus)]
+Lifetime = Annotated[float, Field(gt=0, le=1e9)]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)]
 Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
 Point = tuple[float, float]

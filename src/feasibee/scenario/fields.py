@@ -10,8 +10,10 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model
 from feasibee.scenario.field_types import (
     Duration,
     Length,
+    Lifetime,
     Listen,
     Points,
+    Rate,
     Share,
     Side,
     Sightings,
@@ -121,6 +123,19 @@ class Robots(Placed):
     classes: Annotated[tuple[RobotClass, ...], Strict(False), Field(max_length=16)] = Field(
         (), description="Classes of robots with different skills, instead of robots.count."
     )
+    arrival_rate: Rate | None = Field(
+        None, description="Mean number of robots that join per step; by default none join."
+    )
+    failure_rate: Rate | None = Field(
+        None, description="Rate per step at which each robot fails and leaves for good; by default none fails."
+    )
+    most: int | None = Field(
+        None,
+        ge=1,
+        le=1_000_000,
+        description="Largest number of robots at a time, beyond which none joins; by default those of the "
+        "start and of all events, and at least twice those of the start if robots join by rate or call.",
+    )
 
 
 class Tasks(Placed):
@@ -134,6 +149,12 @@ class Tasks(Placed):
     )
     classes: Annotated[tuple[TaskClass, ...], Strict(False), Field(max_length=16)] = Field(
         (), description="Classes of tasks that need different skills, instead of tasks.count."
+    )
+    arrival_rate: Rate | None = Field(
+        None, description="Mean number of tasks that appear per step; by default none appear."
+    )
+    lifetime: Lifetime | None = Field(
+        None, description="Mean steps until a task is finished and vanishes; by default tasks stay."
     )
 
 
@@ -284,6 +305,38 @@ class Run(Section):
         description="Number of steps of a run; a swarm that has not decided by then is undecided.",
     )
     stop_at_decision: bool = Field(False, description="Whether a run ends at the swarm's first decision.")
+
+
+class NewSensing(Section):
+    """What an event changes of `Sensing`."""
+
+    miss: Share | None = Field(None, description="New value of sensing.miss; by default it stays.")
+
+
+class NewRadio(Section):
+    """What an event changes of `Radio`."""
+
+    loss: Share | None = Field(None, description="New value of radio.loss; by default it stays.")
+
+
+class Event(Section):
+    """A change of the world at the beginning of a step (model.md 6.17)."""
+
+    step: int = Field(ge=0, le=1_000_000_000, description="Step at whose beginning the world changes.")
+    tasks: int = Field(
+        0,
+        ge=-10_000_000,
+        le=10_000_000,
+        description="Number of tasks that appear; negative: that vanish, drawn at random.",
+    )
+    robots: int = Field(
+        0,
+        ge=-1_000_000,
+        le=1_000_000,
+        description="Number of robots that join; negative: that leave for good, drawn at random.",
+    )
+    sensing: NewSensing = Field(NewSensing(), description="New values of sensing.")
+    radio: NewRadio = Field(NewRadio(), description="New values of radio.")
 
 
 class Units(Section):

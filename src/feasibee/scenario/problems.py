@@ -9,7 +9,7 @@ from typing import Final
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import Problem
-from feasibee.scenario.fields import SECTIONS, fields
+from feasibee.scenario.fields import SECTIONS, Event, fields
 
 WORDS: Final = {
     "Input should be": "must be",
@@ -26,6 +26,8 @@ WORDS: Final = {
     "items after validation": "classes",
 }
 """Phrases of pydantic's messages, and their replacements."""
+EVENT: Final = "{ step = 500, tasks = 15 }"
+"""An event, for remedies."""
 
 
 def problem_of(details: ErrorDetails) -> Problem:
@@ -35,7 +37,7 @@ def problem_of(details: ErrorDetails) -> Problem:
     if kind == "extra_forbidden":
         return Problem(path, details["input"], "unknown key", suggestion(path))
     if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return Problem(path, details["input"], "must be a table", f"write [{path}] and its fields below")
+        return Problem(path, details["input"], "must be a table", _table(path))
     if kind == "missing":
         return Problem(path, details["input"], "is missing", f"add {path.rpartition('.')[2]} to this table")
     rule = details["msg"]
@@ -44,9 +46,15 @@ def problem_of(details: ErrorDetails) -> Problem:
     return Problem(path, details["input"], rule, _remedy(path))
 
 
+def _table(path: str) -> str:
+    return f"such as {EVENT}" if path.startswith("events") else f"write [{path}] and its fields below"
+
+
 def _remedy(path: str) -> str:
     """Return a remedy with the field's default, if it has one that doesn't depend on other fields."""
     section, _, key = path.partition(".")
+    if section == "events":
+        return f"such as {EVENT}"
     field = SECTIONS[section].model_fields.get(key) if section in SECTIONS else None
     if field is None or field.default is None:
         return "leave it out for the default"
@@ -56,7 +64,9 @@ def _remedy(path: str) -> str:
 def suggestion(path: str) -> str:
     """Return a remedy that names the most similar field or, if none is similar, those of the section."""
     known = fields()
-    names = known if "." in path else ["preset", *SECTIONS]
+    if path.startswith("events."):
+        return f"the fields of an event are {', '.join(Event.model_fields)}, such as {EVENT}"
+    names = known if "." in path else ["preset", *SECTIONS, "events"]
     close = difflib.get_close_matches(path, names, 1, 0.6)
     section = path.split(".", maxsplit=1)[0]
     siblings = [name.split(".")[1] for name in known if name.startswith(f"{section}.")]
@@ -64,4 +74,4 @@ def suggestion(path: str) -> str:
         return f"did you mean {close[0]}?"
     if "." in path and siblings:
         return f"the fields of [{section}] are {', '.join(siblings)}"
-    return f"the sections are {', '.join(SECTIONS)}"
+    return f"the sections are {', '.join(SECTIONS)}, and events"

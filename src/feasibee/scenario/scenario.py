@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import hashlib
-import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import tomli_w
 from pydantic import (
@@ -22,6 +20,7 @@ from pydantic import (
     Field,
     ModelWrapValidatorHandler,
     PrivateAttr,
+    Strict,
     ValidationError,
     ValidationInfo,
     model_validator,
@@ -29,12 +28,15 @@ from pydantic import (
 
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
+from feasibee.scenario.complete import complete_form, hash_of
 from feasibee.scenario.conflicts import conflicts, whole_robots
+from feasibee.scenario.dynamics import Most, is_dynamic, most_of
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
     Decision,
+    Event,
     Faults,
     Radio,
     Robots,
@@ -95,6 +97,9 @@ class Scenario(BaseModel):
     faults: Faults = Faults()
     run: Run = Run()
     units: Units = Units()
+    events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
+        (), description="Changes of the world at given steps (model.md 6.17)."
+    )
     _manifest: Manifest = PrivateAttr()
 
     if TYPE_CHECKING:  # pydantic accepts a table for a section, which its derived signature doesn't show
@@ -113,6 +118,7 @@ class Scenario(BaseModel):
             faults: Faults | Mapping[str, Any] = ...,
             run: Run | Mapping[str, Any] = ...,
             units: Units | Mapping[str, Any] = ...,
+            events: Sequence[Event | Mapping[str, Any]] = ...,
         ) -> None: ...
 
     @model_validator(mode="wrap")
@@ -199,14 +205,26 @@ class Scenario(BaseModel):
         return stopped, byzantine, stubborn
 
     @property
+    def dynamic(self) -> bool:
+        """Whether its world may change (model.md 6.17)."""
+        return is_dynamic({"robots": dict(self.robots), "tasks": dict(self.tasks), "events": self.events})
+
+    @property
+    def most(self) -> Most:
+        """How many robots there may be at a time, and how many tasks may appear in a run."""
+        counts = self.robots.count, self.tasks.count
+        return most_of(self.model_dump(include={"robots", "tasks", "run", "events"}), counts)
+
+    @property
     def setting(self) -> Setting:
         """Numbers that a strategy's knowledge may depend on."""
         return setting_from(
-            (self.robots.count, self.tasks.count),
+            self.most,
             (len(self.robots.classes), len(self.tasks.classes)),
             self.faulty[1] > 0,
             self.radio.id_bits,
             self.decision.parameters.values(),
+            count=self.robots.count,
             knows_count=self.robots.know_count,
             colluding=self.faults.byzantine_says == "colluding",
             size=self.arena.size,
@@ -332,19 +350,7 @@ class Scenario(BaseModel):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the complete form as nested dicts."""
-        tables = self.model_dump()
-        for name in ("robots", "tasks"):
-            table = tables[name]
-            del table["count" if table["classes"] else "classes"]
-            if not table["points"]:
-                del table["points"]
-        complete = {
-            name: {key: value for key, value in table.items() if value not in (None, {})}
-            for name, table in tables.items()
-        }
-        if not complete["units"]:
-            del complete["units"]
-        return complete
+        return complete_form(self.model_dump())
 
     def to_toml(self) -> str:
         """Return the complete form as TOML text; parsing it gives an equal scenario."""
@@ -376,12 +382,3 @@ class Scenario(BaseModel):
             for key, each in section.model_fields.items()
         }
         return show_scenario(self.to_dict(), type(self)().to_dict(), notes, truth(self), self.hash)
-
-
-def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
-    """Return the hash of a complete form as nested dicts; ``source`` is the text of its strategy's file."""
-    tables = {name: table for name, table in tables.items() if name != "units"}  # they change no run
-    if source:
-        tables = {**tables, "decision": {**tables["decision"], "strategy": source}}
-    text = json.dumps(tables, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()

@@ -21,6 +21,7 @@ def setting_from(
     id_bits: int | None,
     parameters: Iterable[float],
     *,
+    count: int | None = None,
     knows_count: bool = True,
     colluding: bool = False,
     size: tuple[float, float] = (20.0, 20.0),
@@ -35,19 +36,22 @@ def setting_from(
     Parameters
     ----------
     counts, classes : tuple of int
-        Numbers of robots and tasks, and of their classes.
+        Numbers of robots and tasks that have ids, and of their classes.
     liars : bool
         Whether any robot is Byzantine: it may invent robots and tasks.
     id_bits : int, optional
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
         Those of the strategy.
+    count : int, optional
+        Number of robots at the start; by default all that have ids.
     knows_count, colluding, size, walled, sight, radio, speed, phases
         See `Setting`; by default the paper's world. Phases are exploration and dissemination.
     """
     robots, tasks = counts
     return Setting(
         robots=robots,
+        count=robots if count is None else count,
         tasks=tasks,
         robot_ids=robots + (tasks if liars else 0),
         task_ids=tasks + (robots + 1 if liars else 0),

@@ -8,7 +8,7 @@ from typing import Any
 
 from feasibee.errors import Problem
 from feasibee.scenario.coordinates import read_points
-from feasibee.scenario.fields import SECTIONS, Robots, Section, Tasks
+from feasibee.scenario.fields import SECTIONS, Event, Robots, Section, Tasks
 
 
 def with_points(
@@ -46,9 +46,9 @@ def _defaults() -> dict[str, dict[str, Any]]:
     return {name: section().model_dump() for name, section in SECTIONS.items()}
 
 
-def with_defaults(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def with_defaults(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the raw values of all sections with defaults filled in, for the rules about several fields."""
-    explicit: dict[str, dict[str, Any]] = {}
+    explicit: dict[str, Any] = {"events": _events(given.get("events", ()))}
     for name in SECTIONS:
         table = given.get(name, {})
         if isinstance(table, Section):
@@ -63,3 +63,17 @@ def with_defaults(given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
             explicit[name]["count"] = len(points) if isinstance(points, list | tuple) else 0
     return explicit
+
+
+def _events(given: Any) -> list[dict[str, Any]]:
+    """Return the raw values of the events with defaults filled in; of invalid ones, they aren't used."""
+    return [_event(each) for each in given] if isinstance(given, list | tuple) else []
+
+
+def _event(given: Any) -> dict[str, Any]:
+    table = given.model_dump(exclude_unset=True) if isinstance(given, Section) else given
+    event = Event(step=0).model_dump()
+    for key, value in (table if isinstance(table, Mapping) else {}).items():
+        inner = value.model_dump(exclude_unset=True) if isinstance(value, Section) else value
+        event[key] = {**event[key], **inner} if isinstance(event.get(key), dict) and isinstance(inner, Mapping) else inner
+    return event

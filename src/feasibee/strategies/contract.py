@@ -112,9 +112,14 @@ class Setting(NamedTuple):
     """The numbers of a scenario on which the size and the meaning of knowledge may depend."""
 
     robots: int
-    """Number of robots; their ids are below it."""
+    """Number of robots that have ids, which are below it: the most at a time, if the world changes."""
+    count: int
+    """Number of robots at the start. With ``knows_count``, this is what a robot knows."""
     tasks: int
-    """Number of tasks; their ids are below it. For the size of rows: a real robot doesn't know it."""
+    """Number of tasks that have ids, which are below it: the most in a run, if the world changes.
+
+    For the size of rows: a real robot doesn't know it.
+    """
     robot_ids: int
     """Number of ids of robots, those that Byzantine robots invent included."""
     task_ids: int

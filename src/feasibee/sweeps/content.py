@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.scenario.scenario import hash_of
+from feasibee.scenario.complete import hash_of
 from feasibee.sweeps import checksums
 from feasibee.sweeps.schema import PLACES, Chunk, Entry, Kind
 
