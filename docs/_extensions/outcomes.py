@@ -9,7 +9,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.model.outcomes import CURVES, OUTCOMES
+from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES
 
 
 class Outcomes(SphinxDirective):
@@ -23,7 +23,7 @@ class Outcomes(SphinxDirective):
 def lines() -> Iterator[str]:
     """Yield the table in the markup of the page that asks for it (MyST)."""
     yield from ("| outcome | per | type | unit | what it is |", "|---|---|---|---|---|")
-    for per, outcomes in (("run", OUTCOMES), ("run, step", CURVES)):
+    for per, outcomes in (("run", OUTCOMES), ("run, step", CURVES), ("run, step", TRACES)):
         for each in outcomes:
             needs = f"; only with {each.needs.words}" if each.needs else ""
             yield f"| `{each.name}` | {per} | {each.dtype} | {each.unit or 'code'} | {each.meaning}{needs} |"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,16 +29,14 @@ from feasibee import (
 from feasibee.figures.decisions import draw_opinion_bands
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
-from feasibee.model.outcomes import ACCOUNT
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import opinion_quartiles
 
 SCENARIO = Scenario(robots={"count": 10}, run={"steps": 5})
-FILLED = [each.fill for each in ACCOUNT]
 RESULTS = to_dataset(
-    Record(
-        first_run=0,
+    replace(
+        Record.empty(0, 4, 6),
         decision=np.array([1, 0, 1, -1], np.int8),
         decision_step=np.array([4, 2, 0, -1], np.int32),
         feasible_count=np.array(
@@ -46,7 +45,6 @@ RESULTS = to_dataset(
         infeasible_count=np.array(
             [[5, 4, 3, 2, 0, 0], [6, 8, 10, 10, 10, 10], [0, 0, 0, 0, 0, 0], [5, 5, 5, 5, 5, 5]], np.int32
         ),
-        account=np.tile(np.array(FILLED), (4, 1)),
     ),
     SCENARIO,
     seed=0,
@@ -57,7 +55,13 @@ def one_run(decision, step, curve):
     """Make the record of one run of ten robots, each with an opinion."""
     decision, step = np.array([decision], np.int8), np.array([step], np.int32)
     counter_curve = np.where(curve < 0, -1, 10 - curve).astype(np.int32)
-    return Record(0, decision, step, curve, counter_curve, np.array([FILLED]))
+    return replace(
+        Record.empty(0, 1, 0),
+        decision=decision,
+        decision_step=step,
+        feasible_count=curve,
+        infeasible_count=counter_curve,
+    )
 
 
 def swarm_at(places, targets=((1.0, 2.0),), opinions=None, declared=None, **scenario):

@@ -11,7 +11,7 @@ import pytest
 from declaring import declaring
 
 from feasibee import Scenario, save_results
-from feasibee.model.outcomes import ACCOUNT, COMMITS, CURVES, DECLARES, OUTCOMES
+from feasibee.model.outcomes import ACCOUNT, COMMITS, CURVES, DECLARES, OUTCOMES, TRACES
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.scenario.runs import Runs
@@ -32,12 +32,15 @@ def record():
 
 
 def test_an_empty_record_has_the_fill_values_and_types_of_the_table():
-    record = Record.empty(0, 3, 2)
+    record = Record.empty(0, 3, 2, 4)
     for each in OUTCOMES:
         assert getattr(record, each.name).tolist() == [each.fill] * 3
         assert getattr(record, each.name).dtype == each.dtype
     for each in CURVES:
         assert getattr(record, each.name).tolist() == [[each.fill] * 2] * 3
+        assert getattr(record, each.name).dtype == each.dtype
+    for each in TRACES:
+        assert getattr(record, each.name).tolist() == [[each.fill] * 4] * 3
         assert getattr(record, each.name).dtype == each.dtype
     with pytest.raises(AttributeError, match="no outcome 'sent'"):
         record.sent  # noqa: B018
@@ -56,6 +59,8 @@ def test_longer_curves_keep_what_was_there():
     record.decision[:] = 1, 0
     record.bits_sent[:] = 8, 9
     longer = record.lengthened(3)
+    assert longer.truth.shape == (2, 0)
+    assert Record.empty(5, 2, 2, 2).lengthened(3).truth.tolist() == [[-1] * 3] * 2
     assert longer.first_run == 5
     assert longer.feasible_count.tolist() == [[1, 2, -1], [3, 4, -1]]
     assert longer.infeasible_count.tolist() == [[-1] * 3] * 2
@@ -75,6 +80,17 @@ def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
         assert variables[each.name].dtype == each.dtype
         assert variables[each.name].attrs["long_name"].startswith(each.words)
         assert variables[each.name].attrs.get("units", "") == each.unit
+
+
+def test_a_dataset_of_a_world_that_changes_has_its_traces():
+    record = Record.empty(0, 2, 0, 3)
+    dataset = to_dataset(record, Scenario(), 1)
+    for each in TRACES:
+        assert dataset[each.name].dims == ("run", "step")
+        assert dataset[each.name].dtype == each.dtype
+        assert dataset[each.name].attrs["long_name"].startswith(each.words)
+    assert dataset["step"].values.tolist() == [0, 1, 2]
+    assert "feasible_count" not in dataset
 
 
 def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
@@ -98,7 +114,7 @@ def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
 
 
 def test_each_outcome_says_what_it_is_and_in_which_unit():
-    for each in (*OUTCOMES, *CURVES):
+    for each in (*OUTCOMES, *CURVES, *TRACES):
         assert len(each.words.split()) >= 5, each.name
         assert bool(each.unit) != bool(each.codes), each.name
         assert each.fill >= 0 or each.missing or each.codes, each.name
@@ -108,5 +124,5 @@ def test_the_documentation_shows_the_table():
     pytest.importorskip("sphinx")
     rows = list(runpy.run_path(str(DOCS))["lines"]())[2:]
     names = [row.split("`")[1] for row in rows]
-    assert names == [*NAMES, *(each.name for each in CURVES)]
+    assert names == [*NAMES, *(each.name for each in (*CURVES, *TRACES))]
     assert "-1: never; only with `decision.commit`" in rows[3]

@@ -8,6 +8,7 @@ import json
 import subprocess
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import h5netcdf
@@ -22,8 +23,8 @@ from feasibee.results.dataset import recipe_of, to_dataset
 from feasibee.strategies import dmvd
 
 SCENARIO = Scenario(robots={"count": 5}, tasks={"count": 9}, run={"steps": 3})
-RECORD = Record(
-    first_run=40,
+RECORD = replace(
+    Record.empty(40, 2, 4),
     decision=np.array([1, -1], np.int8),
     decision_step=np.array([2, -1], np.int32),
     feasible_count=np.array([[3, 4, 5, 5], [2, 2, 3, 2]], np.int32),

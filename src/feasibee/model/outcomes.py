@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
-from feasibee.model.codes import DECISIONS, UNDECIDED
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 
 
 class Need(NamedTuple):
@@ -51,6 +51,7 @@ class Outcome(NamedTuple):
 
 COMMITS: Final = Need("`decision.commit`", lambda scenario: scenario.decision.commit is not None)
 DECLARES: Final = Need("a strategy that defines `declare`", lambda scenario: scenario.manifest.declares)
+CHANGES: Final = Need("a world that changes", lambda scenario: scenario.dynamic)
 OUTCOMES: Final = (
     Outcome(
         "decision",
@@ -130,7 +131,39 @@ CURVES: Final = (
         missing="after the end of the run",
     ),
 )
-"""Outcomes per run and step, from step 0 on."""
+"""Outcomes per run and step, from step 0 on, kept if asked for."""
+
+TRACES: Final = (
+    Outcome(
+        "truth",
+        "ground truth for the robots and tasks present at the step",
+        *("", "int8", -1),
+        codes={FEASIBLE: DECISIONS[FEASIBLE], INFEASIBLE: DECISIONS[INFEASIBLE]},
+        needs=CHANGES,
+    ),
+    Outcome(
+        "held",
+        "opinion of more than the threshold's share of the honest working robots",
+        *("", "int8", UNDECIDED),
+        codes=DECISIONS,
+        needs=CHANGES,
+    ),
+    Outcome(
+        "robots_present",
+        "robots present at the step, whether they work or not",
+        *("robots", "int32", -1),
+        missing="after the end of the run",
+        needs=CHANGES,
+    ),
+    Outcome(
+        "tasks_present",
+        "tasks present at the step, whether seen or not",
+        *("tasks", "int32", -1),
+        missing="after the end of the run",
+        needs=CHANGES,
+    ),
+)
+"""Outcomes per run and step, from step 0 on, always kept of worlds that change."""
 
 ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
 """Outcomes that a record holds as columns of one array, in their order there."""

@@ -21,6 +21,7 @@ from feasibee.model.outcomes import (
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
     OUTCOMES,
+    TRACES,
 )
 
 __all__ = [
@@ -60,6 +61,13 @@ class Record:
         Counted robots with opinion 0, likewise; with some strategies, robots may have no opinion.
     account : int64 array, shape (runs, columns)
         The other outcomes per run: a column for each of `feasibee.model.outcomes.ACCOUNT`.
+    truth : int8 array, shape (runs, steps + 1)
+        Whether the tasks are feasible at each step from 0 on; -1 after the end of a run. In a world that
+        doesn't change, this and the following arrays have the shape (runs, 0).
+    held : int8 array, shape (runs, steps + 1)
+        The opinion of more than the threshold's share of the counted robots at each step; -1 if none.
+    robots_present, tasks_present : int32 array, shape (runs, steps + 1)
+        Number of robots and of tasks at each step; -1 after the end of a run.
     """
 
     first_run: int
@@ -68,14 +76,23 @@ class Record:
     feasible_count: NDArray[np.int32]
     infeasible_count: NDArray[np.int32]
     account: NDArray[np.int64]
+    truth: NDArray[np.int8]
+    held: NDArray[np.int8]
+    robots_present: NDArray[np.int32]
+    tasks_present: NDArray[np.int32]
 
     @classmethod
-    def empty(cls, first_run: int, runs: int, curve_length: int) -> Record:
-        """Return a record of runs that are still to be simulated: every outcome has its fill value."""
+    def empty(cls, first_run: int, runs: int, curve_length: int, trace_length: int = 0) -> Record:
+        """Return a record of runs that are still to be simulated: every outcome has its fill value.
+
+        ``curve_length`` is the number of steps of the counts of opinions, 0 without them; ``trace_length``
+        is that of the truth and what belongs to it, 0 in a world that doesn't change.
+        """
         arrays: dict[str, NDArray[Any]] = {
             each.name: np.full(runs, each.fill, each.dtype) for each in OUTCOMES if each not in ACCOUNT
         }
         arrays |= {each.name: np.full((runs, curve_length), each.fill, each.dtype) for each in CURVES}
+        arrays |= {each.name: np.full((runs, trace_length), each.fill, each.dtype) for each in TRACES}
         account = np.tile(np.array([each.fill for each in ACCOUNT], np.int64), (runs, 1))
         return cls(first_run, account=account, **arrays)
 
@@ -95,9 +112,9 @@ class Record:
             self.first_run + start, **{name: array[start:stop] for name, array in self._arrays().items()}
         )
 
-    def lengthened(self, curve_length: int) -> Record:
-        """Return a copy with longer curves; the new steps have the fill value."""
-        longer = Record.empty(self.first_run, self.runs, curve_length)
+    def lengthened(self, length: int) -> Record:
+        """Return a copy with longer curves, and traces if it has any; the new steps have the fill value."""
+        longer = Record.empty(self.first_run, self.runs, length, length if self.truth.shape[1] else 0)
         for name, array in self._arrays().items():
             getattr(longer, name)[tuple(map(slice, array.shape))] = array
         return longer

@@ -29,7 +29,9 @@ from feasibee.strategies.contract import Thing
 
 def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
     """Simulate runs one after the other; return their record."""
-    record = Record.empty(runs.first, runs.count, scenario.run.steps + 1 if curves else 0)
+    length = scenario.run.steps + 1
+    lengths = length if curves else 0, length if scenario.dynamic else 0
+    record = Record.empty(runs.first, runs.count, *lengths)
     for row in range(runs.count):
         for step, swarm in enumerate(play(scenario, runs.seed, runs.first + row)):
             if curves:

@@ -16,7 +16,7 @@ import xarray as xr
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_csv
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.model.outcomes import CURVES, OUTCOMES, Outcome
+from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
@@ -38,12 +38,12 @@ def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
         for each in OUTCOMES
         if each.needs is None or each.needs.is_met(scenario)
     }
-    length = record.feasible_count.shape[1]
-    if length:
-        data |= {
-            each.name: (("run", "step"), getattr(record, each.name), attributes_of(each)) for each in CURVES
-        }
-        steps = np.arange(length, dtype=np.int64)
+    by_step = [each for each in (*CURVES, *TRACES) if getattr(record, each.name).shape[1]]
+    data |= {
+        each.name: (("run", "step"), getattr(record, each.name), attributes_of(each)) for each in by_step
+    }
+    if by_step:
+        steps = np.arange(getattr(record, by_step[0].name).shape[1], dtype=np.int64)
         coordinates["step"] = ("step", steps, {"long_name": "time", "units": "step"})
     about = {"title": "feasibee results", "recipe": json.dumps(recipe(record, scenario, seed))}
     return xr.Dataset(data, coordinates, about)

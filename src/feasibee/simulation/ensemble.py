@@ -107,7 +107,9 @@ def simulate_record(
     from feasibee.engine import runner
     from feasibee.simulation.lowering import lower
 
-    record = Record.empty(runs.first, runs.count, scenario.run.steps + 1 if curves else 0)
+    length = scenario.run.steps + 1
+    lengths = length if curves else 0, length if scenario.dynamic else 0
+    record = Record.empty(runs.first, runs.count, *lengths)
     try:
         runner.simulate(lower(scenario, runs.seed), record, threads, chunk, progress)
     except runner.RunError as failure:

@@ -100,7 +100,8 @@ class Swarm:
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)
-        self._record = Record.empty(self._which.first, 1, FIRST_STEPS)
+        traces = FIRST_STEPS if self.scenario.dynamic else 0
+        self._record = Record.empty(self._which.first, 1, FIRST_STEPS, traces)
         self._begin(allocation.first_room(self._params))
 
     def _begin(self, room: Any) -> None:

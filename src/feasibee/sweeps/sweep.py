@@ -131,8 +131,9 @@ class Rounds:
         schedule = self._complete(replace(study, points=list(once.values())), (0, 1))
         numbers = dict(zip(once, schedule.numbers, strict=True))
         for point in study.points:
-            length = point.scenario.run.steps + 1 if study.curves else 0
-            record = Record.empty(point.first_run, study.runs, length)
+            length = point.scenario.run.steps + 1
+            lengths = length if study.curves else 0, length if point.scenario.dynamic else 0
+            record = Record.empty(point.first_run, study.runs, *lengths)
             yield self._journal.record(numbers[point.scenario.hash, point.first_run], record)
 
     def complete(self, study: Study, shard: tuple[int, int] = (0, 1)) -> Progress:
