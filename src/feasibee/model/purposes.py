@@ -27,6 +27,13 @@ FALSE_TASK_CLASS: Final = 18
 LOSS: Final = 19  # word 0; of (receiver, sender)
 LIE: Final = 20  # word 0: its top bit is the opinion that a random Byzantine robot broadcasts
 IDENTITY: Final = 21  # word 0: a robot's random id; word 1: the hash of a robot, a task or an invented thing
+ARRIVAL: Final = 22  # of a step; word 0: number of tasks that appear; word 1: number of robots that join
+LIFETIME: Final = 23  # word 0; of a task
+FAILURE: Final = 24  # word 0; of (robot, how many have had its number before it)
+VANISH: Final = 25  # word 0: which of the tasks there; of (how many by events before it in this step, step)
+LEAVE: Final = 26  # word 0: which of the robots there; likewise
+JOINING_CLASS: Final = 27  # word 0: the robot of the start that has the class of a number beyond these
+APPEARING_CLASS: Final = 28  # word 0: the same for a task
 PURPOSES: Final = (
     "PLACE_ROBOT",
     "PLACE_TASK",
@@ -50,6 +57,13 @@ PURPOSES: Final = (
     "LOSS",
     "LIE",
     "IDENTITY",
+    "ARRIVAL",
+    "LIFETIME",
+    "FAILURE",
+    "VANISH",
+    "LEAVE",
+    "JOINING_CLASS",
+    "APPEARING_CLASS",
 )
 PAIR: Final = 256
 """A draw about a pair has the last word purpose + PAIR * (number of the second)."""

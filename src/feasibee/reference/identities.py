@@ -6,7 +6,6 @@ from functools import cache
 
 from feasibee.model.purposes import IDENTITY
 from feasibee.reference.draws import philox
-from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
 
@@ -20,14 +19,17 @@ class Names:
 
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
         self._seed, self._run = seed, run
-        self._robots, self._tasks = scenario.robots.count, scenario.tasks.count
-        self.truth = int(truth(scenario))
+        self._robots, self._tasks = scenario.most
         self._exactly = scenario.setting.colluding and not (scenario.robots.classes or scenario.tasks.classes)
         bits = scenario.radio.id_bits
         self.id_bits = scenario.setting.id_bits
         ids = [self._word(i, 0) >> (32 - bits) if bits else i for i in range(self._robots)]
         first = {each: i for i, each in reversed(list(enumerate(ids)))}
         self._holder = [first[each] for each in ids]
+
+    def inform(self, truth: int, robots: int, tasks: int) -> None:
+        """Store the truth of a step and how many robots and tasks are there, which Byzantine robots know."""
+        self.truth, self._robots_there, self._tasks_there = truth, robots, tasks
 
     def id(self, number: int) -> int:
         """Return a robot's id: the number of the first robot with the same random id."""
@@ -49,10 +51,10 @@ class Names:
         """Return the robots (feasible) or tasks that a Byzantine robot invents (model.md 6.12, 6.16)."""
         first = self._robots + self._tasks
         if feasible:
-            number = self._tasks - self._robots if self._exactly else self._tasks
+            number = self._tasks_there - (self._robots_there if self._exactly else 0)
             return [Thing(True, self._robots + k, 0, self.hash(first + k)) for k in range(number)]
         first += self._tasks
-        number = self._robots + 1 - (self._tasks if self._exactly else 0)
+        number = self._robots_there + 1 - (self._tasks_there if self._exactly else 0)
         return [Thing(False, self._tasks + k, 0, self.hash(first + k)) for k in range(number)]
 
     @cache  # noqa: B019  # a run's names live as long as the run

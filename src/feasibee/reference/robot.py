@@ -7,7 +7,7 @@ from itertools import combinations
 from typing import Any
 
 from feasibee.model.codes import exact
-from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE, WALK
+from feasibee.model.purposes import FAILURE, FIRST_OPINION, LIE, PHASE, WALK
 from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
 from feasibee.reference.identities import Names
 from feasibee.reference.world import Place, World
@@ -36,6 +36,10 @@ class Robot:
         Its fault (model.md 6.6).
     names : Names
         What it and the others are called.
+    before : Robot, optional
+        The last robot of this number, whose draws go on (model.md 6.17.6).
+    step : int
+        The step at which it comes.
     """
 
     def __init__(
@@ -49,6 +53,8 @@ class Robot:
         kind: int,
         fault: str,
         names: Names,
+        before: Robot | None = None,
+        step: int = 0,
     ) -> None:
         self.number = number
         self.place = place
@@ -58,11 +64,14 @@ class Robot:
         self._world = world
         self._coordinates = (seed, run, number)
         self._reach = float(exact(scenario.robots.speed) / world.unit)
-        self._walks = 0
-        self._phases = 0
+        self.joined = before.joined + 1 if before else 0
+        self._walks = before._walks if before else 0
+        self._phases = before._phases if before else 0
         self._turn()
         self._names = names
-        self.mind = self._mind()
+        rate = scenario.robots.failure_rate
+        self.leaves_at = step + duration(self.draw(self.joined, FAILURE), 1 / rate) if rate else None
+        self.mind = self._mind(step)
         self._remembered: set[tuple[str, int]] = set()
         self._remembers_since = 0
 
@@ -138,13 +147,13 @@ class Robot:
         self.velocity = (math.floor(self._reach * cosine + 0.5), math.floor(self._reach * sine + 0.5))
         self._walk_left = duration(lasting, self._scenario.walk.mean_run)
 
-    def _mind(self) -> Controller:
+    def _mind(self, step: int) -> Controller:
         """Return the controller with the settings of the scenario."""
         decision = self._scenario.decision
         rule = decision.commit
         return Controller(
             self._scenario.strategy,
-            opinion=self.draw(0, FIRST_OPINION) >> 31,
+            opinion=self.draw(self.joined, FIRST_OPINION) >> 31,
             draw_duration=self._draw_phase,
             draw_choice=self._draw_choice,
             exploration=decision.exploration,
@@ -162,6 +171,7 @@ class Robot:
             me=self._names.me(self.number, self.kind),
             place=self._world.in_units(self.place),
             setting=self._scenario.setting,
+            step=max(0, step - 1),
         )
 
     def _draw_choice(self) -> tuple[float, float]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.purposes import (
+    APPEARING_CLASS,
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
     FALSE_TASK,
     FALSE_TASK_CLASS,
     FAULT,
+    JOINING_CLASS,
     LOSS,
     MISS_ROBOT,
     MISS_TASK,
@@ -18,10 +21,13 @@ from feasibee.model.purposes import (
 )
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
+from feasibee.reference.dynamics import Dynamics
 from feasibee.reference.identities import Names
 from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
+from feasibee.scenario.feasibility import explain_numbers
+from feasibee.scenario.fields import Robots, Tasks
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
@@ -40,6 +46,11 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
             if record.decision[row] == UNDECIDED:
                 record.decision[row] = swarm.decision
                 record.decision_step[row] = step if swarm.decision != UNDECIDED else -1
+            if scenario.dynamic:
+                record.truth[row, step] = swarm.truth
+                record.held[row, step] = swarm.decision
+                record.robots_present[row, step] = len(swarm.robots)
+                record.tasks_present[row, step] = len(swarm.tasks)
             if record.commit_step[row] == -1 and swarm.is_committed:
                 record.commit_step[row] = step
             if record.declare_step[row] == -1 and swarm.has_declared:
@@ -72,25 +83,41 @@ class Swarm:
         self.scenario = scenario
         self.time = 0
         self.world = World(scenario, seed, run)
-        count = scenario.robots.count
-        self.robot_kinds = [i for i, each in enumerate(scenario.robots.classes) for _ in range(each.count)]
-        self.task_kinds = [i for i, each in enumerate(scenario.tasks.classes) for _ in range(each.count)]
-        self.robot_kinds = self.robot_kinds or [0] * count
-        self.task_kinds = self.task_kinds or [0] * scenario.tasks.count
+        self._run = (seed, run)
+        self.robot_kinds = _kinds(scenario.robots, scenario.most.robots, JOINING_CLASS, self._run)
+        self.task_kinds = _kinds(scenario.tasks, scenario.most.tasks, APPEARING_CLASS, self._run)
         faults = _faults(scenario, lambda k: philox(seed, run, 0, k, FAULT)[0])
         self.names = Names(scenario, seed, run)
         self.bits_sent = 0
-        self.tasks = self.world.task_places()
+        self.miss, self.loss = scenario.sensing.miss, scenario.radio.loss
+        self.tasks = {i: self.world.task_place(i) for i in range(scenario.tasks.count)}
         self.robots = [
-            Robot(scenario, seed, run, i, self.world, place, self.robot_kinds[i], faults[i], self.names)
-            for i, place in enumerate(self.world.robot_places())
+            self.new_robot(i, place, faults[i]) for i, place in enumerate(self.world.robot_places())
         ]
         self._sight = self.world.squared(scenario.sensing.range)
         self._radio = self.world.squared(scenario.radio.range)
+        self._dynamics = Dynamics(self, seed, run) if scenario.dynamic else None
+        self._look_up_truth()
+
+    def new_robot(self, number: int, place: Place, fault: str = HONEST, before: Robot | None = None) -> Robot:
+        """Return a robot that begins at this step; ``before`` was the last one of this number."""
+        kind = self.robot_kinds[number]
+        return Robot(
+            self.scenario, *self._run, number, self.world, place, kind, fault, self.names, before, self.time
+        )
+
+    def _look_up_truth(self) -> None:
+        """Store the truth of this step (model.md 6.17.3); Byzantine robots know it."""
+        robots = _by_kind((self.robot_kinds[robot.number] for robot in self.robots), self.scenario.robots)
+        tasks = _by_kind((self.task_kinds[number] for number in self.tasks), self.scenario.tasks)
+        self.truth = int(explain_numbers(self.scenario, robots, tasks).feasible)
+        self.names.inform(self.truth, len(self.robots), len(self.tasks))
 
     def step(self) -> None:
         """Simulate one step: move, observe and receive, end the step (model.md 3)."""
         self.time += 1
+        if self._dynamics is not None and self._dynamics.change():
+            self._look_up_truth()
         working = [robot for robot in self.robots if robot.works(self.time)]
         blocked = self._move(working)
         # What is said is fixed before anyone changes: the opinions held when the step began.
@@ -142,17 +169,19 @@ class Swarm:
             if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
                 robots_now[other.kind] += 1
                 things.append(self.names.robot(other.number, other.kind, *self.world.in_units(other.place)))
-        for number, place in enumerate(self.tasks):
+        for number, place in self.tasks.items():
             if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
                 tasks_now[self.task_kinds[number]] += 1
                 where = self.world.in_units(place)
                 things.append(self.names.task(number, self.task_kinds[number], *where))
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
-        for kind, mark in self._false_sightings(robot, sensing.false_robots, self.robot_kinds, *false):
+        kinds = self.robot_kinds[: self.scenario.robots.count]
+        for kind, mark in self._false_sightings(robot, sensing.false_robots, kinds, *false):
             robots_now[kind] += 1
             things.append(Thing(True, -1, kind, mark))
         false = (FALSE_TASK, FALSE_TASK_CLASS)
-        for kind, mark in self._false_sightings(robot, sensing.false_tasks, self.task_kinds, *false):
+        kinds = self.task_kinds[: self.scenario.tasks.count]
+        for kind, mark in self._false_sightings(robot, sensing.false_tasks, kinds, *false):
             tasks_now[kind] += 1
             things.append(Thing(False, -1, kind, mark))
         robot.mind.observe(robots_now, tasks_now)
@@ -161,14 +190,14 @@ class Swarm:
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
         return self.world.squared_distance(robot.place, place) <= self._sight and not robot.happens(
-            self.time, purpose + PAIR * number, self.scenario.sensing.miss
+            self.time, purpose + PAIR * number, self.miss
         )
 
     def _hears(self, robot: Robot, sender: Robot) -> bool:
         """Return whether a sender's message arrives (model.md 6.5)."""
         distance = self.world.squared_distance(robot.place, sender.place)
         return distance <= self._radio and not robot.happens(
-            self.time, LOSS + PAIR * sender.number, self.scenario.radio.loss
+            self.time, LOSS + PAIR * sender.number, self.loss
         )
 
     def _false_sightings(
@@ -236,6 +265,19 @@ class Swarm:
         if self.infeasible_count > needed:
             return INFEASIBLE
         return UNDECIDED
+
+
+def _kinds(section: Robots | Tasks, most: int, purpose: int, run: tuple[int, int]) -> list[int]:
+    """Return the class of each number; beyond those of the start, that of one drawn from them."""
+    kinds = [i for i, each in enumerate(section.classes) for _ in range(each.count)] or [0] * section.count
+    drawn = (philox(*run, number, 0, purpose)[0] for number in range(len(kinds), most))
+    return kinds + [kinds[choose(word, len(kinds))] if kinds else 0 for word in drawn]
+
+
+def _by_kind(kinds: Iterable[int], section: Robots | Tasks) -> list[int]:
+    """Return how many there are of each class."""
+    number = Counter(kinds)
+    return [number[kind] for kind in range(max(1, len(section.classes)))]
 
 
 def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:

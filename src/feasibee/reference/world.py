@@ -22,6 +22,8 @@ from feasibee.scenario.fields import Placed
 from feasibee.scenario.scenario import Scenario
 
 Place = tuple[int, int]
+ROBOT_PURPOSES = (PLACE_ROBOT, CENTRE_ROBOT, CLUSTER_ROBOT, SCATTER_ROBOT)
+TASK_PURPOSES = (PLACE_TASK, CENTRE_TASK, CLUSTER_TASK, SCATTER_TASK)
 
 
 class World:
@@ -93,9 +95,7 @@ class World:
         apart = (2 * self.radius) ** 2
         places: list[Place] = []
         for i in range(section.count):
-            for place in self._candidates(
-                section, i, self.radius, PLACE_ROBOT, CENTRE_ROBOT, CLUSTER_ROBOT, SCATTER_ROBOT
-            ):
+            for place in self._candidates(section, i, self.radius, ROBOT_PURPOSES):
                 if not section.avoid_collisions or section.placement == "points":
                     break
                 if all(self.squared_distance(place, other) >= apart for other in places):
@@ -105,34 +105,54 @@ class World:
             places.append(place)
         return places
 
-    def task_places(self) -> list[Place]:
-        """Return the places of the tasks (model.md 1.3, 6.4)."""
-        section = self.scenario.tasks
-        purposes = (PLACE_TASK, CENTRE_TASK, CLUSTER_TASK, SCATTER_TASK)
-        return [next(iter(self._candidates(section, i, 0, *purposes))) for i in range(section.count)]
+    def task_place(self, i: int) -> Place:
+        """Return the place of a task (model.md 1.3, 6.4, 6.17.4)."""
+        return next(iter(self._candidates(self.scenario.tasks, i, 0, TASK_PURPOSES)))
+
+    def joining_place(self, i: int, joined: int, others: Iterable[Place]) -> Place | None:
+        """Return a place for a robot that joins as the given one of its number; None if none is free."""
+        section, apart = self.scenario.robots, (2 * self.radius) ** 2
+        for place in self._candidates(section, i, self.radius, ROBOT_PURPOSES, joined, True):
+            if not section.avoid_collisions or all(
+                self.squared_distance(place, other) >= apart for other in others
+            ):
+                return place
+        return None
 
     def _candidates(
-        self, section: Placed, i: int, margin: int, uniform: int, centre: int, cluster: int, scatter: int
+        self,
+        section: Placed,
+        i: int,
+        margin: int,
+        purposes: tuple[int, int, int, int],
+        joined: int = 0,
+        joins: bool = False,
     ) -> Iterable[Place]:
         """Yield the places drawn for a robot or task; places outside are moved to the wall."""
-        if section.placement == "points":
+        uniform, centre, cluster, scatter = purposes
+        if section.placement == "points" and not joins and i < section.count:
             yield self._held(self._given(section.points[i]), margin)
             return
+        first = ATTEMPTS * joined
         for attempt in range(ATTEMPTS):
+            if section.placement == "points":
+                word = philox(self._seed, self._run, i, first + attempt, uniform)[0]
+                yield self._held(self._given(section.points[choose(word, len(section.points))]), margin)
+                continue
             if section.placement == "uniform":
-                yield self._uniform(i, attempt, margin, uniform)
+                yield self._uniform(i, first + attempt, margin, uniform)
                 continue
             if section.placement == "corner":
                 middle = (0, 0) if self.is_torus else (margin, margin)
             else:
-                word = philox(self._seed, self._run, i, 0, cluster)[0]
+                word = philox(self._seed, self._run, i, joined, cluster)[0]
                 middle = self._uniform(choose(word, section.clusters), 0, margin, centre)
             # The more attempts have failed, the wider it spreads.
             spread = math.floor(exact(section.spread) / self.unit) * (1 + attempt // 32)
             words = [
                 word
                 for part in range(6)
-                for word in philox(self._seed, self._run, i, 6 * attempt + part, scatter)
+                for word in philox(self._seed, self._run, i, 6 * (first + attempt) + part, scatter)
             ]
             dx, dy = normal(words[:12], spread), normal(words[12:], spread)
             if section.placement == "corner":

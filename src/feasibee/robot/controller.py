@@ -107,6 +107,8 @@ class Controller:
         Its first position in the frame that all robots share, in units, for strategies that use it.
     setting : Setting, optional
         The numbers that strategies that pass on knowledge need.
+    step : int
+        Number of steps that have passed, if it joins robots that began earlier.
     """
 
     def __init__(
@@ -131,6 +133,7 @@ class Controller:
         me: tuple[int, int, int] = (0, 0, 0),
         place: tuple[float, float] = (0.0, 0.0),
         setting: Setting | None = None,
+        step: int = 0,
     ) -> None:
         self.strategy = strategy
         self.opinion = NONE if strategy.starts_neutral else opinion
@@ -155,7 +158,7 @@ class Controller:
         if strategy.knowledge:
             if setting is None:
                 raise TypeError(f"{strategy.name} passes on knowledge: give the controller a setting")
-            self.knowledge = Knowledge(strategy, Me(*me, 0, self._memory, setting, x=place[0], y=place[1]))
+            self.knowledge = Knowledge(strategy, Me(*me, step, self._memory, setting, x=place[0], y=place[1]))
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice

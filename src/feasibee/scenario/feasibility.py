@@ -133,6 +133,31 @@ def explain(scenario: Team) -> Verdict:
     return Verdict(_assignment(_serving(robots, demand), tasks), None)
 
 
+def explain_numbers(scenario: Team, robots: Sequence[int], tasks: Sequence[int]) -> Verdict:
+    """Return the truth if there are so many robots and tasks of each class, in a world that changes."""
+    return explain(
+        _Numbers(
+            _with_counts(scenario.robots, robots),
+            _with_counts(scenario.tasks, tasks),
+        )
+    )
+
+
+class _Numbers(NamedTuple):
+    """The part of a scenario that matters, with other numbers."""
+
+    robots: Robots
+    tasks: Tasks
+
+
+def _with_counts(section: Any, counts: Sequence[int]) -> Any:
+    """Return a section with so many of each class, or so many in all if it has no classes."""
+    classes = [
+        each.model_copy(update={"count": count}) for each, count in zip(section.classes, counts, strict=False)
+    ]
+    return section.model_copy(update={"count": sum(counts), "classes": tuple(classes)})
+
+
 def _classes(scenario: Team) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
     """Return the classes of robots and tasks; without classes, all robots or tasks are one class."""
     robots: Sequence[RobotClass] = scenario.robots.classes

@@ -23,6 +23,13 @@ def _without_minus(value: float) -> float:
     return value + 0.0
 
 
+def _not_tiny(value: float) -> float:
+    """Raise an error for a rate whose mean time is longer than any run."""
+    if 0 < value < 1e-9:
+        raise PydanticCustomError("rate", "must be 0, or at least 1e-9 per step")
+    return _without_minus(value)
+
+
 def _printable(text: str) -> str:
     """Raise an error for a name with control characters or surrogates."""
     if not text.isprintable():
@@ -32,7 +39,7 @@ def _printable(text: str) -> str:
 
 Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
 Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
-Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_without_minus)]
+Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
 Lifetime = Annotated[float, Field(gt=0, le=1e9)]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)]
 Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]

@@ -196,11 +196,6 @@ class Scenario(BaseModel):
         return trusted
 
     @property
-    def dynamic(self) -> bool:
-        """Whether robots or tasks may come and go during a run."""
-        return False
-
-    @property
     def faulty(self) -> tuple[int, int, int]:
         """Number of stopped, of Byzantine and of stubborn robots (model.md 6.6)."""
         faults, robots = self.faults, self.robots.count
