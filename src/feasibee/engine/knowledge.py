@@ -47,7 +47,7 @@ def _missing(*arguments: Any) -> Any:
 UNSENT: Final = -(2**62)
 """`Count.SENT_BITS` of a robot whose words of `Copy.SENT` are no copy of what it once knew."""
 
-start = observe = encode = lie = falsify = merge = count = bits = declare = _missing
+start = observe = encode = lie = falsify = merge = count = bits = declare = judge = gap = _missing
 repeats: bool = False
 """Whether a robot that learns nothing new repeats its message: a copy of what it knows, and its length."""
 
@@ -165,9 +165,10 @@ def same(message, known):
 
 
 def start_all(params, passing, now, number):
-    """Let all robots know what they know at step 0."""
+    """Let robots know what they know when they begin."""
     setting = setting_of(params, passing)
-    for i in range(number):
+    for k in range(number):
+        i = int64(passing.pending[Pending.WHO, k])
         known = known_by(params, passing, i)
         known[:] = 0
         passing.sent_bits[i] = UNSENT
@@ -254,6 +255,36 @@ def declare_all(params, passing, now, number):
             asked = without_lowest(asked)
 
 
+def judge_all(params, passing, now, number):
+    """Let all working robots adopt the opinions that follow from what they know."""
+    setting = setting_of(params, passing)
+    for w in range(passing.sets.shape[1]):
+        asked = passing.sets[Set.WORKING, w]
+        while asked:
+            i = lowest_member(w, asked)
+            learns(passing, i)
+            judged = judge(known_by(params, passing, i), me_of(params, passing, setting, now, i))
+            if judged != 1 and judged != 0 and judged != -1:  # noqa: PLR1714  # numba compiles this
+                raise ValueError("judge must return 1, 0, or -1 for none")
+            if judged >= 0 and not keeps_opinion(passing.sets, i):
+                set_opinion(passing.sets, i, judged)
+            asked = without_lowest(asked)
+
+
+def gap_all(params, passing, now, number):
+    """Write by how many the tasks outnumber the robots, as each robot believes, as its first count."""
+    setting = setting_of(params, passing)
+    for k in range(number):
+        i = int64(passing.pending[Pending.WHO, k])
+        passing.counts[i, 0] = gap(known_by(params, passing, i), me_of(params, passing, setting, now, i))
+        if not -COUNT_LIMIT <= passing.counts[i, 0] <= COUNT_LIMIT:
+            raise ValueError("gap must return a whole number from -2**53 to 2**53")
+
+
+def ask_nothing(params, passing, now, number):
+    """Stand in for what a strategy doesn't define."""
+
+
 def copy_known(message, known, me):
     """Encode a message as a copy of what is known."""
     for k in range(len(known)):
@@ -262,11 +293,6 @@ def copy_known(message, known, me):
 
 def start_empty(known, me):
     """Know nothing at the start."""
-
-
-def declare_nothing(known, me):
-    """Never be sure."""
-    return int64(-1)
 
 
 def lie_own_way(params, passing, message, feasible, me):
@@ -298,6 +324,10 @@ def update(params, passing, now, action, number):
         count_all(params, passing, now, number)
     elif action == Action.DECLARE:
         declare_all(params, passing, now, number)
+    elif action == Action.JUDGE:
+        judge_all(params, passing, now, number)
+    elif action == Action.GAP:
+        gap_all(params, passing, now, number)
     else:
         start_all(params, passing, now, number)
     return int64(0)
@@ -308,7 +338,9 @@ def update_nothing(params, passing, now, action, number):
     return int64(0)
 
 
-PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all, declare_all)
+PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all)
+QUESTIONS: Final = {"declare": declare_all, "judge": judge_all, "gap": gap_all}
+"""Parts for functions that have no default."""
 
 
 def updating(functions: Mapping[str, Callable[..., Any]], steady: bool) -> Callable[..., Any]:
@@ -319,12 +351,13 @@ def updating(functions: Mapping[str, Callable[..., Any]], steady: bool) -> Calla
     own = {
         "start": inlined(start_empty),
         "encode": inlined(copy_known),
-        "declare": inlined(declare_nothing),
         "repeats": steady and "encode" not in functions,
         **functions,
     }
     own["falsify"] = inlined(rebound(lie_own_way if "lie" in functions else invent, **own))
     parts = {part.__name__: inlined(rebound(part, **own)) for part in PARTS}
+    for name, part in QUESTIONS.items():
+        parts[part.__name__] = inlined(rebound(part, **own) if name in functions else ask_nothing)
     return rebound(update, **parts)
 
 

@@ -41,6 +41,8 @@ class Action(IntEnum):
     MERGE = 3
     COUNT = 4
     DECLARE = 5
+    JUDGE = 6
+    GAP = 7
 
 
 class Grid(NamedTuple):
@@ -184,6 +186,7 @@ class StrategyParams(NamedTuple):
     forgets: bool  # whether each exploration counts afresh
     starts_neutral: bool  # whether robots start without an opinion
     declares: bool  # whether robots declare when they are sure
+    judges: bool  # whether opinions follow from knowledge in every step
     says: bool  # whether the strategy defines `say`; otherwise a robot sends its opinion
     value_scale: float  # the largest value that a message can hold; 0.0: messages hold none
     knowledge: KnowledgeParams

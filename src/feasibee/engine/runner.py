@@ -48,7 +48,7 @@ class RunError(Exception):
         self.error = error
 
 
-NUMBERS = ("bits", "declare")
+NUMBERS = ("bits", "declare", "judge", "gap")
 """Functions of knowledge that return a whole number; the others return nothing."""
 POLL = 0.1  # seconds between two looks at the progress
 

@@ -54,6 +54,8 @@ KNOWLEDGE: Final = {
     "count": none(MESSAGE, types.Array(int64, 1, "C"), ME),
     "bits": int64(MESSAGE, ME),
     "declare": int64(ROW, ME),
+    "judge": int64(ROW, ME),
+    "gap": int64(MESSAGE, ME),
 }
 """Signatures of the functions of a strategy that passes on knowledge."""
 START: Final = types.void(PARAMS, STATE, int64)

@@ -186,16 +186,20 @@ def begin_general(params, state, functions, part):
             stop(params, state, w)
         wait_for_all(part)
     if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
-        state.clock[Clock.PENDING] = params.robots.count
+        for i in range(params.robots.count):
+            defer(params, state, functions, Action.START, i, int64(0), int64(0))
         update_pending(params, state, functions, Action.START)
 
 
 @spliced
 def end_general(params, state, functions, part):
-    """Ask robots whether they are sure, and rate what they know."""
+    """Ask robots whether they are sure, or for their opinions, and rate what they know."""
     if params.strategy.declares:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.DECLARE)
+    if params.strategy.judges:
+        state.clock[Clock.PENDING] = params.robots.count
+        update_pending(params, state, functions, Action.JUDGE)
     rate_general(params, state, functions, part)
 
 

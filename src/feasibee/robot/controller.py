@@ -220,8 +220,8 @@ class Controller:
 
     def end_step(self) -> None:
         """End a step; if its phase ends, the robot changes phase (model.md 3.3)."""
-        if self.knowledge and self.knowledge.declare() and not (self.stubborn or self.committed):
-            self.opinion = self.knowledge.declared
+        if self.knowledge:
+            self._follow(self.knowledge)
         self.phase_left -= 1
         if self.phase_left == 0:
             if self.disseminating:
@@ -231,6 +231,12 @@ class Controller:
                 self._disseminate()
         if self.knowledge:
             self.knowledge.end_step(explores=not self.disseminating)
+
+    def _follow(self, knowledge: Knowledge) -> None:
+        """Declare, or adopt the opinion that follows from what is known (model.md 6.11, 6.15)."""
+        opinion = knowledge.declared if knowledge.declare() else knowledge.judge()
+        if opinion != NONE and not (self.stubborn or self.committed):
+            self.opinion = opinion
 
     def _explore(self) -> None:
         """Begin exploring: empty the inbox; reset the counts if the strategy forgets (model.md 4.2, 4.6)."""

@@ -250,6 +250,9 @@ def _check_completeness(functions: frozenset[str], file: str) -> None:
         raise FeasibeeError(f"{file}: {rule}; {_wanted(missing)}")
     if "message_words" in functions and "encode" not in functions:
         raise FeasibeeError(f"{file}: has message_words, but no function encode; {_wanted('encode')}")
+    if functions >= {"judge", "declare"}:
+        rule = "has both judge, for opinions that may change in any step, and declare, for good ones"
+        raise FeasibeeError(f"{file}: {rule}; remove def judge or def declare")
 
 
 def _wanted(name: str) -> str:

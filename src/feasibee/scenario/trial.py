@@ -54,6 +54,11 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "merge": (f"{ROWS} known", lambda value: value is None),
     "count": (f"{ROWS} counts", lambda value: value is None),
     "declare": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
+    "judge": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
+    "gap": (
+        f"must be a whole number from -{COUNT_LIMIT} to {COUNT_LIMIT}",
+        lambda value: is_whole(value, COUNT_LIMIT) or is_whole(-value, COUNT_LIMIT),
+    ),
     "describe": ("must be a text", lambda value: isinstance(value, str)),
     "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: is_whole(value, BITS_LIMIT)),
 }
@@ -162,15 +167,17 @@ def _try_knowledge(strategy: Strategy) -> None:
             kind, memory = setting.robot_classes - 1, [0.0] * strategy.memory
             me = Me(number, kind, 2**32 - 1 - number, 0, memory, setting)
             known, messages = _said_by(strategy, me)
-            if strategy.declares:
-                functions.declare(known, me)
+            for each in (functions.declare, functions.judge):
+                if each is not None:
+                    each(known, me)
             for message in messages:
                 functions.bits(message, me)
                 functions.merge(known, message, 0, me._replace(step=1000))
             numbers = [0] * (setting.robot_classes + setting.task_classes)
             functions.count(tuple(known), numbers, me)
-            if functions.describe is not None:
-                functions.describe(tuple(known), me)
+            for each in (functions.gap, functions.describe):
+                if each is not None:
+                    each(tuple(known), me)
             strategy.quality(sum(numbers[: setting.robot_classes]), sum(numbers[setting.robot_classes :]))
 
 
@@ -182,8 +189,9 @@ def _said_by(strategy: Strategy, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
     known = Words([0] * words)
     if functions.start is not None:
         functions.start(known, me)
-    if functions.declare is not None:
-        functions.declare(Words(known), me._replace(step=1000))
+    for each in (functions.declare, functions.judge):
+        if each is not None:
+            each(Words(known), me._replace(step=1000))
     for thing in _things(setting, false=not functions.by_name):
         functions.observe(known, thing, me)
     message = Words(known)

@@ -164,6 +164,7 @@ def _strategy(strategy: Strategy, setting: Setting) -> StrategyParams:
         forgets=strategy.forgets,
         starts_neutral=strategy.starts_neutral,
         declares=strategy.declares,
+        judges=strategy.judges,
         says=strategy.say is not contract.say,
         value_scale=float(2**strategy.value_bits - 1),
         knowledge=_knowledge(strategy, setting),

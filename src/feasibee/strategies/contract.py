@@ -8,8 +8,8 @@ Knowledge
 ---------
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
 strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
-``message_words``, ``start``, ``encode``, ``lie``, ``declare`` and ``describe``: see `Strategy`. A robot's
-knowledge is a row of `Words`, 0 at the start.
+``message_words``, ``start``, ``encode``, ``lie``, ``judge`` or ``declare``, ``gap`` and ``describe``: see
+`Strategy`. A robot's knowledge is a row of `Words`, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
@@ -17,7 +17,8 @@ In each step, in this order:
    length of the message is ``bits(message, me)``.
 2. Each robot that explores calls ``observe(known, thing, me)`` once per robot and task that it sees.
 3. Each robot that listens calls ``merge(known, message, sender, me)`` once per message received.
-4. Each robot that works and hasn't declared calls ``declare(known, me)`` (model.md 6.15).
+4. Each robot that works calls ``judge(known, me)``; or, until it has declared, ``declare(known, me)``
+   (model.md 6.15).
 5. Each robot whose phase ends calls ``count(known, counts, me)``; ``quality`` then rates the counts.
 
 So a robot passes on what it learns in a step from the next step on. Without ``lie`` a Byzantine robot
@@ -50,6 +51,8 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "count": ("known", "counts", "me"),
     "bits": ("message", "me"),
     "declare": ("known", "me"),
+    "judge": ("known", "me"),
+    "gap": ("known", "me"),
     "describe": ("known", "me"),
 }
 """The functions of a strategy's file, and the arguments of each."""
@@ -57,7 +60,7 @@ REQUIRED: Final = ("quality", "dissemination", "decide")
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare", "describe")
+KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare", "judge", "gap", "describe")
 """The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
@@ -307,6 +310,11 @@ class Manifest:
         """Whether robots declare when they are sure."""
         return "declare" in self.functions
 
+    @property
+    def judges(self) -> bool:
+        """Whether opinions follow from knowledge in every step."""
+        return "judge" in self.functions
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Strategy(Manifest):
@@ -353,6 +361,13 @@ class Strategy(Manifest):
         ``declare(known, me)``: what the robot is sure of, 1 feasible or 0 infeasible, or -1 as long as it
         isn't. It may change what is known, such as the step of the last news. Once it returns 1 or 0, it
         isn't called again.
+    judge : callable, optional
+        ``judge(known, me)``: the opinion that the robot holds from this step on, 1 feasible or 0 infeasible,
+        or -1 to keep its own. It may change what is known, such as the age of a sighting. A file with
+        ``judge`` can't have ``declare``.
+    gap : callable, optional
+        ``gap(known, me)``: by how many the tasks outnumber the robots, as the robot believes: a whole number,
+        negative if there are robots to spare.
     describe : callable, optional
         ``describe(known, me)``: what is known, as a text for people. The live page shows it; no run calls it.
     """
@@ -372,6 +387,8 @@ class Strategy(Manifest):
     count: Callable[[Any, Any, Me], None] | None = None
     bits: Callable[[Any, Me], int] | None = None
     declare: Callable[[Any, Me], int] | None = None
+    judge: Callable[[Any, Me], int] | None = None
+    gap: Callable[[Any, Me], int] | None = None
     describe: Callable[[Any, Me], str] | None = None
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:

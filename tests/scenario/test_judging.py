@@ -1,0 +1,248 @@
+"""Opinions that follow from knowledge in every step, and gaps: a user's file in both implementations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numba import types
+from own_files import assert_same, why_not
+
+from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, reference
+from feasibee.engine.compile import entry
+from feasibee.engine.knowledge import update_pending
+from feasibee.engine.layout import Clock, Pending
+from feasibee.engine.params import Action
+from feasibee.engine.signatures import FUNCTIONS, PARAMS, STATE
+from feasibee.robot.controller import Controller
+from feasibee.scenario.plugins import load
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_from
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies.contract import Thing
+
+FADING = '''\
+"""Names of tasks, each forgotten after a while; robots follow what they know in every step."""
+
+BY_NAME = True
+NEEDS_COUNT = True
+PARAMETERS = {"lasts": 9.0}
+
+
+def quality(robots_known, tasks_known):
+    return robots_known / max(robots_known + tasks_known, 1)
+
+
+def dissemination(quality, gain):
+    return gain
+
+
+def decide(mind, inbox):
+    return mind.opinion
+
+
+def words(setting):
+    return setting.task_ids
+
+
+def start(known, me):
+    known[me.id % len(known)] = 1
+
+
+def observe(known, thing, me):
+    if not thing.is_robot:
+        known[thing.id] = int(me.setting.parameters[0])
+
+
+def merge(known, message, sender, me):
+    for k in range(len(known)):
+        known[k] = max(known[k], message[k])
+
+
+def present(row):
+    number = 0
+    for k in range(len(row)):
+        number += row[k] > 0
+    return number
+
+
+def count(known, counts, me):
+    counts[0], counts[me.setting.robot_classes] = me.setting.robots, present(known)
+
+
+def bits(message, me):
+    return me.setting.id_bits + 40 * present(message)
+
+
+def judge(known, me):
+    for k in range(len(known)):
+        known[k] = max(known[k] - 1, 0)
+    if present(known) == me.id:
+        return -1
+    return 1 if present(known) <= me.id else 0
+
+
+def gap(known, me):
+    return present(known) - me.setting.robots
+'''
+"""A strategy without an `encode` of its own, so that `judge` must mark what it changes."""
+SMALL = {"arena.side": 8.0, "run.steps": 60, "robots.know_count": True, "decision.gain": 5.0}
+WORLDS = {
+    "paper": {},
+    "crowd, walls and bodies": {
+        "robots.count": 300,
+        "tasks.count": 150,
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "arena.side": 30.0,
+        "run.steps": 25,
+    },
+    "faults": {
+        "faults.stopped": 0.2,
+        "faults.stop_step": 25,
+        "faults.stubborn": 0.2,
+        "faults.byzantine": 0.2,
+        "decision.commit": {"quorum": 0.7, "rounds": 2, "heard": 2},
+    },
+}
+
+
+def scenario_of(path, **changes):
+    return Scenario().replace({**SMALL, "decision.strategy": str(path), **changes})
+
+
+def replaced(text, old, new):
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_judging_is_equal_in_engine_and_reference(write, world):
+    record = assert_same(*2 * [scenario_of(write(FADING), **WORLDS[world])])
+    changes = np.diff(record.feasible_count, axis=1) != 0
+    assert changes.mean() > 0.2  # else opinions would follow at ends of phases only
+
+
+def played(path, seed=3, **changes):
+    """Yield a swarm of the reference after each step."""
+    swarm = reference.Swarm(scenario_of(path, **changes), seed=seed, run=0)
+    for _ in range(swarm.scenario.run.steps):
+        swarm.step()
+        yield swarm
+
+
+def test_a_robot_holds_what_it_judged_and_at_minus_1_its_own_opinion(write):
+    """Robot i judges -1 up to step i, then 0 and 1 by turns; `decide` keeps that."""
+    own = "-1 if me.step < me.id else (me.step + me.id) % 2"
+    faded = "    for k in range(len(known)):\n        known[k] = max(known[k] - 1, 0)\n    if"
+    path = write(replaced(FADING, faded, f"    if me.step >= 0:\n        return {own}\n    if"))
+    first = [robot.mind.opinion for robot in reference.Swarm(scenario_of(path), 3, 0).robots]
+    for step, swarm in enumerate(played(path)):
+        for number, robot in enumerate(swarm.robots):
+            wanted = first[number] if step < number else (step + number) % 2
+            assert robot.mind.opinion == wanted
+    assert_same(*2 * [scenario_of(path)])
+
+
+def test_a_stubborn_robot_is_asked_but_keeps_its_opinion(write):
+    path = write(FADING)
+    (*_, last) = swarms = list(played(path, **{"faults.stubborn": 1.0, "tasks.count": 2}))
+    assert len({swarm.feasible_count for swarm in swarms}) == 1
+    assert 0 < last.feasible_count < 20
+    assert all(max(robot.mind.knowledge.words) < 9 for robot in last.robots)  # each was counted down
+
+
+def test_gaps_are_those_that_the_functions_return(write):
+    """In the engine by `Action.GAP`, for robots that are queued; in the reference by the robot's mind."""
+    path = write(FADING)
+    swarm, plain = Swarm(scenario_of(path), seed=3, run=0), reference.Swarm(scenario_of(path), 3, 0)
+    for _ in range(12):
+        swarm.advance()
+        plain.step()
+    told = gaps_of(swarm, [4, 0, 19])
+    assert told == [plain.robots[number].mind.knowledge.gap() for number in (4, 0, 19)]
+    assert len(set(told)) > 1
+    assert min(told) < 0
+
+
+def ask(params, state, functions):
+    """Ask the robots in the queue for their gaps."""
+    update_pending(params, state, functions, Action.GAP)
+
+
+def gaps_of(swarm, numbers):
+    """Return the gaps of some robots, by the engine."""
+    state = swarm._state
+    for place, number in enumerate(numbers):
+        state.pending[Pending.WHO, place] = number
+    state.clock[Clock.PENDING] = len(numbers)
+    entry(types.void(PARAMS, STATE, FUNCTIONS))(ask)(swarm._packed, state, swarm._functions)
+    return state.seen[numbers, 0].tolist()
+
+
+# --- Errors ---
+
+ASKED = "    return 1 if present(known) <= me.id else 0"
+LINE = FADING.partition("def judge")[0].count("\n") + 1
+
+
+def test_a_file_that_judges_and_declares_is_told_what_to_remove(write):
+    text = FADING + "\n\ndef declare(known, me):\n    return -1\n"
+    with pytest.raises(ScenarioError, match=r"both judge.* and declare.*; remove def judge or def declare"):
+        scenario_of(write(text))
+
+
+@pytest.mark.parametrize("name", ["judge", "gap"])
+def test_it_needs_the_functions_for_knowledge(write, name):
+    text = FADING.partition("\n\ndef words")[0] + f"\n\ndef {name}(known, me):\n    return 0\n"
+    with pytest.raises(ScenarioError, match=f"has {name}, by which robots pass on .* no function words"):
+        scenario_of(write(text))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (ASKED, "    return 2", f"line {LINE}: judge("),
+        (ASKED, "    return None", "returns None; must be 1, 0, or -1 for none"),
+        (ASKED, "    return 1 // 0", f"line {LINE + 5}: judge("),
+        ("present(known) - me.setting.robots", "0.5", "returns 0.5; must be a whole number from -"),
+        ("present(known) - me.setting.robots", "-(2**53) - 1", "must be a whole number from -"),
+    ],
+)
+def test_a_function_that_fails_when_it_is_tried_is_told_with_its_line(write, old, new, words):
+    text = why_not(scenario_of(write(replaced(FADING, old, new))))
+    assert text.startswith("mine.py, line "), text
+    assert words in text
+
+
+@pytest.mark.slow
+def test_a_judge_that_fails_only_in_a_run_is_told_with_its_line_and_run(write):
+    scenario = scenario_of(write(replaced(FADING, ASKED, "    return 7 if me.step == 33 else -1")))
+    with pytest.raises(FeasibeeError, match=rf"line {LINE}: judge\(.*returns 7; .*\(in run \d of seed 1\)$"):
+        simulate_record(scenario, Runs(2, 1), threads=1)
+
+
+@pytest.mark.slow
+def test_a_judge_that_does_not_compile_is_told(write):
+    scenario = scenario_of(write(replaced(FADING, ASKED, "    return 0.5 if me.step == 33 else -1")))
+    assert "judge doesn't compile: it must return a whole number" in why_not(scenario)
+
+
+# --- On a robot ---
+
+
+def test_a_controller_follows_what_it_knows(write):
+    robot = Controller(
+        load(str(write(FADING))),
+        opinion=1,
+        draw_duration=lambda mean: 3,
+        draw_choice=lambda: (0.5, 0.5),
+        me=(2, 0, 77),
+        setting=setting_from((5, 9), (0, 0), False, None, [3.0]),
+    )
+    robot.recognise([Thing(False, 4 + k, 0, 1, 1.0, 1.5) for k in range(3)])
+    assert robot.knowledge.gap() == -1  # three tasks in sight, and the one that it knows at the start
+    robot.end_step()
+    assert (robot.opinion, robot.declared) == (0, -1)
+    robot.end_step()
+    robot.end_step()
+    assert (robot.opinion, robot.knowledge.gap()) == (1, -5)
