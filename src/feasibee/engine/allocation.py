@@ -22,6 +22,7 @@ from feasibee.engine.layout import (
     Copy,
     Count,
     Heard,
+    Int64s,
     Link,
     Pending,
     Point,
@@ -59,12 +60,20 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         pools=aligned(_pool_shape(params, threads), np.float64),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
+        tasks_there=np.zeros(-(-params.tasks.count // WORD), np.uint32),
+        vanish_at=np.zeros(params.tasks.count if params.tasks.lifetime > 0 else 0, np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),
         task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
-        tables=tables,
-        clock=np.array([0] * Clock.TABLE_SLOTS + [room.slots], np.int64),
+        tables=tables._replace(class_of=tables.class_of.copy()) if params.changes else tables,
+        clock=_clock(room),
     )
+
+
+def _clock(room: Room) -> Int64s:
+    clock = np.zeros(len(Clock), np.int64)
+    clock[Clock.TABLE_SLOTS] = room.slots
+    return clock
 
 
 class Room(NamedTuple):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.bits import first_bits
+from feasibee.engine.bits import contains, first_bits
 from feasibee.engine.compile import inlined
 from feasibee.engine.intrinsics import LANES, few_within, few_within_on, popcount, within, within_on
 from feasibee.engine.layout import Point
@@ -32,19 +32,25 @@ def cell_of(coordinate, scale):
 
 
 @inlined
-def sort_into_cells(cells, grid, xs, ys, count):
-    """Sort points into cells: count, sum up, store."""
+def sort_into_cells(cells, grid, points, members, count):
+    """Sort those of some points that are members of a set into cells: count, sum up, store."""
+    xs, ys, numbers = points
     if is_one_cell(grid):  # it holds all, in their order; sorting took 10 % of a step
-        cells.start[1] = cells.start[2] = int32(count)
+        place = int64(0)
         for i in range(count):
-            place_at(cells.points, i, xs[i], ys[i], i)
+            if contains(members, i):
+                place_at(cells.points, place, xs[i], ys[i], numbers[i])
+                place += 1
+        cells.start[1] = cells.start[2] = int32(place)
         return
     clear_cells(cells.start, 0, cell_count(grid))
     for i in range(count):
-        count_point(cells.start, cell_at(grid, xs[i], ys[i]))
+        if contains(members, i):
+            count_point(cells.start, cell_at(grid, xs[i], ys[i]))
     sum_up(cells.start, grid, 0, grid.rows, 0)
     for i in range(count):
-        append(cells, cell_at(grid, xs[i], ys[i]), xs[i], ys[i], i)
+        if contains(members, i):
+            append(cells, cell_at(grid, xs[i], ys[i]), xs[i], ys[i], numbers[i])
     repeat_columns(cells, grid, 0, grid.rows, 0)
 
 

@@ -29,22 +29,23 @@ from feasibee.model.record import (
 @inlined
 def record_step(params, state, outcome, row):
     """Record the counts at a run's present step, and its decision if it is the first (model.md 4.7)."""
-    now = state.clock[Clock.STEP]
-    quorum = params.decision.quorum
-    if params.faults.stopped > 0 and now >= params.faults.stop_step:
-        quorum = params.decision.quorum_stopped
-    feasible = state.clock[Clock.FEASIBLE_COUNT]
-    infeasible = counted_robots(params, now) - feasible - state.clock[Clock.NEUTRAL_COUNT]
+    now, quorum = state.clock[Clock.STEP], state.clock[Clock.QUORUM]
+    feasible, infeasible = state.clock[Clock.FEASIBLE_COUNT], infeasible_count(state)
     if outcome.feasible_count.shape[1] > 0:
         outcome.feasible_count[row, now] = feasible
         outcome.infeasible_count[row, now] = infeasible
-    if outcome.decision[row] == UNDECIDED:
-        if feasible >= quorum:
-            outcome.decision[row] = FEASIBLE
-            outcome.decision_step[row] = now
-        elif infeasible >= quorum:
-            outcome.decision[row] = INFEASIBLE
-            outcome.decision_step[row] = now
+    held = UNDECIDED
+    if feasible >= quorum:
+        held = FEASIBLE
+    elif infeasible >= quorum:
+        held = INFEASIBLE
+    if outcome.decision[row] == UNDECIDED and held != UNDECIDED:
+        outcome.decision[row] = held
+        outcome.decision_step[row] = now
+    if params.changes:
+        outcome.truth[row, now], outcome.held[row, now] = state.clock[Clock.TRUTH], held
+        outcome.robots_present[row, now] = state.clock[Clock.ROBOTS]
+        outcome.tasks_present[row, now] = state.clock[Clock.TASKS]
     committed = state.clock[Clock.COMMITTED_FEASIBLE] + state.clock[Clock.COMMITTED_INFEASIBLE]
     if params.decision.commit.enabled and outcome.account[row, COMMIT_STEP] < 0 and committed >= quorum:
         outcome.account[row, COMMIT_STEP] = now
@@ -54,12 +55,10 @@ def record_step(params, state, outcome, row):
 
 
 @inlined
-def counted_robots(params, now):
-    """Return the number of honest robots that work at a step."""
-    counted = params.robots.count - params.faults.byzantine
-    if params.faults.stopped > 0 and now >= params.faults.stop_step:
-        counted -= params.faults.stopped
-    return counted
+def infeasible_count(state):
+    """Return the number of counted robots with opinion 0."""
+    clock = state.clock
+    return clock[Clock.COUNTED] - clock[Clock.FEASIBLE_COUNT] - clock[Clock.NEUTRAL_COUNT]
 
 
 @inlined
@@ -70,10 +69,8 @@ def record_totals(params, state, outcome, row):
     outcome.account[row, COMMITTED_INFEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE]
     outcome.account[row, DECLARED_FEASIBLE] = state.clock[Clock.DECLARED_FEASIBLE]
     outcome.account[row, DECLARED_INFEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE]
-    feasible = state.clock[Clock.FEASIBLE_COUNT]
-    outcome.account[row, FEASIBLE_AT_END] = feasible
-    held = counted_robots(params, state.clock[Clock.STEP]) - state.clock[Clock.NEUTRAL_COUNT]
-    outcome.account[row, INFEASIBLE_AT_END] = held - feasible
+    outcome.account[row, FEASIBLE_AT_END] = state.clock[Clock.FEASIBLE_COUNT]
+    outcome.account[row, INFEASIBLE_AT_END] = infeasible_count(state)
 
 
 @inlined
@@ -145,6 +142,7 @@ def advance_general_few(params, state, outcome, row, until, control, functions, 
     """Simulate a run of up to 32 robots in the general engine; see `advance_few`."""
     part = alone(part)
     if state.clock[Clock.STEP] == 0:
+        step.change_world(params, state, functions, int64(0))
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
         step.advance_general_few(params, state, functions, part)
@@ -156,6 +154,7 @@ def advance_general_few(params, state, outcome, row, until, control, functions, 
 def advance_general_crowd(params, state, outcome, row, until, control, functions, part):
     """Simulate a thread's part of a run of more robots in the general engine; see `advance_few`."""
     if state.clock[Clock.STEP] == 0:
+        step.change_world(params, state, functions, int64(0))
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
         step.advance_general_crowd(params, state, functions, part)

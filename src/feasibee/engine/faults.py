@@ -20,7 +20,7 @@ def draw_faults(params, state):
     """Draw the faulty robots: the first of a shuffle stop, the next lie, the next are stubborn."""
     if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
-    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, FAULT)
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, FAULT)
     for k in range(params.faults.stopped):
         set_member(state.sets, Set.STOPPING, int64(state.robots[Robot.ORDER, k]), True)
     for k in range(params.faults.byzantine):

@@ -48,7 +48,7 @@ def move_few(params, state, part):
     if params.arena.walls:
         blocked |= find_beyond_walls(params, state.robots)
     if params.robots.avoid_collisions:
-        blocked |= find_colliding(params, state.robots, state.links)
+        blocked |= find_colliding(params, state.robots, state.links, state.sets[Set.THERE, 0])
     blocked &= state.sets[Set.WORKING, 0]
     state.sets[Set.BLOCKED, 0] = blocked
     if blocked == 0 and params.arena.wraps:
@@ -86,14 +86,15 @@ def move_unless(params, robots, blocked):
 
 
 @called
-def find_colliding(params, robots, links):
-    """Return the set of robots whose step meets another robot, which may move too or stay."""
+def find_colliding(params, robots, links, there):
+    """Return the set of those robots that are there whose step meets another, which may move too or stay."""
     band, close_by = params.robots.meet_band, links[Link.CLOSE]
     if params.arena.wraps and band.low > 0:  # some that are too far do no harm
         high = uint32(band.low + band.width)
         find_near(robots[Robot.X], robots[Robot.Y], close_by, params.robots.count, high, uint32(0))
     else:
         find_exactly(params, robots, close_by, params.robots.meet_limit)
+    keep_only(close_by, there)
     found = uint32(0)
     for i in range(1, params.robots.count):
         close = close_by[i] & first_bits(i)
@@ -183,6 +184,15 @@ def find_sight(params, state, reach):
     sure = params.arena.wraps and find_roughly(state.robots, sight, params.robots.count, low, width)
     if not sure:
         find_exactly(params, state.robots, sight, reach.limit)
+    if params.changes:
+        keep_only(sight, state.sets[Set.THERE, 0])
+
+
+@inlined
+def keep_only(links, there):
+    """Leave those robots out of each robot's set that aren't there."""
+    for i in range(32):
+        links[i] &= there & -uint32(has_bit(there, i))
 
 
 @called
@@ -276,7 +286,7 @@ def tasks_near(params, state, w, x, y):
     place = pack_place(x, y, uint32(16))
     first, doubtful_first = within_roughly(places, WORD * w, place, low, width)
     second, doubtful_second = within_roughly(places, WORD * w + 16, place, low, width)
-    members = first_bits(params.tasks.count - WORD * w)
+    members = state.tasks_there[w]
     close = uint32(first | uint32(second << uint32(16))) & members
     doubtful = uint32(doubtful_first | uint32(doubtful_second << uint32(16))) & members
     while doubtful:
@@ -292,10 +302,11 @@ def tasks_near(params, state, w, x, y):
 @inlined
 def not_missed(params, state, i, things, purpose):
     """Return the set of things in sight that a robot doesn't miss; ``purpose`` is that of the first thing."""
-    if params.sensing.miss == 0:
+    miss = state.clock[Clock.MISS]
+    if miss == 0:
         return things
     run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
-    return without_unlucky(params, run, now, i, things, purpose, params.sensing.miss)
+    return without_unlucky(params, run, now, i, things, purpose, uint64(miss))
 
 
 @inlined
@@ -332,10 +343,11 @@ def hear_few(params, state, functions, part):
     heard = state.links[Link.SIGHT]
     for i in range(32):
         heard[i] &= speaking & -uint32(has_bit(state.sets[Set.LISTENING, 0], i))
-    if params.radio.loss > 0:
+    loss = uint64(state.clock[Clock.LOSS])
+    if loss > 0:
         run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
         for i in range(params.robots.count):
-            heard[i] = without_unlucky(params, run, now, int64(i), heard[i], int64(LOSS), params.radio.loss)
+            heard[i] = without_unlucky(params, run, now, int64(i), heard[i], int64(LOSS), loss)
     if params.strategy.knowledge.enabled:
         merge_heard(params, state, functions)
     if params.decision.commit.enabled or not params.strategy.knowledge.enabled:

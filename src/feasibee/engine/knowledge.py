@@ -305,10 +305,10 @@ def invent(params, passing, message, feasible, me):
     if feasible:
         if params.faults.colluding:
             message[:] = 0
-        for k in range(params.faults.invented_robots):
+        for k in range(passing.clock[Clock.INVENTED_ROBOTS]):
             observe(message, invented_robot(params, passing, k), me)
     else:
-        for k in range(params.faults.invented_tasks):
+        for k in range(passing.clock[Clock.INVENTED_TASKS]):
             observe(message, invented_task(params, passing, k), me)
 
 
@@ -376,6 +376,7 @@ def passing_of(state):
         state.counts[Count.SENT_BITS],
         state.memory,
         state.tables.parameters,
+        state.clock,
     )
 
 

@@ -61,7 +61,9 @@ class Robot(IntEnum):
     MESSAGES = 12  # heard since the inbox was emptied
     IDENTITY = 13  # the first robot with the same id
     TABLE = 14  # number of the table that its inbox takes, from 1 on, or 0
-    SPARE = 15  # room: the tiles or cells of the robots, or sets while they are sorted
+    LEAVES_AT = 15  # step at which it fails, in a world that changes
+    JOINED = 16  # robots that had its number before it
+    SPARE = 17  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -84,6 +86,8 @@ class Set(IntEnum):
     DECLARED = 14
     DECLARED_FEASIBLE = 15
     STOPPING = 16  # robots that stop at `FaultParams.stop_step`
+    THERE = 17  # in the arena, whether they work or not
+    JOINING = 18  # those that don't know yet what robots know when they begin
 
 
 class Count(IntEnum):
@@ -182,6 +186,29 @@ class Clock(IntEnum):
     DECLARED_INFEASIBLE = 9
     PENDING = 10  # entries of `State.pending`
     TABLE_SLOTS = 11  # slots of a table for an inbox
+    COUNTED = 12  # robots over which the decision is taken
+    QUORUM = 13  # least number of them with one opinion for a decision
+    TRUTH = 14  # whether the tasks are feasible
+    ROBOTS = 15  # in the arena
+    TASKS = 16
+    APPEARED = 17  # tasks so far
+    EVENTS = 18  # events so far
+    MISS = 19  # probabilities times 2**32
+    LOSS = 20
+    INVENTED_ROBOTS = 21  # in a message of a Byzantine robot that speaks for feasible
+    INVENTED_TASKS = 22
+    VANISHED = 23  # tasks by events of this step so far
+    LEFT = 24  # robots likewise
+
+
+class Event(IntEnum):
+    """Columns of `Tables.events`."""
+
+    STEP = 0
+    TASKS = 1  # that appear, or vanish if negative
+    ROBOTS = 2  # that join, or leave
+    MISS = 3  # new probability times 2**32, or -1
+    LOSS = 4
 
 
 class Lack(IntEnum):
@@ -248,12 +275,13 @@ class TaskLists(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """The arrays of a scenario: classes, skills (model.md 6.7), given points, strategy parameters."""
+    """The arrays of a scenario: classes, skills (model.md 6.7), given points, parameters, events."""
 
     class_of: Annotated[Int32s, "robot, then task"]
     adds: Annotated[Int64s, "set of skills", "class of robots, then of tasks"]  # per member of the class
-    points: Annotated[Int32s, "robot, then task", "x, y"]  # zeros unless placement is "points"
+    points: Annotated[Int32s, "robot, then task of the start", "x, y"]  # zeros unless they are given
     parameters: Annotated[Floats, "parameter"]
+    events: Annotated[Int64s, "event", "Event"]  # in their order (model.md 6.17)
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,6 +304,8 @@ class State(Struct):
     hashes: Annotated[Words, "robot, then task, then invention"]  # if robots pass on knowledge
     pools: Annotated[Floats, "robot", "Pool", "draw"]  # in large swarms of each thread
     tasks: Annotated[Int32s, "Point", "task"]
+    tasks_there: Annotated[Words, "word of tasks"]
+    vanish_at: Annotated[Int32s, "task"]  # steps at which lifetimes end, if tasks have any
     task_cells: Cells
     task_lists: TaskLists
     robot_cells: Cells
@@ -297,10 +327,11 @@ class Passing(NamedTuple):
     sent_bits: Annotated[Int64s, "robot"]  # of `State.counts`
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     parameters: Annotated[Floats, "parameter"]
+    clock: Annotated[Int64s, "Clock"]
 
 
 class Functions(NamedTuple):
-    """The compiled functions of a strategy; see `feasibee.strategies.contract.Strategy`."""
+    """The compiled functions that a scenario chooses: of its strategy, and of its world."""
 
     quality: Any
     dissemination: Any
@@ -308,6 +339,7 @@ class Functions(NamedTuple):
     say: Any
     value: Any
     update: Any  # see `feasibee.engine.knowledge`
+    change: Any  # see `feasibee.engine.dynamics`
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,6 +351,10 @@ class Outcome(Struct):
     feasible_count: Annotated[Int32s, "run", "step"]  # no columns unless curves are asked for
     infeasible_count: Annotated[Int32s, "run", "step"]
     account: Annotated[Int64s, "run", "column of the account"]
+    truth: Annotated[Int8s, "run", "step"]  # no columns unless the world changes
+    held: Annotated[Int8s, "run", "step"]
+    robots_present: Annotated[Int32s, "run", "step"]
+    tasks_present: Annotated[Int32s, "run", "step"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -336,3 +372,8 @@ class Lowered(NamedTuple):
     tables: Tables
     strategy: Strategy
     fast: bool  # whether the fast path simulates it, else the general engine
+
+    @property
+    def form(self) -> tuple[Strategy, bool, bool, bool]:
+        """What compiled code depends on; see `feasibee.engine.runner.engine_functions`."""
+        return self.strategy, self.fast, self.params.together, self.params.changes

@@ -25,6 +25,7 @@ from feasibee.engine.cells import (
     place_at,
     repeat_columns,
     repeated,
+    sort_into_cells,
     sum_up,
 )
 from feasibee.engine.compile import called, inlined
@@ -36,6 +37,8 @@ INTERVAL = 8
 """Steps between two sorts."""
 ROOM = int(Robot.ORDER), int(Robot.SPARE)
 """Rows of `State.robots` that are only room to work in."""
+ONLY_CHANGING = int(Robot.LEAVES_AT), int(Robot.JOINED)
+"""Rows of `State.robots` for worlds that change, in which robots aren't sorted."""
 OPINION_SETS = tuple(
     map(int, (Set.FEASIBLE, Set.NEUTRAL, Set.DISSEMINATING, Set.SPEAKING, Set.SAYS_FEASIBLE))
 )
@@ -181,7 +184,7 @@ def is_used(params, kind):
         return params.radio.random_ids
     if kind == Robot.MESSAGES:
         return params.decision.inbox_size > 0
-    return kind not in ROOM
+    return kind not in ROOM and kind not in ONLY_CHANGING
 
 
 @inlined
@@ -306,6 +309,16 @@ def fill_robots(params, state, part):
     place_arriving(params, state, part, first, last)
     repeat_columns(cells, grid, low, high, begin)
     wait_for_all(part)
+
+
+@called
+def fill_there(params, state):
+    """Sort the robots that are there into cells, in a world that changes: one thread does it all."""
+    numbers = state.robots[Robot.SPARE]
+    for i in range(params.robots.count):
+        numbers[i] = numbered(state, i)
+    points = (state.robots[Robot.X], state.robots[Robot.Y], numbers)
+    sort_into_cells(state.robot_cells, params.robots.grid, points, state.sets[Set.THERE], params.robots.count)
 
 
 @inlined

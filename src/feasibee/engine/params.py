@@ -102,7 +102,10 @@ class ArenaParams(NamedTuple):
 class RobotParams(NamedTuple):
     """The robots and their bodies (model.md 1.2, 6.2, 6.7)."""
 
-    count: int  # type: ignore[assignment]  # hides tuple.count
+    count: int  # type: ignore[assignment]  # numbers that they have; hides tuple.count
+    at_start: int
+    arrival_rate: float  # per step
+    failure_time: float  # steps, on average; 0.0: none fails
     classes: int
     reach: float  # length of a step
     radius: int
@@ -127,7 +130,10 @@ class ListParams(NamedTuple):
 class TaskParams(NamedTuple):
     """The tasks (model.md 1.3, 6.7)."""
 
-    count: int  # type: ignore[assignment]  # hides tuple.count
+    count: int  # type: ignore[assignment]  # numbers that they have; hides tuple.count
+    at_start: int
+    arrival_rate: float  # per step
+    lifetime: float  # steps, on average; 0.0: they stay
     placement: PlacementParams
     grid: Grid
     lists: ListParams
@@ -202,6 +208,13 @@ class CommitParams(NamedTuple):
     heard: int
 
 
+class QuorumParams(NamedTuple):
+    """The share of the counted robots that a decision needs: more than share / whole (model.md 4.7)."""
+
+    share: int
+    whole: int
+
+
 class DecisionParams(NamedTuple):
     """The controller (model.md 4)."""
 
@@ -215,8 +228,7 @@ class DecisionParams(NamedTuple):
     inbox_is_set: bool  # up to 32 robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
     commit: CommitParams
-    quorum: int  # least number of counted robots of one opinion for a decision
-    quorum_stopped: int  # the quorum once the stopped robots don't count
+    quorum: QuorumParams
 
 
 class FaultParams(NamedTuple):
@@ -227,9 +239,8 @@ class FaultParams(NamedTuple):
     stubborn: int
     stop_step: int
     byzantine_says: int  # Lie
-    colluding: bool  # whether Byzantine robots send in every step, and lie exactly (model.md 6.16)
-    invented_robots: int  # in a message that speaks for feasible
-    invented_tasks: int
+    colluding: bool  # whether Byzantine robots send in every step, the opposite of the truth (model.md 6.16)
+    exactly: bool  # whether they invent as many robots or tasks as this takes
 
 
 class RunParams(NamedTuple):
@@ -253,6 +264,8 @@ class Params(NamedTuple):
     decision: DecisionParams
     faults: FaultParams
     run: RunParams
+    truth: bool  # at the start
+    changes: bool  # whether the world changes (model.md 6.17)
     together: bool  # whether all robots sense at once: up to 32 robots
     in_space_order: bool  # whether robots are sorted in space: see `feasibee.engine.order`
     in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders

@@ -7,7 +7,7 @@ from numba import int32, int64, uint32
 from feasibee.engine.cells import near
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.draws import choose, draw, draw_words, shuffle
-from feasibee.engine.layout import Clock, Point, Robot
+from feasibee.engine.layout import WORD, Clock, Point, Robot, Set
 from feasibee.engine.params import Placement
 from feasibee.model.codes import ATTEMPTS
 from feasibee.model.purposes import (
@@ -36,23 +36,34 @@ def scatter(params, state):
 
 @called
 def place_tasks(params, state):
-    """Place the tasks, in the general engine."""
-    for i in range(params.tasks.count):
-        if params.tasks.placement.how == Placement.POINTS:
-            state.tasks[Point.X, i], state.tasks[Point.Y, i] = (
-                state.tables.points[params.robots.count + i, 0],
-                state.tables.points[params.robots.count + i, 1],
-            )
-        else:
-            purposes = (int64(PLACE_TASK), int64(CENTRE_TASK), int64(CLUSTER_TASK), int64(SCATTER_TASK))
-            x, y = candidate(params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), purposes)
-            state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
+    """Place the tasks of the start, in the general engine."""
+    for i in range(params.tasks.at_start):
+        place_task(params, state, i)
+
+
+@called
+def place_task(params, state, i):
+    """Place a task; one that appears later (model.md 6.17.4), at any of the given points."""
+    if params.tasks.placement.how == Placement.POINTS:
+        given = i
+        if i >= params.tasks.at_start:
+            given = choose(draw(params, state.clock[Clock.RUN], i, 0, PLACE_TASK), params.tasks.at_start)
+        state.tasks[Point.X, i], state.tasks[Point.Y, i] = (
+            state.tables.points[params.robots.at_start + given, 0],
+            state.tables.points[params.robots.at_start + given, 1],
+        )
+    else:
+        purposes = (int64(PLACE_TASK), int64(CENTRE_TASK), int64(CLUSTER_TASK), int64(SCATTER_TASK))
+        x, y = candidate(
+            params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), int64(0), purposes
+        )
+        state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
 
 
 @called
 def place_robots(params, state):
     """Place the robots, in the general engine: apart if they avoid collisions, if need be on a lattice."""
-    for i in range(params.robots.count):
+    for i in range(params.robots.at_start):
         if params.robots.placement.how == Placement.POINTS:
             state.robots[Robot.X, i], state.robots[Robot.Y, i] = (
                 state.tables.points[i, 0],
@@ -67,14 +78,43 @@ def place_robots(params, state):
 def place_robot(params, state, i):
     """Draw a place for a robot until it is apart from those before it; return whether one was found."""
     purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
-    attempt = int64(0)
+    attempt, run = int64(0), state.clock[Clock.RUN]
     while attempt < ATTEMPTS:
-        x, y = candidate(params, params.robots.placement, state.clock[Clock.RUN], i, attempt, purposes)
+        x, y = candidate(params, params.robots.placement, run, i, int64(0), attempt, purposes)
         state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
         if not params.robots.avoid_collisions or is_apart(params, state, i):
             return True
         attempt += 1
     return False
+
+
+@called
+def place_joining(params, state, i):
+    """Place a robot that joins clear of others; return whether a place was free (model.md 6.17.7)."""
+    purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
+    run, joined = state.clock[Clock.RUN], int64(state.robots[Robot.JOINED, i])
+    for attempt in range(ATTEMPTS):
+        if params.robots.placement.how == Placement.POINTS:
+            word = draw(params, run, i, ATTEMPTS * joined + attempt, PLACE_ROBOT)
+            given = choose(word, params.robots.at_start)
+            x, y = int64(state.tables.points[given, 0]), int64(state.tables.points[given, 1])
+        else:
+            x, y = candidate(params, params.robots.placement, run, i, joined, int64(attempt), purposes)
+        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
+        if not params.robots.avoid_collisions or is_free(params, state, i):
+            return True
+    return False
+
+
+@inlined
+def is_free(params, state, i):
+    """Return whether a robot's disc overlaps none of the robots that are there."""
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    for w in range(state.sets.shape[1]):
+        close = near(params, state.robots, WORD * w, WORD * (w + 1), x, y, params.robots.apart_limit)
+        if close & state.sets[Set.THERE, w]:
+            return False
+    return True
 
 
 @inlined
@@ -90,19 +130,23 @@ def is_apart(params, state, i):
 
 
 @called
-def candidate(params, placing, run, i, attempt, purposes):
-    """Return the place drawn for a robot or task at an attempt; within walls, clipped to the arena."""
+def candidate(params, placing, run, i, joined, attempt, purposes):
+    """Return the place drawn for a robot or task at an attempt; within walls, clipped to the arena.
+
+    ``joined`` is the number of robots that had its number before it.
+    """
     uniform, centre, cluster, scatter = purposes
+    counter = ATTEMPTS * joined + attempt
     if placing.how == Placement.UNIFORM:
-        return anywhere(params, placing, run, i, attempt, uniform)
+        return anywhere(params, placing, run, i, counter, uniform)
     low = placing.margin if params.arena.walls else 0
     x, y = low, low
     if placing.how != Placement.CORNER:
-        chosen = choose(draw(params, run, i, 0, cluster), placing.clusters)
+        chosen = choose(draw(params, run, i, joined, cluster), placing.clusters)
         x, y = anywhere(params, placing, run, chosen, int64(0), centre)
     spread = placing.spread * (1 + attempt // 32)  # wider after each 32 failed attempts
-    dx = normal(params, run, i, 6 * attempt, scatter, spread)
-    dy = normal(params, run, i, 6 * attempt + 3, scatter, spread)
+    dx = normal(params, run, i, 6 * counter, scatter, spread)
+    dy = normal(params, run, i, 6 * counter + 3, scatter, spread)
     if placing.how == Placement.CORNER:
         dx, dy = abs(dx), abs(dy)
     if params.arena.walls:
@@ -141,8 +185,8 @@ def place_on_lattice(params, state):
     """Place the robots on a square lattice over the whole arena, in random order."""
     step = 2 * params.robots.radius
     columns, rows = params.arena.width // step, params.arena.height // step
-    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.count, SITE)
-    for i in range(params.robots.count):
-        site = int64(state.robots[Robot.ORDER, i]) * (columns * rows) // params.robots.count
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, SITE)
+    for i in range(params.robots.at_start):
+        site = int64(state.robots[Robot.ORDER, i]) * (columns * rows) // params.robots.at_start
         state.robots[Robot.X, i] = int32(uint32(params.robots.radius + site % columns * step))
         state.robots[Robot.Y, i] = int32(uint32(params.robots.radius + site // columns * step))

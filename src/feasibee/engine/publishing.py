@@ -17,14 +17,16 @@ from feasibee.engine.compile import inlined, spliced
 from feasibee.engine.draws import coin, draw_now
 from feasibee.engine.intrinsics import popcount
 from feasibee.engine.knowledge import defer, update_pending
-from feasibee.engine.layout import Robot, Set, Share
+from feasibee.engine.layout import Clock, Robot, Set, Share
 from feasibee.engine.params import Action, Lie
 from feasibee.model.purposes import LIE
 
 
 @inlined
 def false_opinion_of(params, state, i):
-    """Return the opinion in a Byzantine robot's message (model.md 6.6)."""
+    """Return the opinion in a Byzantine robot's message (model.md 6.6, 6.16)."""
+    if params.faults.colluding:
+        return 1 - state.clock[Clock.TRUTH]
     if params.faults.byzantine_says == Lie.OPPOSITE:
         return 1 - int64(contains(state.sets[Set.SAYS_FEASIBLE], i))
     if params.faults.byzantine_says == Lie.RANDOM:

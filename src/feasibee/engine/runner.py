@@ -15,7 +15,7 @@ import numpy as np
 from numba import types
 from numba.core.errors import NumbaError
 
-from feasibee.engine import entrypoints
+from feasibee.engine import dynamics, entrypoints
 from feasibee.engine.allocation import Room, empty_state, first_room
 from feasibee.engine.compile import careful, entry, helpers_of, inlined, reads_only, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
@@ -61,17 +61,24 @@ class Engine(NamedTuple):
     functions: Functions
 
 
-def engine_functions(strategy: Strategy, fast: bool, few: bool) -> Engine:
-    """Compile the functions that start and advance a run, and those of the strategy."""
+def engine_functions(strategy: Strategy, fast: bool, few: bool, changes: bool = False) -> Engine:
+    """Compile the functions that start and advance a run, and those that a scenario chooses."""
     start, advance = entrypoints.world_functions(fast, few)
-    return Engine(start, advance, strategy_functions(strategy))
+    functions = strategy_functions(strategy)._replace(change=change_function(changes))
+    return Engine(start, advance, functions)
+
+
+@cache
+def change_function(changes: bool) -> Callable[..., Any]:
+    """Compile what changes the world before each step."""
+    return entry(STRATEGY.change, in_python=False)(dynamics.change_world if changes else dynamics.stay)
 
 
 @cache
 def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
     compiled = {name: _compiled(strategy, name) for name in GUARDS}
-    return Functions(**compiled, update=_update_of(strategy))
+    return Functions(**compiled, update=_update_of(strategy), change=None)
 
 
 def _update_of(strategy: Strategy) -> Callable[..., Any]:
@@ -184,7 +191,7 @@ def simulate(
     RunError
         If the strategy raises an error.
     """
-    engine = engine_functions(lowered.strategy, lowered.fast, lowered.params.together)
+    engine = engine_functions(*lowered.form)
     team = team_size(lowered.params, record.runs, threads)
     parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
     cancelled, rooms = np.zeros(1, np.bool_), [first_room(lowered.params)]
@@ -205,7 +212,7 @@ def team_size(params: Params, runs: int, threads: int) -> int:
 
     Runs side by side need no waiting. But the last of them may leave threads without work.
     """
-    if params.robots.count < TOGETHER or params.strategy.knowledge.enabled:
+    if params.robots.count < TOGETHER or params.strategy.knowledge.enabled or params.changes:
         return 1
     most = max(1, min(threads, params.robots.count // ROBOTS_A_THREAD))
 

@@ -40,7 +40,7 @@ from feasibee.engine.layout import (
     Set,
     Share,
 )
-from feasibee.engine.order import fill_robots
+from feasibee.engine.order import fill_robots, fill_there
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.engine.publishing import publish
 from feasibee.engine.tasklists import count_listed
@@ -100,13 +100,22 @@ def find_exactly(xs, ys, sight, swarm, robots, limit):
 def sense_general_crowd(params, state, functions, part):
     """Do what `feasibee.engine.few.sense_general_few` does, in a swarm of more than 32."""
     publish(params, state, functions, part)
-    fill_robots(params, state, part)
+    fill_general(params, state, part)
     observe_crowd(params, state, functions, part)
     count_all_false_sightings(params, state, functions, part)
     update_pending(params, state, functions, Action.OBSERVE)
     find_listeners(params, state, part)
     hear_crowd(params, state, functions, part)
     update_pending(params, state, functions, Action.MERGE)
+
+
+@called
+def fill_general(params, state, part):
+    """Sort the robots that are there into cells."""
+    if params.changes:
+        fill_there(params, state)
+    else:
+        fill_robots(params, state, part)
 
 
 @spliced
@@ -192,7 +201,7 @@ def observe_robot(params, state, functions, i, place):
     if other == own:
         visible = params.sensing.count_self == 1
     else:
-        visible = not happens(params, state, own, MISS_ROBOT + PAIR * other, params.sensing.miss)
+        visible = not happens(params, state, own, MISS_ROBOT + PAIR * other, state.clock[Clock.MISS])
     if visible and is_new(params, state, own, other):
         count_sighting(params, state, functions, i, other, int64(state.tables.class_of[other]), True)
 
@@ -201,7 +210,7 @@ def observe_robot(params, state, functions, i, place):
 def observe_task(params, state, functions, i, task):
     """Observe a task in sight."""
     own = number_of(state.robots[Robot.LABEL, i])
-    seen = not happens(params, state, own, MISS_TASK + PAIR * task, params.sensing.miss)
+    seen = not happens(params, state, own, MISS_TASK + PAIR * task, state.clock[Clock.MISS])
     if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
         kind = int64(state.tables.class_of[params.robots.count + task])
         count_sighting(params, state, functions, i, params.robots.count + task, kind, False)
@@ -244,16 +253,16 @@ def count_false_sightings(params, state, functions, i):
     if params.sensing.false_robots > 0.0:
         for k in range(poisson(draw_now(params, state, own, FALSE_ROBOT), params.sensing.false_robots)):
             words = draw_words(params, run, own, now, FALSE_ROBOT_CLASS + PAIR * k)
-            kind = int64(state.tables.class_of[choose(words[0], params.robots.count)])
+            kind = int64(state.tables.class_of[choose(words[0], params.robots.at_start)])
             mark_next(state, words[1])
             count_sighting(params, state, functions, i, int64(-1), kind, True)
     if params.sensing.false_tasks > 0.0:
         for k in range(poisson(draw_now(params, state, own, FALSE_TASK), params.sensing.false_tasks)):
             words = draw_words(params, run, own, now, FALSE_TASK_CLASS + PAIR * k)
             kind = int64(0)
-            if params.tasks.count > 0:
+            if params.tasks.at_start > 0:
                 kind = int64(
-                    state.tables.class_of[params.robots.count + choose(words[0], params.tasks.count)]
+                    state.tables.class_of[params.robots.count + choose(words[0], params.tasks.at_start)]
                 )
             mark_next(state, words[1])
             count_sighting(params, state, functions, i, int64(-1), kind, False)
@@ -271,7 +280,7 @@ def happens(params, state, number, purpose, probability):
     """Return whether an event happens to a robot in this step; ``probability`` is times 2**32."""
     if probability == 0:
         return False
-    return uint64(draw_now(params, state, number, purpose)) < probability
+    return uint64(draw_now(params, state, number, purpose)) < uint64(probability)
 
 
 @inlined
@@ -324,7 +333,7 @@ def receive_queued_general(params, state, functions, part, queued):
 def receive_general(params, state, functions, part, i, other):
     """Receive the message of a robot in radio range unless it is lost."""
     own, label = number_of(state.robots[Robot.LABEL, i]), state.robots[Robot.LABEL, other]
-    if happens(params, state, own, LOSS + PAIR * number_of(label), params.radio.loss):
+    if happens(params, state, own, LOSS + PAIR * number_of(label), state.clock[Clock.LOSS]):
         return
     if params.strategy.knowledge.enabled:
         defer(params, state, functions, Action.MERGE, i, other, int64(0))

@@ -35,8 +35,9 @@ STRATEGY: Final = Functions(
     say=int64(MIND),
     value=float64(MIND),
     update=int64(PARAMS, tuple_type(Passing), int64, int64, int64),
+    change=types.void(PARAMS, STATE, int64),
 )
-"""Signatures of the functions of a strategy."""
+"""Signatures of the functions that a scenario chooses."""
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
 ROW: Final = types.Array(int32, 1, "C")
 MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)

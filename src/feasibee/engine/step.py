@@ -5,37 +5,27 @@ from __future__ import annotations
 from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
-from feasibee.engine.bits import (
-    contains,
-    first_bits,
-    lowest_member,
-    pack_label,
-    set_member,
-    without_lowest,
-)
-from feasibee.engine.cells import sort_into_cells
+from feasibee.engine.bits import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.counting import count_opinions
 from feasibee.engine.crowd import sense_crowd
-from feasibee.engine.draws import coin, draw
-from feasibee.engine.faults import NEVER, draw_faults, stop
-from feasibee.engine.few import move_few, number_tasks, sense_general_few
+from feasibee.engine.dynamics import draw_dynamics
+from feasibee.engine.faults import draw_faults, stop
+from feasibee.engine.few import move_few, sense_general_few
 from feasibee.engine.identities import assign_identities
-from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.intrinsics import lowest
 from feasibee.engine.knowledge import defer, update_pending
-from feasibee.engine.layout import Clock, Count, Heard, Point, Robot, Set
+from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
-from feasibee.engine.order import fill_robots, keep_order
+from feasibee.engine.order import keep_order
 from feasibee.engine.params import Action
 from feasibee.engine.placement import place_robots, place_tasks, scatter
-from feasibee.engine.pools import draw_headings, draw_phases, list_members, phase_duration, present_phase
-from feasibee.engine.sensing import clear_counts, forget, label_of, sense_general_crowd, sense_together
-from feasibee.engine.tasklists import fill_lists
+from feasibee.engine.pools import draw_phases, list_members, phase_duration, present_phase
+from feasibee.engine.sensing import fill_general, forget, sense_general_crowd, sense_together
+from feasibee.engine.starting import clear, enter_phase, prepare_robots, set_quorum
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
-from feasibee.model.purposes import FIRST_OPINION
 from feasibee.strategies.contract import Inbox, Mind
 
 
@@ -61,73 +51,9 @@ def start_general(params, state, run):
     if params.faults.stop_step == 0:
         for w in range(state.sets.shape[1]):
             stop(params, state, w)
-
-
-@called
-def clear(params, state, run):
-    """Clear what the previous run left in the state."""
-    state.clock[Clock.RUN] = run
-    state.clock[Clock.STEP] = 0
-    state.clock[Clock.FULL] = 0
-    state.clock[Clock.BITS] = 0
-    state.clock[Clock.PENDING] = 0
-    for kind in range(Clock.COMMITTED_FEASIBLE, Clock.PENDING):
-        state.clock[kind] = 0
-    for w in range(state.sets.shape[1]):
-        for kind in range(state.sets.shape[0]):
-            state.sets[kind, w] = uint32(0)
-        state.sets[Set.WORKING, w] = first_bits(params.robots.count - 32 * w)
-        state.sets[Set.COUNTED, w] = state.sets[Set.WORKING, w]
-
-
-@spliced
-def prepare_robots(params, state):
-    """Give robots in their places a first opinion, heading and phase (model.md 2.1, 4.1)."""
-    sort_tasks(params, state)
-    w, working = int64(0), state.sets[Set.WORKING]
-    while w < working.size:
-        w, count = list_members(state, 0, working, w, working.size)
-        for k in range(count):
-            i = int64(state.heard[0, Heard.RECEIVER, k])
-            state.robots[Robot.LABEL, i] = pack_label(i, False, False)
-            state.robots[Robot.WALKS, i] = state.robots[Robot.PHASES, i] = 0
-        draw_headings(params, state, 0, count)
-        for k in range(count):
-            head(params, state, 0, int64(state.heard[0, Heard.RECEIVER, k]), k)
-        draw_phases(params, state, 0, count)
-        for k in range(count):
-            prepare_robot(params, state, int64(state.heard[0, Heard.RECEIVER, k]), k)
-    for i in range(params.robots.count, state.robots.shape[1]):
-        state.robots[Robot.WALK_LEFT, i] = NEVER
-        state.robots[Robot.PHASE_LEFT, i] = NEVER
-    free_all_tables(state)
-
-
-@called
-def sort_tasks(params, state):
-    """Sort the tasks in their places so that robots find those in sight."""
-    xs, ys, lists = state.tasks[Point.X], state.tasks[Point.Y], params.tasks.lists
-    sort_into_cells(state.task_cells, params.tasks.grid, xs, ys, params.tasks.count)
-    if lists.bits > 0:
-        limit = params.sensing.limit
-        fill_lists(state.task_lists, lists.bits, lists.shift, limit, xs, ys, params.tasks.count)
-    if params.tasks.numbered:
-        number_tasks(state.task_lists.places, xs, ys, params.tasks.count)
-
-
-@spliced
-def prepare_robot(params, state, i, k):
-    """Give a robot, entry ``k`` of those that draw, its first opinion and phase."""
-    word = draw(params, state.clock[Clock.RUN], i, 0, FIRST_OPINION)
-    set_opinion(state.sets, i, coin(word))
-    if params.strategy.starts_neutral:
-        set_opinion(state.sets, i, int64(NO_OPINION))
-    length, _, _ = present_phase(params, state, 0, i, k)
-    enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
-    clear_inbox(params, state, i)
-    clear_counts(params, state, i)
-    state.robots[Robot.AGREED, i] = 0
-    state.memory[i] = 0.0
+        set_quorum(params, state.clock, counted_after_stop(params))
+    if params.changes:
+        draw_dynamics(params, state)
 
 
 @spliced
@@ -167,7 +93,7 @@ def advance_general_few(params, state, functions, part):
 def advance_general_crowd(params, state, functions, part):
     """Do one step of more robots in the general engine."""
     if state.clock[Clock.STEP] == 0:
-        fill_robots(params, state, part)
+        fill_general(params, state, part)
     begin_general(params, state, functions, part)
     move_where_clear(params, state, part)
     keep_order(params, state, part)
@@ -178,16 +104,36 @@ def advance_general_crowd(params, state, functions, part):
     finish(params, state, functions, part)
 
 
+@inlined
+def counted_after_stop(params):
+    """Return the number of honest robots that work once the others have stopped."""
+    return params.robots.at_start - params.faults.byzantine - params.faults.stopped
+
+
+@inlined
+def change_world(params, state, functions, now):
+    """Change the world at the beginning of a step (model.md 6.17)."""
+    if params.changes:
+        functions.change(params, state, now)
+
+
 @spliced
 def begin_general(params, state, functions, part):
-    """Stop robots whose time has come; let all begin to know at step 0."""
-    if params.faults.stopped > 0 and state.clock[Clock.STEP] + 1 == params.faults.stop_step:
+    """Stop robots whose time has come, change the world, and let robots begin to know."""
+    now = state.clock[Clock.STEP] + 1
+    if params.faults.stopped > 0 and now == params.faults.stop_step:
         for w in range(part.first, part.last):
             stop(params, state, w)
+        set_quorum(params, state.clock, counted_after_stop(params))
         wait_for_all(part)
-    if params.strategy.knowledge.enabled and state.clock[Clock.STEP] == 0:
-        for i in range(params.robots.count):
-            defer(params, state, functions, Action.START, i, int64(0), int64(0))
+    change_world(params, state, functions, now)
+    if params.strategy.knowledge.enabled and (now == 1 or params.changes):
+        for w in range(state.sets.shape[1]):
+            left = state.sets[Set.JOINING, w]
+            while left:
+                defer(params, state, functions, Action.START, lowest_member(w, left), int64(0), int64(0))
+                left = without_lowest(left)
+            state.sets[Set.JOINING, w] = uint32(0)
         update_pending(params, state, functions, Action.START)
 
 
@@ -374,11 +320,3 @@ def consider_commitment(params, agreed, sets, i, feasible, votes):
     agreed[i] += int32(1)
     if agreed[i] >= params.decision.commit.rounds:
         set_member(sets, Set.COMMITTED, i, True)
-
-
-@inlined
-def enter_phase(state, i, lasts):
-    """Begin a robot's next phase, of a given duration in steps."""
-    state.robots[Robot.PHASES, i] += int32(1)
-    state.robots[Robot.PHASE_LEFT, i] = lasts
-    state.robots[Robot.LABEL, i] = label_of(state, i)

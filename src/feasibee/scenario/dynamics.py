@@ -132,7 +132,9 @@ def _numbers(sections: Explicit, counts: tuple[int, int]) -> Iterator[Problem]:
             if certain and there[kind] < least[kind]:
                 most = before - least[kind]
                 rule = f"takes away more than there are at step {event['step']}: {before} {kind}"
-                remedy = f"take away {most} at most" + (", so that a robot is left" if kind == "robots" else "")
+                remedy = f"take away {most} at most" + (
+                    ", so that a robot is left" if kind == "robots" else ""
+                )
                 yield Problem(f"events.{number}.{kind}", event[kind], rule, remedy)
                 known = {**known, kind: False}  # one error is enough
     if sections["robots"]["most"] is not None and known["robots"]:
@@ -158,9 +160,7 @@ def _placement(sections: Explicit) -> Iterator[Problem]:
             yield Problem(f"{name}.points", "", rule, f'add a point, or set {name}.placement = "uniform"')
 
 
-def _for_good(
-    sections: Explicit, fit: Callable[..., bool], strategy: Manifest | None
-) -> Iterator[Problem]:
+def _for_good(sections: Explicit, fit: Callable[..., bool], strategy: Manifest | None) -> Iterator[Problem]:
     """Find what is for good, in a world that changes (model.md 6.17.10)."""
     why = "is for good, but the world of this scenario changes"
     if fit("decision.commit") and sections["decision"]["commit"] is not None:

@@ -127,7 +127,8 @@ class Robots(Placed):
         None, description="Mean number of robots that join per step; by default none join."
     )
     failure_rate: Rate | None = Field(
-        None, description="Rate per step at which each robot fails and leaves for good; by default none fails."
+        None,
+        description="Rate per step at which each robot fails and leaves for good; by default none fails.",
     )
     most: int | None = Field(
         None,

@@ -75,5 +75,9 @@ def _event(given: Any) -> dict[str, Any]:
     event = Event(step=0).model_dump()
     for key, value in (table if isinstance(table, Mapping) else {}).items():
         inner = value.model_dump(exclude_unset=True) if isinstance(value, Section) else value
-        event[key] = {**event[key], **inner} if isinstance(event.get(key), dict) and isinstance(inner, Mapping) else inner
+        event[key] = (
+            {**event[key], **inner}
+            if isinstance(event.get(key), dict) and isinstance(inner, Mapping)
+            else inner
+        )
     return event

@@ -51,6 +51,8 @@ def takes_fast_path(scenario: Scenario) -> bool:
 
     A new field of a scenario needs the general engine until it is listed above.
     """
+    if scenario.dynamic:
+        return False
     for name, section in SECTIONS.items():
         values = getattr(scenario, name)
         for key, field in section.model_fields.items():

@@ -78,15 +78,16 @@ def load_engine(scenario: Scenario) -> bool:
     bool
         Whether everything was on disk or in memory already.
     """
-    engine, few = engine_of(scenario), scenario.robots.count <= FEW
-    if (engine, few, scenario.strategy) in _loaded:
+    engine, few = engine_of(scenario), scenario.most.robots <= FEW
+    form = (scenario.strategy, engine == FAST, few, scenario.dynamic)
+    if form in _loaded:
         return True  # without the lock: another thread may hold it while it compiles
     own_folder(cache_root())  # an error of it needs no engine
     with _loading, _showing(engine) as compiled:
         from feasibee.engine.runner import engine_functions
 
-        engine_functions(scenario.strategy, engine == FAST, few)
-    _loaded.add((engine, few, scenario.strategy))
+        engine_functions(*form)
+    _loaded.add(form)
     return not compiled
 
 

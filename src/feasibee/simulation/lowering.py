@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from feasibee.engine.layout import POOLED, WORD, Int32s, Lowered, Tables
+from feasibee.engine.layout import POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.engine.params import (
     ALWAYS,
     WHILE_DISSEMINATING,
@@ -24,6 +24,7 @@ from feasibee.engine.params import (
     Params,
     Placement,
     PlacementParams,
+    QuorumParams,
     RadioParams,
     RobotParams,
     RunParams,
@@ -59,30 +60,40 @@ def lower(scenario: Scenario, seed: int) -> Lowered:
 def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
     """Return the numbers of a scenario and a seed."""
     unit, setting, faulty = unit_of(scenario), scenario.setting, scenario.faulty
-    arena, together = _arena(scenario, unit), scenario.robots.count <= WORD
+    arena, most = _arena(scenario, unit), scenario.most
+    together = most.robots <= WORD
     sight, radio = (_squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
     return Params(
         seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
         arena=arena,
-        robots=_robots(scenario.robots, unit, arena, max(sight, radio)),
+        robots=_robots(scenario.robots, most.robots, unit, arena, max(sight, radio)),
         tasks=TaskParams(
-            count=scenario.tasks.count,
+            count=most.tasks,
+            at_start=scenario.tasks.count,
+            arrival_rate=scenario.tasks.arrival_rate or 0.0,
+            lifetime=scenario.tasks.lifetime or 0.0,
             placement=_placement(scenario.tasks, unit, 0),
-            grid=_grid(scenario.tasks.count, math.isqrt(sight) + 1, arena),
+            grid=_grid(most.tasks, math.isqrt(sight) + 1, arena),
             lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
-            numbered=together and not fast and arena.wraps and scenario.tasks.count <= NUMBERED,
+            numbered=together and not fast and arena.wraps and most.tasks <= NUMBERED,
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario.strategy, setting),
-        decision=_decision(scenario, faulty),
+        decision=_decision(scenario, most.robots),
         faults=_faults(scenario, faulty),
         run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
+        truth=truth(scenario),
+        changes=scenario.dynamic,
         together=together,
-        in_space_order=scenario.robots.count > POOLED and not scenario.strategy.knowledge,
+        in_space_order=_in_space_order(scenario),
         in_sender_order=not fast and _in_sender_order(scenario),
     )
+
+
+def _in_space_order(scenario: Scenario) -> bool:
+    return scenario.robots.count > POOLED and not (scenario.strategy.knowledge or scenario.dynamic)
 
 
 def _in_sender_order(scenario: Scenario) -> bool:
@@ -105,13 +116,16 @@ def _arena(scenario: Scenario, unit: Fraction) -> ArenaParams:
     return ArenaParams(walls, wraps, width, height, float(unit), sides)
 
 
-def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: int) -> RobotParams:
+def _robots(robots: Robots, most: int, unit: Fraction, arena: ArenaParams, squared_reach: int) -> RobotParams:
     """Return the numbers of the robots, who see or hear within ``squared_reach``."""
     radius = math.ceil(exact(robots.diameter) / unit / 2)
     meeting = 2 * radius + 2 * math.ceil(exact(robots.speed) / unit) + 4
     widest = max(math.isqrt(squared_reach), meeting if robots.avoid_collisions else 0) + 1
     return RobotParams(
-        count=robots.count,
+        count=most,
+        at_start=robots.count,
+        arrival_rate=robots.arrival_rate or 0.0,
+        failure_time=1 / robots.failure_rate if robots.failure_rate else 0.0,
         classes=max(1, len(robots.classes)),
         reach=float(exact(robots.speed) / unit),
         radius=radius,
@@ -122,7 +136,7 @@ def _robots(robots: Robots, unit: Fraction, arena: ArenaParams, squared_reach: i
         meet_limit=_limit(meeting**2),
         meet_band=_band(meeting**2, 16),
         placement=_placement(robots, unit, radius if arena.walls else 0),
-        grid=_grid(robots.count, widest, arena),
+        grid=_grid(most, widest, arena),
     )
 
 
@@ -139,11 +153,15 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
         for_life=sensing.memory == "life",
         by_class=by_class,
         only_counts=only_counts,
-        counts_all=only_counts and sensing.miss == 0 and sensing.observation == "repeated",
+        counts_all=only_counts and not _may_miss(scenario) and sensing.observation == "repeated",
         miss=_probability(sensing.miss),
         false_robots=sensing.false_robots,
         false_tasks=sensing.false_tasks,
     )
+
+
+def _may_miss(scenario: Scenario) -> bool:
+    return scenario.sensing.miss > 0 or any(event.sensing.miss for event in scenario.events)
 
 
 def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
@@ -184,10 +202,8 @@ def _knowledge(strategy: Strategy, setting: Setting) -> KnowledgeParams:
     )
 
 
-def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParams:
+def _decision(scenario: Scenario, most: int) -> DecisionParams:
     decision, rule = scenario.decision, scenario.decision.commit
-    stopped, byzantine, _ = faulty
-    honest = scenario.robots.count - byzantine
     return DecisionParams(
         exploration=decision.exploration,
         gain=decision.gain,
@@ -205,8 +221,7 @@ def _decision(scenario: Scenario, faulty: tuple[int, int, int]) -> DecisionParam
             rounds=rule.rounds if rule else 0,
             heard=rule.heard if rule else 0,
         ),
-        quorum=_quorum(scenario, honest),
-        quorum_stopped=_quorum(scenario, honest - stopped),
+        quorum=_quorum(exact(decision.threshold), most),
     )
 
 
@@ -217,30 +232,35 @@ def _listens_for(listen: Any) -> int:
 
 def _inbox_is_set(scenario: Scenario) -> bool:
     all_kept = scenario.decision.inbox_size is None and scenario.radio.id_bits is None
-    return scenario.robots.count <= WORD and all_kept
+    return scenario.most.robots <= WORD and all_kept
 
 
-def _quorum(scenario: Scenario, counted: int) -> int:
-    return math.floor(exact(scenario.decision.threshold) * counted) + 1
+def _quorum(threshold: Fraction, most: int) -> QuorumParams:
+    """Return a fraction whose products with whole numbers up to ``most`` round down as the threshold's.
+
+    That is the largest one not above it whose denominator isn't above ``most``, so that nothing overflows.
+    """
+    near = threshold.limit_denominator(most)
+    if near <= threshold:
+        return QuorumParams(near.numerator, near.denominator)
+    # Of two neighbours among these fractions, the lower is p / q with near * q - p = 1 / denominator.
+    inverse = pow(near.numerator, -1, near.denominator)
+    below = most - (most - inverse) % near.denominator
+    return QuorumParams((near.numerator * below - 1) // near.denominator, below)
 
 
 def _faults(scenario: Scenario, faulty: tuple[int, int, int]) -> FaultParams:
     stopped, byzantine, stubborn = faulty
     says = scenario.faults.byzantine_says
-    robots, tasks = scenario.robots, scenario.tasks
     colluding = says == "colluding"
-    if colluding:
-        says = "infeasible" if truth(scenario) else "feasible"
-    exactly = colluding and not (robots.classes or tasks.classes)
     return FaultParams(
         stopped=stopped,
         byzantine=byzantine,
         stubborn=stubborn,
         stop_step=scenario.faults.stop_step,
-        byzantine_says=Lie[says.upper()],
+        byzantine_says=Lie.OPPOSITE if colluding else Lie[says.upper()],
         colluding=colluding,
-        invented_robots=tasks.count - (robots.count if exactly else 0),
-        invented_tasks=robots.count + 1 - (tasks.count if exactly else 0),
+        exactly=colluding and not (scenario.robots.classes or scenario.tasks.classes),
     )
 
 
@@ -323,8 +343,8 @@ def _tables(scenario: Scenario, params: Params) -> Tables:
     return Tables(
         class_of=np.concatenate(
             [
-                _numbers([each.count for each in robots.classes], robots.count),
-                _numbers([each.count for each in tasks.classes], tasks.count),
+                _numbers([each.count for each in robots.classes], scenario.most.robots),
+                _numbers([each.count for each in tasks.classes], scenario.most.tasks),
             ]
         ),
         adds=_adds(scenario),
@@ -335,7 +355,23 @@ def _tables(scenario: Scenario, params: Params) -> Tables:
             ]
         ),
         parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
+        events=_events(scenario),
     )
+
+
+def _events(scenario: Scenario) -> Int64s:
+    """Return the events in the order in which they happen: by step, then as in the file."""
+    rows = [
+        [
+            event.step,
+            event.tasks,
+            event.robots,
+            -1 if event.sensing.miss is None else int(_probability(event.sensing.miss)),
+            -1 if event.radio.loss is None else int(_probability(event.radio.loss)),
+        ]
+        for event in sorted(scenario.events, key=lambda event: event.step)
+    ]
+    return np.array(rows, np.int64).reshape(-1, len(Event))
 
 
 def _adds(scenario: Scenario) -> Any:
@@ -359,8 +395,13 @@ def _adds(scenario: Scenario) -> Any:
 
 
 def _numbers(counts: list[int], total: int) -> Int32s:
-    """Return the class of each robot or task: first those of class 0, then those of class 1, ..."""
-    return np.repeat(np.arange(len(counts) or 1, dtype=np.int32), counts or [total])
+    """Return the class of each robot or task: first those of class 0, then those of class 1, ...
+
+    Those that aren't there at the start have class 0 until a run draws theirs.
+    """
+    kinds = np.zeros(total, np.int32)
+    kinds[: sum(counts)] = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    return kinds
 
 
 def _given_points(scenario: Scenario, section: Robots | Tasks, margin: int, arena: ArenaParams) -> Int32s:

@@ -96,7 +96,7 @@ class Swarm:
         self._tables = lowered.tables
         self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
         self._packed = params.packed(self._params)
-        engine = runner.engine_functions(lowered.strategy, lowered.fast, lowered.params.together)
+        engine = runner.engine_functions(*lowered.form)
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)

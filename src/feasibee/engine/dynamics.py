@@ -1,0 +1,251 @@
+"""How the world of a run changes: events, and streams of tasks and robots (model.md 6.17).
+
+`change_world` is passed to the step as a pointer, so worlds that stay don't compile it. One thread simulates
+a world that changes.
+"""
+
+from __future__ import annotations
+
+from numba import int32, int64, uint32
+
+from feasibee.engine.bits import bit, contains, lowest_member, pack_label, set_member, without_lowest
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.draws import choose, draw, draw_words, duration, poisson
+from feasibee.engine.faults import NEVER
+from feasibee.engine.inbox import clear_inbox
+from feasibee.engine.intrinsics import lowest, popcount
+from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
+from feasibee.engine.motion import head
+from feasibee.engine.order import fill_there
+from feasibee.engine.placement import place_joining, place_task
+from feasibee.engine.pools import draw_headings, draw_phases
+from feasibee.engine.starting import prepare_robot, set_inventions, set_quorum, sort_tasks
+from feasibee.model.purposes import (
+    APPEARING_CLASS,
+    ARRIVAL,
+    FAILURE,
+    JOINING_CLASS,
+    LEAVE,
+    LIFETIME,
+    VANISH,
+)
+
+OWN_SETS = tuple(int(each) for each in Set if each not in (Set.BLOCKED, Set.LISTENING))
+"""Sets that a robot leaves when it leaves the arena."""
+
+
+@called
+def draw_dynamics(params, state):
+    """Draw lifetimes, times of failure and classes at the start of a run."""
+    run, class_of = state.clock[Clock.RUN], state.tables.class_of
+    state.clock[Clock.APPEARED] = params.tasks.at_start
+    for kind in (Clock.EVENTS, Clock.VANISHED, Clock.LEFT):
+        state.clock[kind] = 0
+    for task in range(params.tasks.at_start):
+        begin_lifetime(params, state, task, int64(0))
+    for i in range(params.robots.at_start):
+        draw_failure(params, state, i, int64(0))
+    for i in range(params.robots.at_start, params.robots.count):
+        class_of[i] = class_of[choose(draw(params, run, i, 0, JOINING_CLASS), params.robots.at_start)]
+    first = params.robots.count
+    for task in range(params.tasks.at_start, params.tasks.count):
+        class_of[first + task] = 0
+        if params.tasks.at_start > 0:
+            drawn = choose(draw(params, run, task, 0, APPEARING_CLASS), params.tasks.at_start)
+            class_of[first + task] = class_of[first + drawn]
+
+
+def change_world(params, state, now):
+    """Change the world at the beginning of step ``now``; before the first step, only events do."""
+    tasks, appeared = state.clock[Clock.TASKS], state.clock[Clock.APPEARED]
+    if now > 0:
+        end_lifetimes(params, state, now)
+        fail(params, state, now)
+    while state.clock[Clock.EVENTS] < state.tables.events.shape[0]:
+        event = state.tables.events[state.clock[Clock.EVENTS]]
+        if event[Event.STEP] != now:
+            break
+        happen(params, state, event, now)
+        state.clock[Clock.EVENTS] += 1
+    if now > 0:
+        arrive(params, state, now)
+    if tasks != state.clock[Clock.TASKS] or appeared != state.clock[Clock.APPEARED]:
+        sort_tasks(params, state)
+    settle(params, state)
+
+
+def stay(params, state, now):
+    """Stand in for `change_world` in a world that doesn't change."""
+
+
+@called
+def settle(params, state):
+    """Store what follows from who is there: the truth, the quorum, and where robots are."""
+    counted = int64(0)
+    for w in range(state.sets.shape[1]):
+        counted += popcount(state.sets[Set.COUNTED, w])
+    set_quorum(params, state.clock, counted)
+    set_inventions(params, state.clock)
+    state.clock[Clock.TRUTH] = int64(is_feasible(params, state))
+    if params.robots.avoid_collisions and not params.together:
+        fill_there(params, state)
+
+
+@called
+def is_feasible(params, state):
+    """Return whether the robots that are there can do the tasks that are there (model.md 6.7)."""
+    if not params.sensing.by_class:
+        return state.clock[Clock.ROBOTS] >= state.clock[Clock.TASKS]
+    adds, class_of = state.tables.adds, state.tables.class_of
+    for s in range(adds.shape[0]):
+        spare = int64(0)
+        for i in range(params.robots.count):
+            spare += int64(contains(state.sets[Set.THERE], i)) * adds[s, class_of[i]]
+        for task in range(params.tasks.count):
+            kind = params.robots.classes + class_of[params.robots.count + task]
+            spare -= int64(contains(state.tasks_there, task)) * adds[s, kind]
+        if spare < 0:
+            return False
+    return True
+
+
+@called
+def happen(params, state, event, now):
+    """Let an event happen: tasks, robots, then probabilities."""
+    for _ in range(event[Event.TASKS]):
+        appear(params, state, now)
+    for _ in range(min(-event[Event.TASKS], state.clock[Clock.TASKS])):
+        word = draw(params, state.clock[Clock.RUN], state.clock[Clock.VANISHED], now, VANISH)
+        task = member_of(state.tasks_there, choose(word, state.clock[Clock.TASKS]))
+        vanish(state, task)
+        state.clock[Clock.VANISHED] += 1
+    for _ in range(event[Event.ROBOTS]):
+        join(params, state, now)
+    for _ in range(min(-event[Event.ROBOTS], state.clock[Clock.ROBOTS])):
+        word = draw(params, state.clock[Clock.RUN], state.clock[Clock.LEFT], now, LEAVE)
+        leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
+        state.clock[Clock.LEFT] += 1
+    if event[Event.MISS] >= 0:
+        state.clock[Clock.MISS] = event[Event.MISS]
+    if event[Event.LOSS] >= 0:
+        state.clock[Clock.LOSS] = event[Event.LOSS]
+
+
+@inlined
+def member_of(members, k):
+    """Return the k-th member of a set, from 0 on."""
+    w = int64(0)
+    while k >= popcount(members[w]):
+        k -= popcount(members[w])
+        w += 1
+    left = members[w]
+    for _ in range(k):
+        left = without_lowest(left)
+    return lowest_member(w, left)
+
+
+@called
+def arrive(params, state, now):
+    """Let tasks appear and robots join by their rates."""
+    if params.tasks.arrival_rate == 0.0 and params.robots.arrival_rate == 0.0:
+        return
+    words = draw_words(params, state.clock[Clock.RUN], 0, now, ARRIVAL)
+    for _ in range(poisson(words[0], params.tasks.arrival_rate)):
+        appear(params, state, now)
+    for _ in range(poisson(words[1], params.robots.arrival_rate)):
+        join(params, state, now)
+
+
+@called
+def appear(params, state, now):
+    """Let the next task appear, unless all numbers have been used (model.md 6.17.4)."""
+    task = state.clock[Clock.APPEARED]
+    if task < params.tasks.count:
+        place_task(params, state, task)
+        begin_lifetime(params, state, task, now)
+        state.tasks_there[task // WORD] |= bit(task)
+        state.clock[Clock.APPEARED] += 1
+        state.clock[Clock.TASKS] += 1
+
+
+@inlined
+def begin_lifetime(params, state, task, now):
+    """Draw the step at which a task vanishes."""
+    if params.tasks.lifetime > 0.0:
+        word = draw(params, state.clock[Clock.RUN], task, 0, LIFETIME)
+        state.vanish_at[task] = int32(now + duration(word, params.tasks.lifetime))
+
+
+@inlined
+def vanish(state, task):
+    """Take a task away."""
+    state.tasks_there[task // WORD] &= ~bit(task)
+    state.clock[Clock.TASKS] -= 1
+
+
+@called
+def end_lifetimes(params, state, now):
+    """Take those tasks away whose lifetime is over."""
+    for task in range(state.vanish_at.size):
+        if state.vanish_at[task] == now and contains(state.tasks_there, task):
+            vanish(state, task)
+
+
+@called
+def fail(params, state, now):
+    """Take those robots away that fail at this step; begin to count those that go by events."""
+    state.clock[Clock.VANISHED] = state.clock[Clock.LEFT] = 0
+    if params.robots.failure_time == 0.0:
+        return
+    for i in range(params.robots.count):
+        if state.robots[Robot.LEAVES_AT, i] == now and contains(state.sets[Set.THERE], i):
+            leave(params, state, i)
+
+
+@called
+def join(params, state, now):
+    """Let a robot join, if a number and a place are free (model.md 6.17.6, 6.17.7)."""
+    there, w = state.sets[Set.THERE], int64(0)
+    while w < there.size and there[w] == uint32(0xFFFFFFFF):
+        w += 1
+    i = WORD * w + (lowest(~there[w]) if w < there.size else int64(0))
+    if i >= params.robots.count or not place_joining(params, state, i):
+        return
+    for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING):
+        set_member(state.sets, kind, i, True)
+    state.clock[Clock.ROBOTS] += 1
+    state.robots[Robot.LABEL, i] = pack_label(i, False, False)
+    if params.sensing.unique:
+        state.remembered[i] = uint32(0)
+    state.heard[0, Heard.RECEIVER, 0] = int32(i)
+    draw_headings(params, state, 0, 1)
+    head(params, state, 0, i, 0)
+    draw_phases(params, state, 0, 1)
+    prepare_robot(params, state, i, 0)
+    draw_failure(params, state, i, now)
+
+
+@inlined
+def draw_failure(params, state, i, now):
+    """Draw the step at which a robot fails."""
+    if params.robots.failure_time > 0.0:
+        word = draw(params, state.clock[Clock.RUN], i, int64(state.robots[Robot.JOINED, i]), FAILURE)
+        state.robots[Robot.LEAVES_AT, i] = int32(now + duration(word, params.robots.failure_time))
+
+
+@called
+def leave(params, state, i):
+    """Take a robot away for good; the next one of its number goes on with its draws."""
+    for kind in OWN_SETS:
+        set_member(state.sets, kind, i, False)
+    state.clock[Clock.ROBOTS] -= 1
+    table = state.robots[Robot.TABLE, i]
+    clear_inbox(params, state, i)
+    if table > 0:
+        free = state.free_tables[0]
+        free[0] += int32(1)
+        free[free[0]] = table
+    state.robots[Robot.WALK_LEFT, i] = state.robots[Robot.PHASE_LEFT, i] = NEVER
+    state.robots[Robot.STEP_X, i] = state.robots[Robot.STEP_Y, i] = 0
+    state.robots[Robot.LABEL, i] = pack_label(i, False, False)
+    state.robots[Robot.JOINED, i] += int32(1)
