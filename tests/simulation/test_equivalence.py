@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee.model.record import Record
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
-ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
+ARRAYS = tuple(each.name for each in dataclasses.fields(Record) if each.name != "first_run")
 
 
 def assert_equal(scenario, seed, runs=1, first_run=0):
@@ -240,6 +242,50 @@ SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base
 @given(beyond(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 2))
 def test_engine_equals_reference_beyond_the_paper(scenario, seed, first_run):
     assert_equal(scenario, seed, first_run=first_run)
+
+
+@st.composite
+def events(draw, steps):
+    """Draw what happens at a step; it may change nothing of the world that robots notice."""
+    loss, miss = (draw(st.one_of(st.none(), st.sampled_from([0.0, 0.3, 1.0]))) for _ in range(2))
+    tasks, robots = draw(st.integers(-30, 30)), draw(st.one_of(st.just(0), st.integers(-20, 20)))
+    event = {"step": draw(st.integers(0, steps)), "tasks": tasks or 1, "robots": robots}
+    return {**event, "radio": {"loss": loss}, "sensing": {"miss": miss}}
+
+
+@st.composite
+def changing(draw):
+    """Scenarios beyond the paper whose world changes (model.md 6.17)."""
+    scenario = draw(beyond())
+    assume(not scenario.manifest.declares)
+    rates = st.one_of(st.none(), st.sampled_from([0.0, 0.05, 0.5]))
+    most = st.one_of(st.none(), st.integers(scenario.robots.count, scenario.robots.count + 40))
+    changes = {
+        "decision.commit": None,
+        "run.stop_at_decision": False,
+        "events": draw(st.lists(events(scenario.run.steps), max_size=4)),
+        "tasks.lifetime": draw(st.one_of(st.none(), st.floats(0.5, 60))),
+        "tasks.arrival_rate": draw(rates),
+        "robots.failure_rate": draw(rates),
+        "robots.arrival_rate": draw(rates),
+        "robots.most": draw(most),
+    }
+    with suppress(ScenarioError):  # such as more robots that leave than there are
+        return scenario.replace(changes)
+    assume(False)
+    raise AssertionError
+
+
+@settings(
+    max_examples=200,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=[*SLOW, HealthCheck.filter_too_much],
+)
+@given(changing(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 3))
+def test_engine_equals_reference_in_worlds_that_change(scenario, seed, first_run):
+    assert_equal(scenario, seed, runs=2, first_run=first_run)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Worlds that change: whether a scenario's does, how many robots and tasks there may be, and its conflicts."""
+"""Worlds that change: how many robots and tasks there may be, and conflicts (model.md 6.17)."""
 
 from __future__ import annotations
 

@@ -11,6 +11,8 @@ from feasibee.errors import FeasibeeError, Problem
 
 DEEPEST = 8
 """Largest depth of nested tables and lists; robots.classes.0.skills.0 has depth 4."""
+WHOLE = ("preset", "events")
+"""What a scenario has besides sections with fields."""
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{4 * DEEPEST}}}")
 """Dotted keys of very many parts: tomllib needs time and memory that grow with their number squared."""
@@ -111,7 +113,7 @@ def with_changes(
     problems = []
     for path, value in changes.items():
         *way, last = path.split(".")
-        if not (way or path == "preset") or "" in (*way, last) or len(way) > DEEPEST:
+        if not (way or path in WHOLE) or "" in (*way, last) or len(way) > DEEPEST:
             rule = "isn't the path of a field"
             problems.append(Problem(path, value, rule, "write section.field, such as tasks.count"))
             continue
