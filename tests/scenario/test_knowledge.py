@@ -15,7 +15,8 @@ from feasibee.engine.runner import strategy_functions
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE, Words
+from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE
+from feasibee.strategies.words import Words
 
 OPINIONS = '''\
 """A grow-only set of the ids of robots and tasks."""

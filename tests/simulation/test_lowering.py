@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from feasibee import Scenario
 from feasibee.engine.params import ALWAYS, PARAMS, WHILE_DISSEMINATING, Lie, Params, Placement, packed
+from feasibee.model.codes import exact
 from feasibee.scenario.fields import Commit, Faults, Placed
-from feasibee.simulation.lowering import lower, unit_of
+from feasibee.simulation.fixed_point import unit_of
+from feasibee.simulation.lowering import lower
 
 
 def params_of(seed=0, **sections):
@@ -61,19 +65,18 @@ def test_listening_is_a_number_of_steps_or_a_code():
 
 def test_every_word_of_a_scenario_has_its_code():
     for word in Faults.model_fields["byzantine_says"].annotation.__args__:
-        code = "infeasible" if word == "colluding" else word  # the opposite of the truth
-        assert Lie(params_of(faults={"byzantine_says": word}).faults.byzantine_says).name == code.upper()
+        assert Lie(params_of(faults={"byzantine_says": word}).faults.byzantine_says).name == word.upper()
     words = Placed.model_fields["placement"].annotation.__args__
     assert [each.name for each in Placement] == [word.upper() for word in words]
 
 
-@pytest.mark.parametrize(
-    ("tasks", "code", "invented"), [(20, "INFEASIBLE", (0, 1)), (23, "FEASIBLE", (3, -2))]
-)
-def test_colluders_send_the_opposite_of_the_truth_and_invent_what_it_needs(tasks, code, invented):
-    faults = params_of(tasks={"count": tasks}, faults={"byzantine_says": "colluding"}).faults
-    assert Lie(faults.byzantine_says).name == code
-    assert (faults.invented_robots, faults.invented_tasks) == invented  # at most 0: none
+@pytest.mark.parametrize("most", [20, 33, 100, 1_000_000])
+@pytest.mark.parametrize("threshold", [0.5, 0.9, 2 / 3, 0.5666666666666667, 0.9000000000000001, 1 - 2**-53])
+def test_the_quorums_fraction_rounds_down_as_the_threshold_for_every_number_of_robots(threshold, most):
+    share, whole = params_of(robots={"most": most}, decision={"threshold": threshold}).decision.quorum
+    assert whole <= most
+    for counted in {*range(min(most, 300)), most // 2, most - 1, most}:
+        assert counted * share // whole == math.floor(exact(threshold) * counted), counted
 
 
 def test_a_commit_rule_is_a_ratio_of_whole_numbers():

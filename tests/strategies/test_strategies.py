@@ -15,7 +15,8 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, sketch
-from feasibee.strategies.contract import Inbox, Me, Mind, Thing, Words, sent
+from feasibee.strategies.contract import Inbox, Me, Mind, Thing, sent
+from feasibee.strategies.words import Words
 
 Z = 5.3  # two-sided alpha of 1.2e-7
 

@@ -30,6 +30,7 @@ class Lie(IntEnum):
     FEASIBLE = 1
     INFEASIBLE = 2
     RANDOM = 3
+    COLLUDING = 4  # the opposite of the truth
 
 
 class Action(IntEnum):

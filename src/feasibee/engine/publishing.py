@@ -25,7 +25,7 @@ from feasibee.model.purposes import LIE
 @inlined
 def false_opinion_of(params, state, i):
     """Return the opinion in a Byzantine robot's message (model.md 6.6, 6.16)."""
-    if params.faults.colluding:
+    if params.faults.byzantine_says == Lie.COLLUDING:
         return 1 - state.clock[Clock.TRUTH]
     if params.faults.byzantine_says == Lie.OPPOSITE:
         return 1 - int64(contains(state.sets[Set.SAYS_FEASIBLE], i))

@@ -64,9 +64,9 @@ class Robot:
         self._world = world
         self._coordinates = (seed, run, number)
         self._reach = float(exact(scenario.robots.speed) / world.unit)
-        self.joined = before.joined + 1 if before else 0
-        self._walks = before._walks if before else 0
-        self._phases = before._phases if before else 0
+        self.joined: int = before.joined + 1 if before else 0
+        self._walks: int = before._walks if before else 0
+        self._phases: int = before._phases if before else 0
         self._turn()
         self._names = names
         rate = scenario.robots.failure_rate

@@ -269,9 +269,14 @@ class Swarm:
 
 def _kinds(section: Robots | Tasks, most: int, purpose: int, run: tuple[int, int]) -> list[int]:
     """Return the class of each number; beyond those of the start, that of one drawn from them."""
-    kinds = [i for i, each in enumerate(section.classes) for _ in range(each.count)] or [0] * section.count
+    kinds = [i for i, count in enumerate(_counts(section)) for _ in range(count)]
     drawn = (philox(*run, number, 0, purpose)[0] for number in range(len(kinds), most))
     return kinds + [kinds[choose(word, len(kinds))] if kinds else 0 for word in drawn]
+
+
+def _counts(section: Robots | Tasks) -> list[int]:
+    """Return the numbers of the start by class, or all if there are no classes."""
+    return [each.count for each in section.classes] or [section.count]
 
 
 def _by_kind(kinds: Iterable[int], section: Robots | Tasks) -> list[int]:

@@ -130,7 +130,7 @@ class World:
     ) -> Iterable[Place]:
         """Yield the places drawn for a robot or task; places outside are moved to the wall."""
         uniform, centre, cluster, scatter = purposes
-        if section.placement == "points" and not joins and i < section.count:
+        if section.placement == "points" and not joins and i < len(section.points):
             yield self._held(self._given(section.points[i]), margin)
             return
         first = ATTEMPTS * joined

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from feasibee.strategies.contract import Me, Strategy, Thing, Words
+from feasibee.strategies.contract import Me, Strategy, Thing
+from feasibee.strategies.words import Words
 
 
 class Knowledge:

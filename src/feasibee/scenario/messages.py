@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from feasibee.scenario.scenario import Scenario
-from feasibee.strategies.contract import Me, Setting, Strategy, Thing, Words
+from feasibee.strategies.contract import Me, Setting, Strategy, Thing
+from feasibee.strategies.words import Words
 
 
 class MessageBits(NamedTuple):

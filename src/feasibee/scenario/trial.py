@@ -25,8 +25,8 @@ from feasibee.strategies.contract import (
     Setting,
     Strategy,
     Thing,
-    Words,
 )
+from feasibee.strategies.words import Words
 
 OPINIONS: Final = "must be 1, 0, or -1 for none"
 ROWS: Final = "must return nothing: it writes into"

@@ -88,7 +88,7 @@ class Swarm:
         room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
         from feasibee.engine import allocation, layout, params, runner, team
-        from feasibee.simulation import lowering
+        from feasibee.simulation import fixed_point, lowering
 
         self._room = room
         self._layout, self._allocation = layout, allocation
@@ -99,7 +99,7 @@ class Swarm:
         engine = runner.engine_functions(*lowered.form)
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
-        self._unit = lowering.unit_of(self.scenario)
+        self._unit = fixed_point.unit_of(self.scenario)
         traces = FIRST_STEPS if self.scenario.dynamic else 0
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS, traces)
         self._begin(allocation.first_room(self._params))

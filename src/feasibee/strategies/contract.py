@@ -9,7 +9,7 @@ Knowledge
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
 strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
 ``message_words``, ``start``, ``encode``, ``lie``, ``judge`` or ``declare``, ``gap`` and ``describe``: see
-`Strategy`. A robot's knowledge is a row of `Words`, 0 at the start.
+`Strategy`. A robot's knowledge is a row of `~feasibee.strategies.words.Words`, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
@@ -31,7 +31,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from operator import index
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
@@ -116,7 +115,7 @@ class Setting(NamedTuple):
 
     robots: int
     """Number of robots that have ids, which are below it: the most at a time, if the world changes."""
-    count: int
+    count: int  # type: ignore[assignment]  # hides tuple.count
     """Number of robots at the start. With ``knows_count``, this is what a robot knows."""
     tasks: int
     """Number of tasks that have ids, which are below it: the most in a run, if the world changes.
@@ -195,25 +194,6 @@ class Thing(NamedTuple):
     """Its position in the shared frame, in units; 0.0 if it isn't there."""
     y: float = 0.0
     """Its position, in units."""
-
-
-class Words(list[int]):
-    """A row of words in Python: whole numbers from -2**31 to 2**31 - 1, which wrap as in the engine."""
-
-    def __setitem__(self, place: Any, value: Any) -> None:
-        """Set a word, or a stretch of words to as many others."""
-        if isinstance(place, slice):
-            words = list(map(_wrapped, value))
-            if len(words) != len(self[place]):
-                raise ValueError(f"{len(words)} words don't fit {len(self[place])}")
-            super().__setitem__(place, words)
-        else:
-            super().__setitem__(place, _wrapped(value))
-
-
-def _wrapped(value: Any) -> int:
-    """Return a whole number as a word; other numbers are a TypeError."""
-    return (index(value) + 2**31) % 2**32 - 2**31
 
 
 def say(mind: Mind) -> int:

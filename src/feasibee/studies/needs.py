@@ -7,7 +7,8 @@ from typing import Final, NamedTuple
 from feasibee.scenario.messages import bare_bits, knowledge_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
-from feasibee.strategies.contract import Me, Words
+from feasibee.strategies.contract import Me
+from feasibee.strategies.words import Words
 
 IDS: Final = "ids that are never mistaken"
 NAMES: Final = "names of tasks"
