@@ -108,6 +108,7 @@ OTHER_VALUES = {
 UNSET = {
     "radio.id_bits": 8,
     "decision.inbox_size": 4,
+    "decision.switching": 0.1,
     "decision.commit": {"quorum": 0.8, "rounds": 2, "heard": 1},
     "units.metres": 0.5,
     "units.seconds": 2.0,
@@ -474,6 +475,7 @@ WRONG = [
     ("decision.inbox_size", 0, "≥ 1", "default"),
     ("decision.inbox_size", 1.5, "whole number", "default"),
     ("decision.commit", True, "table", "[decision.commit]"),
+    ("decision.switching", 1.5, "≤ 1", "default"),
     ("radio.id_bits", 0, "≥ 1", "default"),
     ("radio.id_bits", 33, "≤ 32", "default"),
     ("decision.listen", {"last": 0}, "{last = 3}", "always"),
@@ -907,6 +909,11 @@ REFUSED = [
             "exploration; leave it out",
         )
         for name in ("tally", "estimate", "census", "sketch", "quiet-census")
+    ),
+    (
+        {"decision": {"strategy": "tally", "switching": 0.0}},
+        "decision.switching = 0.0: tally decides by what the swarm knows, not by the counts of one "
+        "exploration; leave it out, or choose dc",
     ),
     *(
         (

@@ -40,6 +40,7 @@ PARAMETERS = {
     "arrivals": st.sampled_from([0.0, 1.0]),
     "kappa": st.floats(-1, 3),
     "looks": st.sampled_from([1.0, 2.0]),
+    "voters": st.one_of(st.floats(-0.5, 1.5), st.sampled_from([0.0, 1.0])),
 }
 COMMIT = st.builds(
     dict,
@@ -66,6 +67,9 @@ def deciding(draw, longest_exploration, longest_gain):
         "listen": draw(st.sampled_from(["always", "dissemination"])),
         "inbox": inbox,
         "own_vote": draw(st.booleans()),
+        "switching": None
+        if strategy.knowledge
+        else draw(st.one_of(st.none(), st.floats(0, 1), st.just(1.0))),
         "threshold": draw(st.floats(0.5, 0.99)),
     }
     if draw(st.booleans()):
@@ -459,6 +463,13 @@ def test_every_strategy_is_equal_in_every_world(name, world):
         assert_equal(scenario, seed=7)
     else:
         assert STRATEGIES[name].one_class or STRATEGIES[name].declares
+
+
+@pytest.mark.parametrize("name", [name for name, each in STRATEGIES.items() if not each.knowledge])
+@pytest.mark.parametrize("count", [20, 40])
+def test_robots_that_switch_to_their_own_evidence_are_equal(name, count):
+    changes = {"decision.switching": 0.3, "faults.stubborn": 0.1, "robots.count": count, **COMMITTING}
+    assert_equal(quick(name, changes), seed=7)
 
 
 @pytest.mark.parametrize("name", ["census", "tally"])

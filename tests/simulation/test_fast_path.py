@@ -56,6 +56,7 @@ OTHER_VALUES = {
     "decision.inbox": "every-message",
     "decision.inbox_size": 3,
     "decision.own_vote": False,
+    "decision.switching": 0.1,
     "decision.commit": Commit(),
     "decision.threshold": 0.6,
     "faults.stopped": 0.1,

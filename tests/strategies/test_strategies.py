@@ -46,7 +46,7 @@ def test_quality_is_a_share_that_grows_with_robots_and_is_one_half_of_nothing(na
         np.testing.assert_allclose([1 - quality(tasks, robots) for tasks in range(6)], values, atol=1e-15)
 
 
-MODULATED = {"dmmd", "dmvd", "k-unanimity", "cross-inhibition", "accumulate"}
+MODULATED = {"dmmd", "dmvd", "k-unanimity", "cross-inhibition", "accumulate", "mixture"}
 
 
 @pytest.mark.parametrize("name", STRATEGIES)

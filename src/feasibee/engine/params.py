@@ -228,6 +228,7 @@ class DecisionParams(NamedTuple):
     inbox_size: int  # senders kept, the newest; 0: all
     inbox_is_set: bool  # up to 32 robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
+    switching: np.uint64  # probability times 2**32
     commit: CommitParams
     quorum: QuorumParams
 

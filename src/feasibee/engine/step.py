@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32
+from numba import int32, int64, uint32, uint64
 
 from feasibee.engine import inbox
-from feasibee.engine.bits import contains, lowest_member, set_member, without_lowest
+from feasibee.engine.bits import contains, lowest_member, number_of, set_member, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.counting import count_opinions
 from feasibee.engine.crowd import sense_crowd
+from feasibee.engine.draws import draw_words
 from feasibee.engine.dynamics import draw_dynamics
 from feasibee.engine.faults import draw_faults, stop
 from feasibee.engine.few import move_few, sense_general_few
@@ -26,6 +27,7 @@ from feasibee.engine.sensing import fill_general, forget, sense_general_crowd, s
 from feasibee.engine.starting import clear, enter_phase, prepare_robots, set_quorum
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
+from feasibee.model.purposes import PHASE
 from feasibee.strategies.contract import Inbox, Mind
 
 
@@ -215,6 +217,8 @@ def end_dissemination(params, state, functions, part, i, phase):
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = functions.decide(mind_of(params, state, i), received)
+    if params.decision.switching > 0 and switches(params, state, i):
+        decided = int64(state.memory[i, 0] >= 0.5)
     if not keeps_opinion(state.sets, i):
         set_opinion(state.sets, i, decided)
     if params.decision.commit.enabled:
@@ -223,6 +227,14 @@ def end_dissemination(params, state, functions, part, i, phase):
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
     enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
+
+
+@called
+def switches(params, state, i):
+    """Return whether a robot adopts what its own counts favour (model.md 6.10)."""
+    run, number = state.clock[Clock.RUN], number_of(state.robots[Robot.LABEL, i])
+    word = draw_words(params, run, number, state.robots[Robot.PHASES, i], PHASE)[3]
+    return uint64(word) < params.decision.switching
 
 
 @spliced

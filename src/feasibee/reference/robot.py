@@ -166,6 +166,7 @@ class Robot:
             inbox_size=decision.inbox_size,
             parameters=list(decision.parameters.values()),
             commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
+            draw_switch=None if decision.switching is None else self._draw_switch,
             stubborn=self.fault == STUBBORN,
             sets=hall_sets(self._scenario),
             me=self._names.me(self.number, self.kind),
@@ -178,6 +179,11 @@ class Robot:
         """Return a chance and a drawn message; the next phase's duration has the same coordinate."""
         _, chance, message, _ = philox(*self._coordinates, self._phases, PHASE)
         return chance / TURN, message / TURN
+
+    def _draw_switch(self) -> bool:
+        """Return whether the robot switches to its own evidence in the decision that ends a phase."""
+        word = self.draws(self._phases, PHASE)[3]
+        return happens(word, self._scenario.decision.switching or 0.0)
 
     def _draw_phase(self, mean: float) -> int:
         word = self.draw(self._phases, PHASE)

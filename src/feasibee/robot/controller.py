@@ -96,6 +96,8 @@ class Controller:
         The strategy's, in its order; by default its own.
     commit : Commit, optional
         When it commits to its opinion; by default never.
+    draw_switch : callable, optional
+        Draws whether a decision adopts what the robot's own counts favour; by default none does.
     stubborn : bool
         Whether it never changes its opinion (a fault).
     sets : sequence of pairs
@@ -128,6 +130,7 @@ class Controller:
         inbox_size: int | None = None,
         parameters: Sequence[float] | None = None,
         commit: Commit | None = None,
+        draw_switch: Callable[[], bool] | None = None,
         stubborn: bool = False,
         sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
         me: tuple[int, int, int] = (0, 0, 0),
@@ -162,6 +165,7 @@ class Controller:
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice
+        self._draw_switch = draw_switch
         self.robots_seen = [0] * classes[0]
         self.tasks_seen = [0] * classes[1]
         self._explore()
@@ -298,6 +302,8 @@ class Controller:
             self._rate()
         inbox = self._inbox()
         decided = _opinion(self.strategy.decide(self._mind(), inbox))
+        if self._draw_switch is not None and self._draw_switch():  # model.md 6.10
+            decided = int(self.feasible_quality >= 0.5)
         if not (self.stubborn or self.committed or self.declared != NONE):
             self.opinion = decided
         if self.commit is not None:

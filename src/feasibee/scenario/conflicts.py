@@ -200,9 +200,8 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
         rule = f"{strategy.name} broadcasts a value, and the inbox keeps only the latest of each robot"
         remedy = 'set inbox = "latest-per-robot"'
         yield Problem("decision.inbox", decision["inbox"], rule, remedy)
-    if strategy.knowledge and fit("decision.quality_floor") and decision["quality_floor"] != 0:
-        rule = f"{strategy.name} rates what the swarm knows, not the counts of one exploration"
-        yield Problem("decision.quality_floor", decision["quality_floor"], rule, "leave it out")
+    if strategy.knowledge:
+        yield from _counts_of_one(decision, fit, strategy.name)
     if strategy.by_name:
         for name in ("false_robots", "false_tasks"):
             if fit(f"sensing.{name}") and sensing[name] != 0:
@@ -224,6 +223,16 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
         rule = f"{strategy.name} has encode, but no function for a Byzantine robot's message"
         remedy = "write def lie(message, feasible, me) in its file"
         yield Problem("faults.byzantine", explicit["faults"]["byzantine"], rule, remedy)
+
+
+def _counts_of_one(decision: Mapping[str, Any], fit: Any, name: str) -> Iterator[Problem]:
+    """Find fields about the counts of one exploration, which a strategy of this name doesn't use."""
+    if fit("decision.quality_floor") and decision["quality_floor"] != 0:
+        rule = f"{name} rates what the swarm knows, not the counts of one exploration"
+        yield Problem("decision.quality_floor", decision["quality_floor"], rule, "leave it out")
+    if fit("decision.switching") and decision["switching"] is not None:
+        rule = f"{name} decides by what the swarm knows, not by the counts of one exploration"
+        yield Problem("decision.switching", decision["switching"], rule, "leave it out, or choose dc")
 
 
 def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Problem]:

@@ -269,6 +269,11 @@ class Decision(Section):
         description="Number of robots whose messages the inbox keeps, the newest; by default all.",
     )
     own_vote: bool = Field(True, description="Whether a robot counts its own opinion in the majority.")
+    switching: Share | None = Field(
+        None,
+        description="Probability that a robot, at the end of a dissemination, adopts what its own counts "
+        "favour, whatever it heard; by default none does.",
+    )
     commit: Commit | None = Field(
         None, description="Rule by which a robot commits to its opinion; by default none does."
     )

@@ -16,6 +16,7 @@ from feasibee.strategies import (
     estimate,
     k_unanimity,
     majority,
+    mixture,
     quiet_census,
     sketch,
     tally,
@@ -47,6 +48,7 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "map": map_,
         "turns": turns,
         "totals": totals,
+        "mixture": mixture,
     }.items()
 }
 """The built-in strategies, the paper's first."""

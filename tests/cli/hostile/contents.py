@@ -54,6 +54,7 @@ FINE = {
     *(f"robots.{field} true" for field in ("avoid_collisions", "know_count")),
     *(f"{field} true" for field in ("sensing.count_self", "decision.own_vote")),
     *(f"radio.{field} tiny" for field in ("range", "loss")),
+    "decision.switching tiny",
     "robots.speed tiny",
     "decision.exploration tiny",
     "run.stop_at_decision true",
