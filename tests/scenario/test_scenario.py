@@ -110,6 +110,11 @@ UNSET = {
     "decision.inbox_size": 4,
     "decision.switching": 0.1,
     "decision.commit": {"quorum": 0.8, "rounds": 2, "heard": 1},
+    "robots.arrival_rate": 0.1,
+    "robots.failure_rate": 0.001,
+    "robots.most": 30,
+    "tasks.arrival_rate": 0.2,
+    "tasks.lifetime": 100.0,
     "units.metres": 0.5,
     "units.seconds": 2.0,
 }
@@ -1276,7 +1281,7 @@ def accepts(schema, value, root):
 
 def field_schemas():
     schema = Scenario.model_json_schema()
-    sections = {name: each for name, each in schema["properties"].items() if name != "preset"}
+    sections = {name: each for name, each in schema["properties"].items() if "$ref" in each}
     for section, reference in sections.items():
         for key, field in schema["$defs"][reference["$ref"].rpartition("/")[2]]["properties"].items():
             yield f"{section}.{key}", field

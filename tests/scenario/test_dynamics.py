@@ -1,0 +1,146 @@
+"""Scenarios whose world changes: their fields, limits and conflicts (model.md 6.17)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError
+from feasibee.scenario.comments import commented_toml
+from feasibee.scenario.dynamics import surely_above
+from feasibee.scenario.feasibility import explain_numbers
+
+EVENT = {"step": 500, "tasks": 15}
+
+
+def problems(**sections):
+    with pytest.raises(ScenarioError) as raised:
+        Scenario(**sections)
+    return raised.value.problems
+
+
+def paths(**sections):
+    return [problem.path for problem in problems(**sections)]
+
+
+def test_a_scenario_without_events_and_rates_does_not_change():
+    assert not Scenario().dynamic
+    assert not Scenario(robots={"arrival_rate": 0.0, "most": 30}, tasks={"arrival_rate": 0.0}).dynamic
+    assert "events" not in Scenario().to_dict()
+
+
+@pytest.mark.parametrize(
+    "sections",
+    [
+        {"events": [EVENT]},
+        {"tasks": {"lifetime": 100.0}},
+        {"tasks": {"arrival_rate": 0.1}},
+        {"robots": {"failure_rate": 0.1}},
+        {"robots": {"arrival_rate": 0.1}},
+    ],
+)
+def test_events_and_rates_make_it_change(sections):
+    assert Scenario(**sections).dynamic
+    assert Scenario(**sections).hash != Scenario().hash
+
+
+def test_toml_keeps_events_in_their_order():
+    text = "[[events]]\nstep = 9\nradio.loss = 0.5\n[[events]]\nstep = 4\nrobots = -3\nsensing.miss = 0.0\n"
+    scenario = Scenario.from_toml(text)
+    assert [event.step for event in scenario.events] == [9, 4]
+    assert (scenario.events[0].radio.loss, scenario.events[1].sensing.miss) == (0.5, 0.0)
+    for again in (scenario.to_toml(), commented_toml(scenario)):
+        assert Scenario.from_toml(again) == scenario
+        assert Scenario.from_toml(again).hash == scenario.hash
+
+
+def test_single_values_of_events_can_be_replaced_and_swept():
+    scenario = Scenario(events=[EVENT, {"step": 600, "robots": 2}])
+    changed = scenario.replace({"events.0.tasks": -5, "events.1.radio.loss": 0.25})
+    assert (changed.events[0].tasks, changed.events[1].radio.loss) == (-5, 0.25)
+    assert scenario.replace({"events": []}) == Scenario()
+    assert scenario.get("events.1.robots") == 2
+
+
+def test_numbers_of_robots_and_tasks_have_a_limit():
+    events = [{"step": 5, "tasks": 4, "robots": 3}, {"step": 6, "tasks": -9, "robots": -2}]
+    assert Scenario(events=events).most == (23, 24)
+    assert Scenario(robots={"arrival_rate": 0.1}).most == (40, 20)
+    assert Scenario(robots={"arrival_rate": 0.1, "most": 25}).most == (25, 20)
+    stream = Scenario(tasks={"arrival_rate": 0.1}, run={"steps": 1000})
+    assert stream.most == (20, 20 + 100 + 80 + 16)
+    assert stream.setting.tasks == 216
+    assert Scenario(events=events).setting.count == 20
+
+
+@pytest.mark.parametrize("mean", [0.01, 1.0, 28.5, 400.0])
+def test_a_poisson_number_is_hardly_ever_above_the_limit(mean):
+    """The tail, summed in logarithms; a limit of 6 deviations would fail at 400."""
+    most = surely_above(mean)
+    terms = [k * math.log(mean) - mean - math.lgamma(k + 1) for k in range(most + 1, most + 400)]
+    assert np.exp(terms).sum() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("sections", "path"),
+    [
+        ({"events": [{"step": -1, "tasks": 1}]}, "events.0.step"),
+        ({"events": [{"step": 1001, "tasks": 1}]}, "events.0.step"),
+        ({"events": [{"tasks": 1}]}, "events.0.step"),
+        ({"events": [{"step": 5}]}, "events.0"),
+        ({"events": [{"step": 5, "task": 3}]}, "events.0.task"),
+        ({"events": [{"step": 5, "radio": {"miss": 0.1}}]}, "events.0.radio.miss"),
+        ({"events": [{"step": 5, "radio": {"loss": 1.5}}]}, "events.0.radio.loss"),
+        ({"events": [{"step": 9, "tasks": 1}, {"step": 5, "tasks": -21}]}, "events.1.tasks"),
+        ({"events": [{"step": 5, "robots": -20}]}, "events.0.robots"),
+        ({"events": [{"step": 5, "robots": 6}], "robots": {"most": 25}}, "events.0.robots"),
+        ({"events": 3}, "events"),
+        ({"events": [3]}, "events.0"),
+        ({"robots": {"most": 19}}, "robots.most"),
+        ({"robots": {"most": 20, "arrival_rate": 0.1}}, "robots.most"),
+        ({"robots": {"failure_rate": -0.1}}, "robots.failure_rate"),
+        ({"robots": {"failure_rate": 1e-12}}, "robots.failure_rate"),
+        ({"robots": {"arrival_rate": 11.0}}, "robots.arrival_rate"),
+        ({"tasks": {"lifetime": 0.0}}, "tasks.lifetime"),
+        ({"tasks": {"arrival_rate": 10.0}, "run": {"steps": 10**7}}, "tasks.arrival_rate"),
+        ({"events": [EVENT], "decision": {"commit": {}}}, "decision.commit"),
+        ({"events": [EVENT], "decision": {"strategy": "map"}, "robots": {"know_count": True}}, "decision.strategy"),
+        ({"events": [EVENT], "run": {"stop_at_decision": True}}, "run.stop_at_decision"),
+    ],
+)  # fmt: skip
+def test_a_wrong_change_is_one_problem_with_a_remedy(sections, path):
+    assert paths(**sections) == [path]
+    (problem,) = problems(**sections)
+    assert problem.remedy
+
+
+def test_all_problems_come_at_once():
+    found = paths(
+        events=[{"step": 2000, "tasks": 1}, {"step": 3}, {"step": 4, "tasks": -50}],
+        decision={"commit": {}},
+        run={"stop_at_decision": True},
+    )
+    assert found == ["events.0.step", "events.1", "events.2.tasks", "decision.commit", "run.stop_at_decision"]
+
+
+def test_where_tasks_come_and_go_at_random_an_event_may_ask_for_more_than_there_are():
+    Scenario(events=[{"step": 5, "tasks": -50}], tasks={"lifetime": 100.0})
+    Scenario(events=[{"step": 5, "robots": -50}], robots={"failure_rate": 0.01})
+
+
+def test_tasks_that_appear_at_given_points_need_one():
+    section = {"placement": "points", "points": []}
+    assert "tasks.points" in paths(tasks=section, events=[EVENT])
+
+
+def test_truth_follows_from_the_numbers_of_each_class():
+    scenario = Scenario(
+        robots={"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]},
+        tasks={"classes": [{"name": "carry", "count": 2, "needs": {"lift": 2}}]},
+    )
+    assert explain_numbers(scenario, [4], [2]).feasible
+    assert explain_numbers(scenario, [3], [2]).violator == (("lift",), 4, 3)
+    assert explain_numbers(Scenario(), [0], [0]).feasible
+    assert not explain_numbers(Scenario(), [0], [1]).feasible
