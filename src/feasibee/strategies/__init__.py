@@ -18,6 +18,8 @@ from feasibee.strategies import (
     majority,
     mixture,
     quiet_census,
+    roster,
+    roster_turns,
     sketch,
     tally,
     totals,
@@ -49,6 +51,8 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "turns": turns,
         "totals": totals,
         "mixture": mixture,
+        "roster": roster,
+        "roster-turns": roster_turns,
     }.items()
 }
 """The built-in strategies, the paper's first."""

@@ -1,0 +1,330 @@
+"""Roster: a census of what was seen lately, with tombstones, for worlds that change.
+
+Each robot keeps, for each task that it knows of, whether it was there or not when it was last looked for, and
+when that was. It does so for robots, too, unless it knows n. It broadcasts all of this with ages in steps, so
+that robots need no common clock. Of two reports on a task the younger counts; at the same age, that it is
+there. A robot that looks at the place of a task and does not see it, ``looks`` times in a row, reports it
+absent: its tombstone. It never repeats that as a new report, so that tombstones grow old as well.
+
+In each step the opinion is feasible if there are as many robots as tasks, or more: m counts the tasks that
+were there at most ``task_timeout`` steps ago, n the robot itself and the robots seen or heard at most
+``robot_timeout`` steps ago. Robots that leave have no tombstone, since nobody knows where to look.
+
+A timeout of 0 is computed: 2 quiet times of `quiet_census` for tasks, and 1.5 for robots. That is 200 and 150
+steps for 20 robots in the paper's arena. With sightings missed at probability p, about 50 p**looks of the
+time is wrong: take the least ``looks`` for which this is at most 0.005, such as 4 at p = 0.1.
+
+With ``tolerates`` = f, what a robot did not see itself counts once f + 1 different neighbours have reported
+it; the oldest of their latest reports counts. So no false report is younger than a true one.
+
+A Byzantine robot that speaks for feasible reports all tasks absent, and invents robots. One that speaks for
+infeasible reports all tasks that it ever knew as there, and invents tasks. Colluding robots invent as many
+as the lie needs.
+
+Message: the length of an age, in 5 bits; for each task 1 bit, its position in 32 bits, 1 bit whether it is
+there, and its age; without n, for each robot 1 bit, its id and its age; 1 bit at the end of either list; with
+f > 0, the sender's id. Memory: the same, for each task the number of looks in vain, and for each task and
+robot the latest reports of f + 1 neighbours.
+
+References
+----------
+Our own. Sets with the latest write of each member: Shapiro et al., "A comprehensive study of convergent and
+commutative replicated data types", 2011. What f + 1 neighbours report: see `certified`.
+"""
+
+from feasibee.strategies import census
+from feasibee.strategies.certified import steps_for, steps_given, tolerated
+from feasibee.strategies.quiet_census import patience
+
+BY_NAME = True
+NEEDS_IDS = True
+NEEDS_NAMES = True
+ONE_CLASS = True
+PARAMETERS = {"task_timeout": 0.0, "robot_timeout": 0.0, "looks": 1.0, "tolerates": 0.0}
+TASK_TIMEOUT, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
+TASK_QUIETS, ROBOT_QUIETS = 2.0, 1.5
+"""Timeouts in quiet times of `quiet_census`."""
+WIDTH_BITS = 5
+"""Bits for the length of an age."""
+POSITION_BITS = 32
+SIDE = 2**16
+"""Number of positions along a side of the arena."""
+CERTAIN = 0.95
+"""Share of the range of sight within which a task that isn't seen is taken for absent."""
+PAST = 2**20
+"""Steps that may have passed before the robot's own first one."""
+STATES = 2
+"""Place of the first state of a robot, and then of a task, in what is known.
+
+Before stand both timeouts in steps, behind places of tasks, looks in vain, and reports of neighbours.
+"""
+ENTRIES = 1
+"""Place of the first robot, and then task, in a message; before stands the length of an age."""
+
+quality = census.quality
+dissemination = census.dissemination
+
+
+def decide(mind, inbox):
+    """Return the opinion that the robot has: it changes in any step."""
+    return mind.opinion
+
+
+def robot_entries(setting):
+    """Return the number of robots that are listed: none if n is known."""
+    return 0 if setting.knows_count else setting.robot_ids
+
+
+def message_words(setting):
+    """Return the size of a message: the length of an age, an entry for each name, and places of tasks."""
+    return ENTRIES + robot_entries(setting) + 2 * setting.task_ids
+
+
+def words(setting):
+    """Return the size of what is known, with the reports of neighbours that a robot must weigh."""
+    names = robot_entries(setting) + setting.task_ids
+    return STATES + names + 2 * setting.task_ids + names * report_words(tolerated(setting, TOLERATES))
+
+
+def report_words(tolerates):
+    """Return the size of the reports on a name: f + 1 senders and states that it is absent, and present."""
+    return 4 * (tolerates + 1) if tolerates > 0 else 0
+
+
+def state_at(step, present):
+    """Return the state of a name that was seen (1) or found absent (0) at a step: the younger, the larger."""
+    return 2 * (step + PAST) + present
+
+
+def own_timeout(setting, place, quiets, robots):
+    """Return a timeout in steps: as given, or computed for so many robots."""
+    if setting.parameters[place] > 0:
+        return min(steps_given(setting.parameters[place]), PAST - 1)
+    visits = quiets * patience(robots, tolerated(setting, TOLERATES))
+    return min(steps_for(visits, robots, setting), PAST - 1)
+
+
+def set_timeouts(known, robots, setting):
+    """Store both timeouts for so many robots."""
+    known[TASK_TIMEOUT] = own_timeout(setting, TASK_TIMEOUT, TASK_QUIETS, robots)
+    known[ROBOT_TIMEOUT] = own_timeout(setting, ROBOT_TIMEOUT, ROBOT_QUIETS, robots)
+
+
+def start(known, me):
+    """Add the robot itself to what it knows."""
+    set_timeouts(known, me.setting.count if me.setting.knows_count else 1, me.setting)
+    if not me.setting.knows_count:
+        known[STATES + me.id] = state_at(me.step, 1)
+
+
+def place_of(thing, setting):
+    """Return the position of a task in 32 bits."""
+    across = min(int(thing.x / setting.width * SIDE), SIDE - 1)
+    along = min(int(thing.y / setting.height * SIDE), SIDE - 1)
+    return across * SIDE + along
+
+
+def observe(known, thing, me):
+    """Store that a robot or task is in sight."""
+    robots = robot_entries(me.setting)
+    if thing.is_robot:
+        if robots > 0:
+            known[STATES + thing.id] = state_at(me.step, 1)
+        return
+    task = STATES + robots + thing.id
+    known[task] = state_at(me.step, 1)
+    known[task + me.setting.task_ids] = place_of(thing, me.setting)
+    known[task + 2 * me.setting.task_ids] = -1  # `look` then counts no look in vain
+
+
+def distance(first, second, side, walled):
+    """Return the distance of two coordinates, the shorter way round on a torus."""
+    apart = abs(first - second)
+    return apart if walled else min(apart, side - apart)
+
+
+def is_near(place, me):
+    """Return whether a position is so near that a task there must be seen."""
+    setting = me.setting
+    x = ((place >> 16) % SIDE + 0.5) * setting.width / SIDE
+    y = (place % SIDE + 0.5) * setting.height / SIDE
+    dx, dy = (
+        distance(x, me.x, setting.width, setting.walled),
+        distance(y, me.y, setting.height, setting.walled),
+    )
+    reach = max(CERTAIN * setting.sight - (setting.width + setting.height) / SIDE, 0.0)
+    return dx * dx + dy * dy < reach * reach
+
+
+def look(known, me):
+    """Count the looks in vain at the places of tasks; report those absent that were looked for in vain."""
+    tasks = me.setting.task_ids
+    first = STATES + robot_entries(me.setting)
+    for task in range(first, first + tasks):
+        vain = task + 2 * tasks
+        if known[vain] < 0:
+            known[vain] = 0
+        elif known[task] % 2 == 1 and is_near(known[task + tasks], me):
+            known[vain] += 1
+            if known[vain] >= me.setting.parameters[LOOKS]:
+                known[task] = state_at(me.step, 0)
+                known[vain] = 0
+
+
+def encode(message, known, me):
+    """Write the ages of all states that aren't too old, and the positions of the tasks."""
+    robots, tasks = robot_entries(me.setting), me.setting.task_ids
+    longest = known[TASK_TIMEOUT] if robots == 0 else max(known[TASK_TIMEOUT], known[ROBOT_TIMEOUT])
+    message[0] = longest.bit_length()
+    if robots > 0:
+        known[STATES + me.id] = state_at(me.step, 1)
+    latest = state_at(me.step, 1) + 1
+    for k in range(robots + tasks):
+        entry = latest - known[STATES + k]  # twice the age, and 1 if it is there, 2 if absent
+        oldest = 2 * known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT] + 2
+        gone = k < robots and entry % 2 == 0
+        message[ENTRIES + k] = 0 if gone or entry > oldest else entry
+    for k in range(robots + tasks, robots + 2 * tasks):
+        message[ENTRIES + k] = known[STATES + k]
+
+
+def lie(message, feasible, me):
+    """Report all tasks absent and invent robots, or all tasks there and invent tasks; each just seen."""
+    setting = me.setting
+    robots, tasks = robot_entries(setting), setting.task_ids
+    there = 0
+    for task in range(ENTRIES + robots, ENTRIES + robots + tasks):
+        if message[task] != 0:
+            message[task] = 1 + feasible
+            there += 1
+    if feasible == 0:
+        lacking = setting.count + 1 - there if setting.colluding else setting.count + 1
+        for task in range(setting.tasks, min(setting.tasks + max(lacking, 0), tasks)):
+            message[ENTRIES + robots + task] = 1
+            message[ENTRIES + robots + tasks + task] = (task + 1) * 2654435761 % 2**POSITION_BITS
+    else:
+        lacking = there - setting.count if setting.colluding else there
+        for robot in range(setting.robots, min(setting.robots + max(lacking, 0), robots)):
+            message[ENTRIES + robot] = 1
+
+
+def oldest_of(known, first, reports, state, sender):
+    """Store a neighbour's report; return the oldest of the latest reports, 0 if there are too few.
+
+    The words from ``first`` on list the latest states, as many as needed, of different senders; then one
+    more than their ids.
+    """
+    place = first
+    for k in range(first, first + reports):
+        if known[k + reports] == sender + 1:
+            place = k
+            break
+        if known[k] < known[place]:
+            place = k
+    if state > known[place]:
+        known[place], known[place + reports] = state, sender + 1
+    oldest = known[first]
+    for k in range(first + 1, first + reports):
+        oldest = min(oldest, known[k])
+    return oldest
+
+
+def weigh(known, message, sender, me):
+    """Store the reports of a neighbour; accept what enough neighbours have reported."""
+    robots, tasks = robot_entries(me.setting), me.setting.task_ids
+    reports = tolerated(me.setting, TOLERATES) + 1
+    first = STATES + robots + 3 * tasks
+    for k in range(robots + tasks):
+        state = state_at(me.step, 1) + 1 - message[ENTRIES + k]
+        if message[ENTRIES + k] != 0 and state > known[STATES + k]:
+            place = first + 2 * reports * (2 * k + state % 2)
+            known[STATES + k] = max(known[STATES + k], oldest_of(known, place, reports, state, sender))
+    if robots > 0:
+        known[STATES + sender] = state_at(me.step, 1)
+
+
+def merge(known, message, sender, me):
+    """Take the younger state of each name."""
+    robots, tasks = robot_entries(me.setting), me.setting.task_ids
+    if tolerated(me.setting, TOLERATES) > 0:
+        weigh(known, message, sender, me)
+    else:
+        latest = state_at(me.step, 1) + 1
+        for k in range(robots + tasks):
+            entry = message[ENTRIES + k]
+            known[STATES + k] = max(known[STATES + k], latest - entry if entry != 0 else 0)
+    for k in range(robots + tasks, robots + 2 * tasks):
+        known[STATES + k] |= message[ENTRIES + k]
+
+
+def expire(known, me):
+    """Give up what is too old, until there is younger news.
+
+    Else it would count again when the timeouts grow, since robots that leave make them longer.
+    """
+    robots = robot_entries(me.setting)
+    for k in range(robots + me.setting.task_ids):
+        oldest = state_at(me.step - known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT], 0)
+        known[STATES + k] += known[STATES + k] < oldest and known[STATES + k] % 2 == 1
+
+
+def present(known, first, number):
+    """Return how many of so many names are there."""
+    there = 0
+    for k in range(first, first + number):
+        there += known[k] % 2
+    return there
+
+
+def robots_of(known, me):
+    """Return the number of robots: n if the robot knows it, or those that were seen or heard lately."""
+    if me.setting.knows_count:
+        return me.setting.count
+    return max(present(known, STATES, me.setting.robot_ids), 1)
+
+
+def tasks_of(known, me):
+    """Return the number of tasks that were there lately."""
+    return present(known, STATES + robot_entries(me.setting), me.setting.task_ids)
+
+
+def judge(known, me):
+    """Return whether there are enough robots for the tasks, after a look around."""
+    expire(known, me)
+    if me.explores:
+        look(known, me)
+    if not me.setting.knows_count:
+        known[STATES + me.id] = state_at(me.step, 1)
+    robots = robots_of(known, me)
+    set_timeouts(known, robots, me.setting)
+    return 1 if robots >= tasks_of(known, me) else 0
+
+
+def count(known, counts, me):
+    """Count the robots and the tasks."""
+    counts[0], counts[1] = robots_of(known, me), tasks_of(known, me)
+
+
+def gap(known, me):
+    """Return by how many the tasks outnumber the robots."""
+    return tasks_of(known, me) - robots_of(known, me)
+
+
+def describe(known, me):
+    """Return the numbers of robots and tasks in words."""
+    return f"{robots_of(known, me)} robots and {tasks_of(known, me)} tasks lately, by name"
+
+
+def bits(message, me):
+    """Return the length of the header and of both lists."""
+    robots, tasks = robot_entries(me.setting), me.setting.task_ids
+    length = WIDTH_BITS + 1
+    for task in range(ENTRIES + robots, ENTRIES + robots + tasks):
+        length += (message[task] != 0) * (2 + POSITION_BITS + message[0])
+    if tolerated(me.setting, TOLERATES) > 0:
+        length += me.setting.id_bits
+    if robots > 0:
+        length += 1
+        for robot in range(ENTRIES, ENTRIES + robots):
+            length += (message[robot] != 0) * (1 + me.setting.id_bits + message[0])
+    return length
