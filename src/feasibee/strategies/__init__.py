@@ -14,6 +14,8 @@ from feasibee.strategies import (
     dmmd,
     dmvd,
     estimate,
+    fading,
+    fading_votes,
     k_unanimity,
     majority,
     mixture,
@@ -49,6 +51,8 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "turns": turns,
         "totals": totals,
         "mixture": mixture,
+        "fading": fading,
+        "fading-votes": fading_votes,
     }.items()
 }
 """The built-in strategies, the paper's first."""
