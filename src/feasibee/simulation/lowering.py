@@ -208,7 +208,7 @@ def _decision(scenario: Scenario, most: int) -> DecisionParams:
         inbox_size=decision.inbox_size or 0,
         inbox_is_set=_inbox_is_set(scenario),
         own_vote=int(decision.own_vote),
-        switching=_probability(decision.switching or 0.0),
+        switching=probability(decision.switching or 0.0),
         commit=CommitParams(
             enabled=rule is not None,
             share=exact(rule.quorum).numerator if rule else 0,
