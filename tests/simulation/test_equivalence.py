@@ -40,6 +40,10 @@ PARAMETERS = {
     "arrivals": st.sampled_from([0.0, 1.0]),
     "kappa": st.floats(-1, 3),
     "looks": st.sampled_from([1.0, 2.0]),
+    "tau": st.one_of(st.sampled_from([-1.0, 0.0, 0.5, 1.0]), st.floats(1, 300)),
+    "margin": st.sampled_from([0.0, 0.01, 0.2, 1.0]),
+    "ratio": st.sampled_from([0.0, 1.0]),
+    "fast": st.sampled_from([-1.0, 0.0, 0.5, 3.0, 30.0]),
     "voters": st.one_of(st.floats(-0.5, 1.5), st.sampled_from([0.0, 1.0])),
 }
 COMMIT = st.builds(

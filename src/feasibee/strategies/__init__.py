@@ -14,6 +14,8 @@ from feasibee.strategies import (
     dmmd,
     dmvd,
     estimate,
+    fading,
+    fading_votes,
     k_unanimity,
     majority,
     mixture,
@@ -53,6 +55,8 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "mixture": mixture,
         "roster": roster,
         "roster-turns": roster_turns,
+        "fading": fading,
+        "fading-votes": fading_votes,
     }.items()
 }
 """The built-in strategies, the paper's first."""

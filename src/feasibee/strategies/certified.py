@@ -49,11 +49,16 @@ def steps_for(sightings, robots, setting):
     """
     exploring = setting.exploration / (setting.exploration + setting.dissemination)
     reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
-    swept = 2.0 * reach * setting.speed * robots
+    each_step = swept(reach, robots, setting)
     area = setting.width * setting.height * (2.0 if setting.walled else 1.0)
-    if swept * NEVER <= sightings * area:
+    if each_step * NEVER <= sightings * area:
         return NEVER
-    return math.ceil(sightings * area / swept)
+    return math.ceil(sightings * area / each_step)
+
+
+def swept(reach, robots, setting):
+    """Return the area of the strips that so many robots sweep in a step, with this reach to both sides."""
+    return 2.0 * reach * setting.speed * robots
 
 
 def steps_given(value):
