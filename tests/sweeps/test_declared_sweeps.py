@@ -10,7 +10,8 @@ from commands import invoke
 from declaring import declaring
 
 from feasibee.figures.sweep import SHARES
-from feasibee.results.declarations import declarations, declare_times, ended_right
+from feasibee.results.declarations import declarations, declare_times
+from feasibee.results.judging import ended_right
 from feasibee.results.statistics import confidence_sequence, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record

@@ -18,7 +18,8 @@ from feasibee.figures.style import looks, save_both
 from feasibee.files import write_csv
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION, exact
 from feasibee.model.record import Record
-from feasibee.results.declarations import Declarations, declarations, ended_right
+from feasibee.results.declarations import Declarations, declarations
+from feasibee.results.judging import ended_agreed, ended_right
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
@@ -237,10 +238,7 @@ def right_at_end(
     """Run one round; return for each point whether each swarm was right at the last step."""
     records = rounds.run(Study(designs, runs, seed))
     scenarios = [design.scenario for design in designs]
-    return [
-        ended_right(record, scenario, truth(scenario))
-        for scenario, record in zip(scenarios, records, strict=True)
-    ]
+    return [ended_right(record, scenario) for scenario, record in zip(scenarios, records, strict=True)]
 
 
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
@@ -257,8 +255,8 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         robots=scenario.robots.count,
         tasks=scenario.tasks.count,
         feasible=feasible,
-        right=ended_right(record, scenario, feasible),
-        agreed=ended_right(record, scenario, True) | ended_right(record, scenario, False),
+        right=ended_right(record, scenario),
+        agreed=ended_agreed(record, scenario),
         right_at=right_at,
         decision=record.decision,
         decision_step=record.decision_step,
