@@ -238,7 +238,8 @@ def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
     if missed is None:
         return [*lines, "Changes: none just before which a swarm was right."]
     shown = {
-        name: "never" if step is None else f"within {_counted(step, 'step')}" for name, step in delay.items()
+        name: "never" if delay[name] is None else f"within {_counted(delay[name], 'step')}"
+        for name in ("q25", "median", "q75")
     }
     lines.append(
         f"Changes: a quarter of {delay['changes']:,} followed {shown['q25']}, half {shown['median']}, three "

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
+MEASURES = ("right_share", "detection_delay", "missed", "false_alarms")
+"""The keys of `feasibee.results.tracking.Tracking.to_dict`."""
 SHOWN = ("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided")
 """The keys of `feasibee.figures.sweep.SHARES`, which is loaded only when it is needed."""
 _folder = click.argument("folder", type=folder_type)
@@ -248,6 +250,7 @@ def _as_json(point: Summary) -> dict[str, Any]:
         "decision_step": point.times._asdict(),
         "bits_per_robot_and_step": point.bits,
         "declared": point.declared.to_dict() if point.declared else None,
+        **(point.tracking.to_dict() if point.tracking else dict.fromkeys(MEASURES)),
     }
 
 

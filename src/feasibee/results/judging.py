@@ -23,11 +23,16 @@ def decided_right(results: Any, scenario: Scenario) -> NDArray[np.bool_]:
     scenario : Scenario
         What the runs were simulated from.
     """
-    decision = column(results, "decision")
-    if not scenario.dynamic:
-        return decision == truth(scenario)
-    step = np.maximum(column(results, "decision_step"), 0)  # an undecided run is never right
-    return decision == np.asarray(results.truth)[np.arange(decision.size), step]
+    there = truth_of_decisions(results) if scenario.dynamic else int(truth(scenario))
+    right: NDArray[np.bool_] = column(results, "decision") == there
+    return right
+
+
+def truth_of_decisions(results: Any) -> NDArray[np.int8]:
+    """Return the truth of the step of each run's first decision; of an undecided run, that of step 0."""
+    truths, step = np.asarray(results.truth), np.maximum(column(results, "decision_step"), 0)
+    there: NDArray[np.int8] = truths[np.arange(step.size), step]
+    return there
 
 
 def ended_right(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
@@ -43,8 +48,9 @@ def ended_right(results: Any, scenario: Scenario, feasible: bool | None = None) 
         The opinion that is right; by default the ground truth at the end of each run.
     """
     if scenario.dynamic:
-        held, there = np.asarray(results.held)[:, -1], np.asarray(results.truth)[:, -1]
-        return held == (there if feasible is None else feasible)
+        there = np.asarray(results.truth)[:, -1] if feasible is None else int(feasible)
+        agreed: NDArray[np.bool_] = np.asarray(results.held)[:, -1] == there
+        return agreed
     wanted = truth(scenario) if feasible is None else feasible
     return is_quorum(column(results, "feasible_at_end" if wanted else "infeasible_at_end"), results, scenario)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
@@ -9,12 +10,22 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from feasibee.model.codes import DECISIONS
+from feasibee.results.judging import robot_steps
 from feasibee.results.replicates import Quartiles, event_rate, mean_share, quartiles
 from feasibee.results.statistics import Interval, wilson
 from feasibee.scenario.scenario import Scenario
 
 PER: Final = 1000
 """Steps that false alarms are counted per."""
+OF_RUNS: Final[Mapping[str, str]] = {
+    "right_steps": "steps, from step 1 on, at which the swarm held the truth of that step",
+    "changes": "changes of truth just before which the swarm was right",
+    "missed": "changes of these that the swarm did not follow before the next one or the end",
+    "first_delay": "steps until the swarm followed the first of these changes; -1: none, or missed",
+    "false_alarms": "times that the swarm took up the wrong opinion though the truth had not changed",
+    "robot_steps": "robots present, summed over the steps from step 1 on",
+}
+"""Measures of single runs, in words."""
 
 
 class Changes(NamedTuple):
@@ -95,6 +106,22 @@ def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking 
         changes.delay.size,
         Interval(*(PER * each for each in rate)),
     )
+
+
+def measures_of_runs(results: Any) -> dict[str, NDArray[np.int64]]:
+    """Return the measures `OF_RUNS` of each run of a world that changes: shape (runs,)."""
+    truth, held = np.asarray(results.truth), np.asarray(results.held)
+    runs, changes = truth.shape[0], changes_of(truth, held)
+    first = np.full(runs, -1, np.int64)
+    first[changes.run[::-1]] = changes.delay[::-1]  # the first change of a run is written last
+    return {
+        "right_steps": right_steps_of(truth, held),
+        "changes": np.bincount(changes.run, minlength=runs),
+        "missed": np.bincount(changes.run[changes.delay < 0], minlength=runs),
+        "first_delay": first,
+        "false_alarms": false_alarms_of(truth, held),
+        "robot_steps": robot_steps(results),
+    }
 
 
 def steps_of(truth: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
