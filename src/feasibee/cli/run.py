@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     "--plot",
     type=path_type,
     metavar="FILE.png",
-    help="Plot opinions over time, steps of decisions and of declarations.",
+    help="Plot opinions over time, steps of decisions and of declarations; truth, if it changes.",
 )
 @json_option
 def run(
@@ -114,11 +114,14 @@ def _write_results(
         from feasibee.figures.decisions import plot_decision_steps, plot_opinions
         from feasibee.figures.declarations import plot_declare_steps
         from feasibee.figures.style import figure, save_figure
+        from feasibee.figures.tracking import plot_right_steps
 
         panels = {
             "Median and quartiles over the runs": plot_opinions,
             "Collective decisions": plot_decision_steps,
         }
+        if scenario.dynamic:
+            panels["Right at each step"] = plot_right_steps
         if scenario.manifest.declares:
             panels["Declarations"] = plot_declare_steps
         with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
@@ -242,8 +245,8 @@ def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
         for name in ("q25", "median", "q75")
     }
     lines.append(
-        f"Changes: a quarter of {delay['changes']:,} followed {shown['q25']}, half {shown['median']}, three "
-        f"quarters {shown['q75']}; {_share(missed)} missed."
+        f"Changes: {delay['changes']:,}. Followed: a quarter {shown['q25']}, half {shown['median']}, three "
+        f"quarters {shown['q75']}. Missed: {_share(missed)}."
     )
     return lines
 

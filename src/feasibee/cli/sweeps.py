@@ -31,10 +31,13 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
-MEASURES = ("right_share", "detection_delay", "missed", "false_alarms")
-"""The keys of `feasibee.results.tracking.Tracking.to_dict`."""
-SHOWN = ("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided")
-"""The keys of `feasibee.figures.sweep.SHARES`, which is loaded only when it is needed."""
+TRACKED = ("right_share", "detection_delay", "missed", "false_alarms")
+"""`feasibee.sweeps.table.TRACKED`, which is loaded only when it is needed."""
+SHOWN = (
+    *("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided"),
+    *TRACKED,
+)
+"""The keys of `feasibee.figures.sweep.SHARES` and of its ``OTHERS``, likewise."""
 _folder = click.argument("folder", type=folder_type)
 _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
 
@@ -250,7 +253,7 @@ def _as_json(point: Summary) -> dict[str, Any]:
         "decision_step": point.times._asdict(),
         "bits_per_robot_and_step": point.bits,
         "declared": point.declared.to_dict() if point.declared else None,
-        **(point.tracking.to_dict() if point.tracking else dict.fromkeys(MEASURES)),
+        **(point.tracking.to_dict() if point.tracking else dict.fromkeys(TRACKED)),
     }
 
 
@@ -296,7 +299,7 @@ def export(folder: Path, kind: str | None, out: Path | None) -> None:
     type=click.Choice(SHOWN),
     default="accuracy",
     show_default=True,
-    help="Which share of the runs to draw.",
+    help="Which share of the runs to draw, or measure of a world that changes.",
 )
 @click.option("--out", type=file_type, help="File to write; by default FOLDER/plot.png.")
 def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: Path | None) -> None:
@@ -321,9 +324,11 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     points = [each for each in found if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
-    points = [each for each in points if show in each.counts]
+    points = [each for each in points if (each.measured if show in TRACKED else show in each.counts)]
     if not points:
-        raise FeasibeeError(f"--show {show}: no robots of {folder} declare; use --show accuracy")
+        lacks = "no world" if show in TRACKED else "no robots"
+        does = "changes" if show in TRACKED else "declare"
+        raise FeasibeeError(f"--show {show}: {lacks} of {folder} {does}; use --show accuracy")
     check_figure("--out", target)
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
 
@@ -65,6 +65,21 @@ class Tracking(NamedTuple):
         }
 
 
+class Measured(NamedTuple):
+    """What is counted of runs in a world that changes; runs of several scenarios can be joined."""
+
+    steps: NDArray[np.int64]
+    """Number of steps, by run."""
+    right: NDArray[np.int64]
+    """Number of steps at which the swarm was right, by run."""
+    alarms: NDArray[np.int64]
+    """Number of false alarms, by run."""
+    delay: NDArray[np.int64]
+    """Delay of each of the `Changes` of all runs."""
+    watched: NDArray[np.int64]
+    """Last delay that could have been seen of each."""
+
+
 def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking | None:
     """Return how swarms tracked the truth; None in a world that doesn't change, or without steps.
 
@@ -88,22 +103,33 @@ def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking 
     .. [1] Page, "Continuous inspection schemes", Biometrika 1954.
     .. [2] Basseville, Nikiforov, "Detection of Abrupt Changes: Theory and Application", 1993.
     """
-    if not scenario.dynamic:
-        return None
+    found = measured(results, first_step) if scenario.dynamic else None
+    return None if found is None or not found.steps.sum() else summarised([found])
+
+
+def measured(results: Any, first_step: int = 1) -> Measured:
+    """Return what is counted of runs in a world that changes; the arguments are those of `tracking`."""
     truth, held = np.asarray(results.truth), np.asarray(results.held)
-    steps = steps_of(truth, first_step)
-    if not steps.sum():
-        return None
-    played = steps > 0
     changes = changes_of(truth, held, first_step)
-    alarms = false_alarms_of(truth, held, first_step)
-    missed = int((changes.delay < 0).sum())
+    return Measured(
+        steps_of(truth, first_step),
+        right_steps_of(truth, held, first_step),
+        false_alarms_of(truth, held, first_step),
+        changes.delay,
+        changes.watched,
+    )
+
+
+def summarised(parts: Sequence[Measured]) -> Tracking:
+    """Return the measures of some runs together, at least one of which has a step."""
+    steps, right, alarms, delay, watched = (np.concatenate(each) for each in zip(*parts, strict=True))
+    played, missed = steps > 0, int((delay < 0).sum())
     rate = event_rate(alarms, steps)
     return Tracking(
-        mean_share(right_steps_of(truth, held, first_step)[played] / steps[played]),
-        quartiles(changes.delay, changes.watched),
-        wilson(missed, changes.delay.size) if changes.delay.size else None,
-        changes.delay.size,
+        mean_share(right[played] / steps[played]),
+        quartiles(delay, watched),
+        wilson(missed, delay.size) if delay.size else None,
+        delay.size,
         Interval(*(PER * each for each in rate)),
     )
 

@@ -21,6 +21,7 @@ from feasibee.results.declarations import (
     declared_wrong,
 )
 from feasibee.results.judging import decided_right, ended_right, mean_bits
+from feasibee.results.replicates import Quartiles
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
@@ -29,13 +30,15 @@ from feasibee.results.statistics import (
     decision_times,
     wilson,
 )
-from feasibee.results.tracking import Tracking, tracking
+from feasibee.results.tracking import Measured, Tracking, measured, summarised
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import Entry
 from feasibee.sweeps.stored import StoredPoint, stored_point
 from feasibee.sweeps.survey import Survey
 
 SOURCE = "source"
+TRACKED = ("right_share", "detection_delay", "missed", "false_alarms")
+"""Measures of worlds that change, by their names in `Tracking`."""
 
 
 class Summary(NamedTuple):
@@ -51,12 +54,17 @@ class Summary(NamedTuple):
     """None if the robots can't declare."""
     bits: float
     """Bits per robot-step."""
-    tracking: Tracking | None = None
-    """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
+    measured: Measured | None = None
+    """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
 
     def share(self, show: str) -> Interval | None:
         """Return the share of a kind of runs in ``counts``; None without runs or such a kind."""
         return share([self], self.counts[show]) if self.runs and show in self.counts else None
+
+    @property
+    def tracking(self) -> Tracking | None:
+        """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
+        return summarised([self.measured]) if self.runs and self.measured else None
 
     @property
     def declared(self) -> Declarations | None:
@@ -107,7 +115,7 @@ def _summary(row: StoredPoint, results: SimpleNamespace) -> Summary:
         decision_times(step),
         declare_times(results.declare_step) if scenario.manifest.declares else None,
         mean_bits(results, scenario),
-        tracking(results, scenario),
+        measured(results) if scenario.dynamic else None,
     )
 
 
@@ -192,11 +200,27 @@ def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict
 
 
 def share_of(group: Sequence[Summary], show: str) -> Interval:
-    """Return the share of a kind of runs in ``Summary.counts``; NaN without runs."""
+    """Return the share of a kind of runs in ``Summary.counts``, or a measure of tracking; NaN without runs.
+
+    The interval of a delay of detection is from its lower to its upper quartile.
+    """
+    if show in TRACKED:
+        return _tracked([each.measured for each in group if each.measured and each.runs], show)
     counted = [each for each in group if each.runs and show in each.counts]
     if not counted:
         return Interval(math.nan, math.nan, math.nan)
     return share(counted, sum(each.counts[show] for each in counted))
+
+
+def _tracked(parts: Sequence[Measured], show: str) -> Interval:
+    """Return a measure of the runs of some points together; NaN where it is unknown, or never."""
+    found = getattr(summarised(parts), show) if parts else None
+    if found is None:
+        return Interval(math.nan, math.nan, math.nan)
+    if isinstance(found, Quartiles):
+        ends = (math.nan if step is None else float(step) for step in (found.median, found.q25, found.q75))
+        return Interval(*ends)
+    return Interval(*found)
 
 
 def _shown_value(point: Summary, path: str) -> Any:
