@@ -275,12 +275,17 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
             str(each.tasks),
             f"{100 * tracked.right_share.estimate:.1f}",
             f"{100 * low:.1f} to {100 * high:.1f}",
-            "/".join("never" if step is None else str(step) for step in tracked.detection_delay),
+            _delays(tracked.detection_delay),
             "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
             f"{tracked.false_alarms.estimate:.2g}",
             f"{each.bits.mean():.3g}",
         )
     return table
+
+
+def _delays(steps: Sequence[int | None]) -> str:
+    """Return the quartiles of delays; a single word if even the first is unknown."""
+    return "never" if steps[0] is None else "/".join("-" if step is None else str(step) for step in steps)
 
 
 def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:

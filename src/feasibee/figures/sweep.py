@@ -70,13 +70,16 @@ def draw_lines(
             values = sorted(line) if numeric else list(line)
             share = _scale(show) * np.array([line[value] for value in values])
             _draw_band(ax, values, share, found[name])
-            if found[name].highlighted:
-                ends[name] = (float(ax.convert_xunits(values[-1])), float(share[-1, 0]))
+            known = np.flatnonzero(np.isfinite(share[:, 0]))
+            if found[name].highlighted and known.size:
+                last = known[-1]
+                ends[name] = (float(ax.convert_xunits(values[last])), float(share[last, 0]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
         ax.set(xlabel=x, ylabel=_label(show))
         ax.set_ylim((-2, 102) if show in SHARES else (0, None))
         _say_averaged(ax, over)
+        _say_never(ax, lines, show)
         if hue:
             name_others(drawn, found)
             label_ends(ax, ends, found, means, title=hue)
@@ -111,6 +114,16 @@ def _say_averaged(ax: Axes, over: Sequence[str]) -> None:
     """Write above the axes over which fields the shares are averaged, if any."""
     if over:
         ax.set_title(f"averaged over {', '.join(over)}", loc="left", color="0.3")
+
+
+def _say_never(ax: Axes, lines: Mapping[Any, Mapping[Any, Interval]], show: str) -> None:
+    """Write at the top of the axes which lines have no value at all, if a delay is shown."""
+    never = [
+        _text(name) for name, line in lines.items() if all(np.isnan(each.estimate) for each in line.values())
+    ]
+    if never and show == "detection_delay":
+        text = f"half of the changes never followed: {', '.join(never)}" if any(never) else "never"
+        ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=7.5, color="0.35")
 
 
 def draw_map(
