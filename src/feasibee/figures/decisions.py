@@ -20,6 +20,7 @@ from feasibee.figures.tracking import LIMITS, draw_truth, infeasible_share
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
+from feasibee.results.tracking import quartiles_of_present
 from feasibee.scenario.runs import check_integer
 
 
@@ -52,10 +53,9 @@ def plot_opinions(
         raise FeasibeeError("the results have no curves; simulate with curves=True")
     until = None if until is None else check_integer("until", until, 1, 2**31)
     bands = {
-        str(name): opinion_quartiles(
-            dataset["feasible_count"],
-            dataset["robots_present"] if scenarios[name].dynamic else scenarios[name].robots.count,
-        )
+        str(name): quartiles_of_present(dataset["feasible_count"], dataset["robots_present"])
+        if scenarios[name].dynamic
+        else opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
         for name, dataset in named.items()
     }
     axes = draw_opinion_bands(bands, ax, until)

@@ -27,8 +27,8 @@ class Quartiles(NamedTuple):
 def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     """Return the mean of the runs' shares of steps, with an adjusted Wald interval over runs.
 
-    The interval is that of Wald with one further run of share 0 and one of share 1. It is never of zero width.
-    A t interval would be where all runs happen to be right, and rarely cover a share that few runs lower.
+    The interval is that of Wald with one further run of share 0 and one of share 1. It is never of zero
+    width. A t interval would be where all runs happen to be right.
 
     Parameters
     ----------
@@ -157,3 +157,50 @@ def quartiles(durations: ArrayLike, watched: ArrayLike) -> Quartiles:
     happened = 1 - np.cumprod(1 - events / at_risk)
     places = np.searchsorted(happened, np.array(SHARES) - ROUNDING)
     return Quartiles(*(int(times[place]) if place < times.size else None for place in places))
+
+
+def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return the mean share of ``one`` minus that of ``other`` in the same runs, with its interval.
+
+    The interval is that of Wald with one further run of difference 1 and one of -1. If each share is 0 or 1,
+    it is that of `paired_difference`.
+
+    Parameters
+    ----------
+    one, other : array of float, shape (runs,)
+        A share of each run, 0 to 1, at least one.
+    confidence : float
+        Confidence level, between 0 and 1.
+
+    Examples
+    --------
+    >>> from feasibee.results.replicates import mean_difference
+    >>> mean_difference([0.9, 0.8], [0.4, 0.3]).estimate
+    0.5
+    """
+    differences = np.asarray(one, np.float64) - np.asarray(other, np.float64)
+    if not differences.size or not (np.abs(differences) <= 1).all():
+        raise ValueError(f"shares of {differences.size} runs: must be at least one, each from 0 to 1")
+    runs = differences.size + 2
+    centre = float(differences.sum()) / runs
+    variance = (float(differences @ differences) + 2) / runs - centre * centre
+    half = normal_quantile(confidence) * math.sqrt(variance / runs)
+    return Interval(float(differences.mean()), max(-1.0, centre - half), min(1.0, centre + half))
+
+
+def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return the mean of a number of each run, with its normal interval; NaN without two runs.
+
+    Parameters
+    ----------
+    values : array of float, shape (runs,)
+        Numbers without bounds, such as delays.
+    confidence : float
+        Confidence level, between 0 and 1.
+    """
+    numbers = np.asarray(values, np.float64)
+    if numbers.size < 2:
+        return Interval(float(numbers.mean()) if numbers.size else math.nan, math.nan, math.nan)
+    mean = float(numbers.mean())
+    half = normal_quantile(confidence) * float(numbers.std(ddof=1)) / math.sqrt(numbers.size)
+    return Interval(mean, mean - half, mean + half)

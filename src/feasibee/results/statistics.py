@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Callable, Sequence
 from statistics import NormalDist
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -119,15 +119,15 @@ def decision_times(decision_step: ArrayLike) -> DecisionTimes:
     return DecisionTimes(*(step if step < np.iinfo(np.int64).max else None for step in found))
 
 
-def opinion_quartiles(feasible_count: ArrayLike, robots: ArrayLike) -> NDArray[np.float64]:
+def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.float64]:
     """Return the quartiles over runs of the percentage of robots with opinion 1.
 
     Parameters
     ----------
     feasible_count : array of int, shape (runs, steps + 1)
         Counts per run and step; after the end of a run (-1), its last value is used.
-    robots : int, or array of int, shape (runs, steps + 1)
-        Number of robots; in a world that changes, the robots present at each step.
+    robots : int
+        Number of robots.
 
     Returns
     -------
@@ -135,10 +135,7 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: ArrayLike) -> NDArray[n
         Lower quartile, median and upper quartile, in percent.
     """
     counts = _whole_numbers("feasible_count", feasible_count, dimensions=2)
-    if np.ndim(robots):
-        present = np.maximum(1, _whole_numbers("robots", robots, dimensions=2))
-        return np.asarray(np.quantile(100.0 * counts / present, (0.25, 0.5, 0.75), axis=0))
-    robots = _whole("robots", cast(int, robots))
+    robots = _whole("robots", robots)
     if counts.size == 0 or robots < 1:
         raise ValueError(
             f"{counts.shape[0]} runs of {robots} robots: must be at least one run, step and robot"

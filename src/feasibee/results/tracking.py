@@ -217,6 +217,23 @@ def false_alarms_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> N
     return np.bincount(places[places % length >= first_step] // length, minlength=runs)
 
 
+def quartiles_of_present(feasible_count: ArrayLike, robots_present: ArrayLike) -> NDArray[np.float64]:
+    """Return the quartiles over runs of the percentage of the robots present with opinion 1.
+
+    Parameters
+    ----------
+    feasible_count, robots_present : int32 array, shape (runs, steps + 1)
+        As in `feasibee.model.record.Record`.
+
+    Returns
+    -------
+    float64 array, shape (3, steps + 1)
+        Lower quartile, median and upper quartile, in percent.
+    """
+    shares = 100.0 * np.asarray(feasible_count) / np.maximum(1, np.asarray(robots_present))
+    return np.asarray(np.quantile(shares, (0.25, 0.5, 0.75), axis=0))
+
+
 def truth_intervals(truth: ArrayLike) -> list[dict[str, Any]] | None:
     """Return the stretches of steps with one truth, if all runs share them; else None.
 
