@@ -16,8 +16,8 @@ from feasibee.results.declarations import (
     declare_times,
     declared_right,
     declared_wrong,
-    ended_right,
 )
+from feasibee.results.judging import ended_right
 from feasibee.results.statistics import wilson
 
 

@@ -24,8 +24,8 @@ from feasibee.studies.comparison import (
     contenders_of,
     mean_bits,
     overall,
-    write_comparison,
 )
+from feasibee.studies.comparison_files import write_comparison
 from feasibee.studies.suitable import suitable
 
 SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})

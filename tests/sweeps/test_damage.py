@@ -310,7 +310,7 @@ def test_a_journal_that_is_read_stays_as_it_is(kept, tmp_path):
         "runs VALUES (3, -1, 1, 5, 0, -1, 0, 0, -1, 0, 0, 0, 0)",
         "runs VALUES (3, 99, 1, 5, -1, -1, 0, 0, -1, 0, 0, 0, 0)",
         "points SELECT 44, 'x', seed, 2, vary, scenario, source, until, digest FROM points WHERE id = 3",
-        "chunks VALUES (3, 2, 99, 1, x'00')",
+        "chunks VALUES (3, 3, 99, 1, x'00')",
     ],
 )
 def test_no_tool_can_enter_what_cant_be(folder, row):

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     "--plot",
     type=path_type,
     metavar="FILE.png",
-    help="Plot opinions over time, steps of decisions and of declarations.",
+    help="Plot opinions over time, steps of decisions and of declarations; truth, if it changes.",
 )
 @json_option
 def run(
@@ -114,11 +114,14 @@ def _write_results(
         from feasibee.figures.decisions import plot_decision_steps, plot_opinions
         from feasibee.figures.declarations import plot_declare_steps
         from feasibee.figures.style import figure, save_figure
+        from feasibee.figures.tracking import plot_right_steps
 
         panels = {
             "Median and quartiles over the runs": plot_opinions,
             "Collective decisions": plot_decision_steps,
         }
+        if scenario.dynamic:
+            panels["Right at each step"] = plot_right_steps
         if scenario.manifest.declares:
             panels["Declarations"] = plot_declare_steps
         with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
@@ -130,35 +133,24 @@ def _write_results(
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.model.codes import MODEL_VERSION
-    from feasibee.results.declarations import declarations, ended_right
-    from feasibee.results.statistics import (
-        accuracy,
-        bits_per_robot_and_step,
-        decision_counts,
-        decision_rates,
-        decision_times,
-        wilson,
-    )
+    from feasibee.results.declarations import declarations
+    from feasibee.results.judging import decided_right, ended_right, mean_bits
+    from feasibee.results.statistics import decision_counts, decision_rates, decision_times, wilson
     from feasibee.scenario.feasibility import truth
 
     times = decision_times(record.decision_step)
     feasible = truth(scenario)
-    right = ended_right(record, scenario, feasible)
+    first, last = decided_right(record, scenario), ended_right(record, scenario)
     declared = declarations(record, scenario, feasible)
     return {
         "runs": record.runs,
         **decision_counts(record.decision),
         "decision_step": {"median": times.median, "q25": times.q25, "q75": times.q75},
         "truth": "feasible" if feasible else "infeasible",
-        "accuracy": accuracy(record.decision, feasible)._asdict(),
-        "right_at_end": wilson(int(right.sum()), record.runs)._asdict(),
-        "bits_per_robot_and_step": bits_per_robot_and_step(
-            record.bits_sent,
-            record.decision_step,
-            scenario.robots.count,
-            scenario.run.steps,
-            scenario.run.stop_at_decision,
-        ),
+        "accuracy": wilson(int(first.sum()), record.runs)._asdict(),
+        "right_at_end": wilson(int(last.sum()), record.runs)._asdict(),
+        "bits_per_robot_and_step": mean_bits(record, scenario),
+        **_tracked(record, scenario),
         **_commitments(record, scenario),
         **({} if declared is None else {"declared": declared.to_dict()}),
         "seed": seed,
@@ -188,6 +180,14 @@ def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
     }
 
 
+def _tracked(record: Record, scenario: Scenario) -> dict[str, Any]:
+    """Return how the swarms tracked the truth, and when it changed, in a world that changes."""
+    from feasibee.results.tracking import tracking, truth_intervals
+
+    found = tracking(record, scenario)
+    return {} if found is None else {**found.to_dict(), "truth_intervals": truth_intervals(record.truth)}
+
+
 def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     from rich.table import Table
 
@@ -197,12 +197,12 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     table.add_column("decision")
     for column in ("runs", "share", "95 % interval"):
         table.add_column(column, justify="right")
-    counts = {**summary, "accuracy": summary[summary["truth"]]}
     for name, rate in (*summary["rates"].items(), ("accuracy", summary["accuracy"])):
-        right = " (true)" if name == summary["truth"] else ""
+        right = " (true)" if name == summary["truth"] and not scenario.dynamic else ""
+        runs_of_it = str(round(rate["estimate"] * summary["runs"]))
         interval = f"{rate['low']:.1%} to {rate['high']:.1%}"
         share = f"{rate['estimate']:.1%}"
-        table.add_row(name + right, str(counts[name]), share, interval, end_section=name == "undecided")
+        table.add_row(name + right, runs_of_it, share, interval, end_section=name == "undecided")
     out = console(highlight=True)
     out.print(table)
     times = summary["decision_step"]
@@ -214,12 +214,41 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         soft_wrap=True,
     )
     out.print(f"Right at the end: {_share(summary['right_at_end'])}.", highlight=False)
+    if "right_share" in summary:
+        for line in _tracking_in_words(summary):
+            out.print(line, highlight=False, soft_wrap=True)
     out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.", highlight=False)
     if "committed" in summary:
         out.print(_commitments_in_words(summary["committed"]), highlight=False, soft_wrap=True)
     if "declared" in summary:
         out.print(_declarations_in_words(summary["declared"]), highlight=False, soft_wrap=True)
     out.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
+
+
+def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
+    """Return when the truth changed, and how the swarms tracked it."""
+    alarms, delay, missed = (summary[name] for name in ("false_alarms", "detection_delay", "missed"))
+    stretches = summary["truth_intervals"]
+    lines = [
+        "The truth changes at other steps in each run."
+        if stretches is None
+        else "Truth: "
+        + ", ".join(f"{each['truth']} in steps {each['first']} to {each['last']}" for each in stretches)
+        + ".",
+        f"Right: in {_share(summary['right_share'])} of the steps, {alarms['estimate']:.3g} "
+        f"({alarms['low']:.3g} to {alarms['high']:.3g}) false alarms per 1,000 steps.",
+    ]
+    if missed is None:
+        return [*lines, "Changes: none just before which a swarm was right."]
+    shown = {
+        name: "never" if delay[name] is None else f"within {_counted(delay[name], 'step')}"
+        for name in ("q25", "median", "q75")
+    }
+    lines.append(
+        f"Changes: {delay['changes']:,}. Followed: a quarter {shown['q25']}, half {shown['median']}, three "
+        f"quarters {shown['q75']}. Missed: {_share(missed)}."
+    )
+    return lines
 
 
 def _commitments_in_words(committed: dict[str, Any]) -> str:

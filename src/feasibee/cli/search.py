@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from feasibee.studies.space import Dimension
     from feasibee.studies.tuning import Tuned
 
+MEASURES = ("right_at_end", "right_share", "detection_delay")
+"""The keys of `feasibee.studies.objectives.MEASURES`, which is loaded only when it is needed."""
 _over = click.option(
     "--over",
     callback=listed,
@@ -60,6 +62,18 @@ def _read_space(
 @_over
 @_within
 @click.option(
+    "--for",
+    "measure",
+    type=click.Choice(MEASURES),
+    help="What to improve; by default right_at_end, and right_share in a world that changes.",
+)
+@click.option(
+    "--false-alarms",
+    type=click.FloatRange(0),
+    metavar="RATE",
+    help="Choose no parameters with more false alarms per 1,000 steps, in a world that changes.",
+)
+@click.option(
     "--trials", type=click.IntRange(2, 100_000), default=60, show_default=True, help="Number of trials."
 )
 @click.option(
@@ -74,6 +88,8 @@ def tune(
     changes: tuple[str, ...],
     over: tuple[str, ...],
     within: int | None,
+    measure: str | None,
+    false_alarms: float | None,
     trials: int,
     runs: int,
     seed: int,
@@ -83,31 +99,40 @@ def tune(
 ) -> None:
     """Search for the parameters with which the swarm is right most often within a given time.
 
+    In a world that changes, it may also follow changes as soon as possible, at few false alarms.
+
     The gain is judged on fresh runs, since the best of many trials was also lucky. Needs the extra 'tune'.
 
     \b
     Examples:
       feasibee tune mine.toml --over decision.exploration,decision.gain --within 500
       feasibee tune --over "decision.gain=1:100,decision.strategy=dmmd|dmvd" --trials 100
+      feasibee tune changing.toml --over decision.gain --for detection_delay --false-alarms 0.1
     """
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
+    from feasibee.studies.objectives import objective_for
     from feasibee.studies.tuning import draw_search
     from feasibee.studies.tuning import tune as search
 
     scenario, space = _read_space(file, changes, over, within)
     Runs(10 * runs, seed)  # raises before the folder is made
+    objective = objective_for(scenario, measure, false_alarms)
     folder = make_folder(out)
     picture = folder / "tune.png"
     check_figure("--out", picture)
     with executing("Tuning", folder, workforce) as execution:
-        tuned = search(scenario, space, trials, runs, seed, execution)
+        tuned = search(scenario, space, trials, runs, seed, execution, objective)
     save_figure(draw_search(tuned), picture)
     if as_json:
         intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
-        click.echo(json.dumps({"values": tuned.values, **intervals, "clear_gain": tuned.gains}, indent=2))
+        about = {"measure": objective.measure, "false_alarms": tuned.false_alarms}
+        about = about if scenario.dynamic else {}
+        click.echo(
+            json.dumps({"values": tuned.values, **intervals, "clear_gain": tuned.gains, **about}, indent=2)
+        )
     else:
         _print_tuned(tuned, scenario.run.steps, 10 * runs, picture)
 
@@ -115,13 +140,35 @@ def tune(
 def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
     for path, value in tuned.values.items():
         click.echo(f"--set {path}={value:.4g}" if isinstance(value, float) else f"--set {path}={value}")
+    found = "" if tuned.gains else "Worse than the start. " if tuned.gain.high < 0 else "No clear gain. "
+    most = tuned.objective.false_alarms
+    if most is not None and tuned.false_alarms > most:
+        found += "Too many false alarms. "
+    click.echo(f"{found}{_result(tuned, steps)} on {fresh} fresh runs. The search: {picture}")
+
+
+def _result(tuned: Tuned, steps: int) -> str:
+    """Return the measure with the best parameters and at the start, and their difference."""
+    measure = tuned.objective.measure
+    if measure == "detection_delay":
+        middle, low, high = tuned.gain
+        return (
+            f"Mean delay of detection: {tuned.best.estimate:.1f} steps, at the start "
+            f"{tuned.start.estimate:.1f}: {middle:.1f} steps sooner ({low:.1f} to {high:.1f})"
+            f"{_alarms(tuned)}"
+        )
     middle, low, high = (100 * value for value in tuned.gain)
-    found = "" if tuned.gains else "Worse than the start. " if high < 0 else "No clear gain. "
-    click.echo(
-        f"{found}Right within {steps} steps: {100 * tuned.best.estimate:.1f} %, at the start "
-        f"{100 * tuned.start.estimate:.1f} %: {middle:+.1f} points ({low:+.1f} to {high:+.1f}) on "
-        f"{fresh} fresh runs. The search: {picture}"
+    words = f"Right within {steps} steps" if measure == "right_at_end" else f"Right, of {steps} steps"
+    return (
+        f"{words}: {100 * tuned.best.estimate:.1f} %, at the start {100 * tuned.start.estimate:.1f} %: "
+        f"{middle:+.1f} points ({low:+.1f} to {high:+.1f}){_alarms(tuned)}"
     )
+
+
+def _alarms(tuned: Tuned) -> str:
+    if tuned.objective.measure == "right_at_end":
+        return ""
+    return f", {tuned.false_alarms:.2g} false alarms per 1,000 steps,"
 
 
 @click.command()

@@ -35,6 +35,11 @@ SUMS_CAPTION = (
     "same runs; first: share of right first collective decisions (%); by: step by which half of the runs had "
     "decided; bits: per robot-step"
 )
+TRACKING_CAPTION = (
+    "right: share of steps at which the swarm held the truth (%); delay: steps until a quarter, half and "
+    "three quarters of the changes were followed; missed: changes that were not (%); false alarms: per 1,000 "
+    "steps; bits: per robot-step"
+)
 DECLARED_CAPTION = (
     "in brackets: swarms with a robot that declared wrongly (%); below: steps by which more than the "
     "threshold's share of the robots had declared, in half of the swarms and in 95 %"
@@ -50,7 +55,7 @@ DECLARED_CAPTION = (
     metavar="A,B,...",
     help="Presets to compare, instead of strategies; 'default' is the paper.",
 )
-@tasks_option("nine, most of them near ratio 1")
+@tasks_option("nine, most of them near ratio 1; in a world that changes, the scenario's")
 @click.option(
     "--runs",
     type=click.IntRange(1),
@@ -87,8 +92,9 @@ def compare(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
-    from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
+    from feasibee.studies.comparison import as_dict, contenders_of
     from feasibee.studies.comparison import compare as simulate_all
+    from feasibee.studies.comparison_files import write_comparison
 
     scenario = read_scenario(file, changes)
     numbers = _tasks_of(scenario, tasks, runs, seed)
@@ -117,12 +123,13 @@ def _tell_left_out(scenario: Scenario) -> None:
 
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:
-    """Validate the numbers of runs; return the numbers of tasks, none if the scenario lists its tasks."""
+    """Validate the numbers of runs; return the numbers of tasks, none if the scenario has its own."""
     from feasibee.scenario.runs import Runs
     from feasibee.studies.comparison import TASKS
 
     Runs.of_point(0, runs, seed)  # raises before the folder is made
-    return tasks or (() if scenario.tasks.classes or scenario.tasks.points else TASKS)
+    as_it_is = scenario.tasks.classes or scenario.tasks.points or scenario.dynamic
+    return tasks or (() if as_it_is else TASKS)
 
 
 @click.command()
@@ -204,8 +211,11 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
     out = console()
-    out.print(_shares_table(groups, ranked))
+    if outcomes[0].tracking is None:
+        out.print(_shares_table(groups, ranked))
     out.print(_sums_table(groups, ranked))
+    if outcomes[0].tracking is not None:
+        out.print(_tracking_table(outcomes))
     if declaring := [name for name in ranked if groups[name][0].declared is not None]:
         out.print(_declared_table(groups, declaring))
 
@@ -246,6 +256,36 @@ def _declared_cell(declared: Declarations) -> str:
     wrong = f" ({100 * declared.wrong.estimate:.2g})" if declared.wrong.estimate else ""
     steps = ("never" if step is None else str(step) for step in declared.step_90[:2])
     return f"{100 * declared.ok.estimate:.0f}{wrong}\n{'/'.join(steps)}"
+
+
+def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
+    """Return how swarms tracked the truth, by contender and number of tasks, the most often right first."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    title = f"How swarms track the truth, {outcomes[0].runs} runs each"
+    table = Table("strategy", title=title, box=SIMPLE_HEAD, pad_edge=False, caption=TRACKING_CAPTION)
+    for column in ("m", "right", "interval", "delay", "missed", "false alarms", "bits"):
+        table.add_column(column, justify="right")
+    found = [(each, each.tracking) for each in outcomes if each.tracking is not None]
+    for each, tracked in sorted(found, key=lambda pair: -pair[1].right_share.estimate):
+        _, low, high = tracked.right_share
+        table.add_row(
+            each.contender,
+            str(each.tasks),
+            f"{100 * tracked.right_share.estimate:.1f}",
+            f"{100 * low:.1f} to {100 * high:.1f}",
+            _delays(tracked.detection_delay),
+            "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
+            f"{tracked.false_alarms.estimate:.2g}",
+            f"{each.bits.mean():.3g}",
+        )
+    return table
+
+
+def _delays(steps: Sequence[int | None]) -> str:
+    """Return the quartiles of delays; a single word if even the first is unknown."""
+    return "never" if steps[0] is None else "/".join("-" if step is None else str(step) for step in steps)
 
 
 def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:

@@ -31,8 +31,13 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
-SHOWN = ("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided")
-"""The keys of `feasibee.figures.sweep.SHARES`, which is loaded only when it is needed."""
+TRACKED = ("right_share", "detection_delay", "missed", "false_alarms")
+"""`feasibee.sweeps.table.TRACKED`, which is loaded only when it is needed."""
+SHOWN = (
+    *("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided"),
+    *TRACKED,
+)
+"""The keys of `feasibee.figures.sweep.SHARES` and of its ``OTHERS``, likewise."""
 _folder = click.argument("folder", type=folder_type)
 _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
 
@@ -136,6 +141,12 @@ CAPTION = (
 WIDE = 10_000
 """Width that no table needs, in columns."""
 LEGEND = ("truth", "runs", "right", "interval", "undecided", "half by")
+CHANGING_CAPTION = (
+    "; steps right: % of the steps at which the swarm held the truth; delay: steps until half of the changes "
+    "of truth were followed; false alarms: per 1,000 steps"
+)
+CHANGING_LEGEND = ("steps right", "delay", "false alarms")
+"""Further columns if the world of some point changes."""
 
 
 def _print_table(folder: Path, points: Sequence[Summary]) -> None:
@@ -147,32 +158,35 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     fields = varied([point.row for point in points])
     seeds = len({point.row.seed for point in points}) > 1
     names = [*fields, "seed"] if seeds else fields
+    changing = any(point.row.scenario.dynamic for point in points)
+    legend = [*LEGEND, *CHANGING_LEGEND] if changing else LEGEND
     total = sum(point.runs for point in points)
     click.echo(f"{folder}: {total} runs of {len(points)} points")
     rows = []
     for point in points:
         values = [_text(value_of(point.row, path)) for path in fields]
-        rows.append([*values, *[str(point.row.seed)] * seeds, *_numbers(point)])
+        tracked = _tracked_cells(point) if changing else []
+        rows.append([*values, *[str(point.row.seed)] * seeds, *_numbers(point), *tracked])
     screen = console()
     for padding in (1, 0):
-        table = _table(names, rows, padding)
+        table = _table(names, legend, rows, padding)
         if Measurement.get(screen, screen.options.update(width=WIDE), table).maximum <= screen.width:
             screen.print(table)
             break
     else:
         for row in rows:
-            _print_point(dict(zip([*names, *LEGEND], row, strict=True)))
-    click.echo(_wrapped(CAPTION + _sequential(points)))
+            _print_point(dict(zip([*names, *legend], row, strict=True)))
+    click.echo(_wrapped(CAPTION + CHANGING_CAPTION * changing + _sequential(points)))
 
 
-def _table(names: Sequence[str], rows: Sequence[Sequence[str]], padding: int) -> Table:
+def _table(names: Sequence[str], legend: Sequence[str], rows: Sequence[Sequence[str]], padding: int) -> Table:
     """Return the table of points; ``padding`` is the number of spaces at each side of a column."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Column, Table
 
     table = Table(
         *(Column(name.replace(".", ".\n"), no_wrap=True) for name in names),  # the numbers need room
-        *(Column(name.replace(" ", "\n"), justify="right", no_wrap=True) for name in LEGEND),
+        *(Column(name.replace(" ", "\n"), justify="right", no_wrap=True) for name in legend),
         box=SIMPLE_HEAD,
         pad_edge=False,
         show_edge=False,
@@ -195,17 +209,33 @@ def _numbers(point: Summary) -> list[str]:
             f"{100 * point.counts['undecided'] / point.runs:.1f}",
         ]
     truth = "feasible" if point.row.truth else "infeasible"
+    truth = "changes" if point.row.scenario.dynamic else truth
     return [truth, str(point.runs), *shares, "" if middle is None else str(middle)]
+
+
+def _tracked_cells(point: Summary) -> list[str]:
+    """Return the cells of a point that `CHANGING_LEGEND` names; empty ones if they are unknown."""
+    found = point.tracking
+    if found is None:
+        return [""] * len(CHANGING_LEGEND)
+    median = found.detection_delay.median
+    delay = "" if not found.changes else "never" if median is None else str(median)
+    return [f"{100 * found.right_share.estimate:.1f}", delay, f"{found.false_alarms.estimate:.2g}"]
 
 
 def _print_point(cells: dict[str, str]) -> None:
     """Print a point where there is no room for a table."""
-    fields = [f"{name}={value}" for name, value in cells.items() if name not in LEGEND]
+    shown = (*LEGEND, *CHANGING_LEGEND)
+    fields = [f"{name}={value}" for name, value in cells.items() if name not in shown]
     parts = [f"{cells['truth']}, {cells['runs']} runs"]
     if cells["right"]:
         parts.append(f"right {cells['right']} % ({cells['interval']}), undecided {cells['undecided']} %")
     if cells["half by"]:
         parts.append(f"half by step {cells['half by']}")
+    if cells.get("steps right"):
+        parts.append(f"right in {cells['steps right']} % of the steps, {cells['false alarms']} false alarms")
+    if cells.get("delay"):
+        parts.append(f"delay {cells['delay']}")
     click.echo(_wrapped(", ".join(fields)))
     click.echo(_wrapped(", ".join(parts), indent="    "))
 
@@ -248,6 +278,7 @@ def _as_json(point: Summary) -> dict[str, Any]:
         "decision_step": point.times._asdict(),
         "bits_per_robot_and_step": point.bits,
         "declared": point.declared.to_dict() if point.declared else None,
+        **(point.tracking.to_dict() if point.tracking else dict.fromkeys(TRACKED)),
     }
 
 
@@ -293,7 +324,7 @@ def export(folder: Path, kind: str | None, out: Path | None) -> None:
     type=click.Choice(SHOWN),
     default="accuracy",
     show_default=True,
-    help="Which share of the runs to draw.",
+    help="Which share of the runs to draw, or measure of a world that changes.",
 )
 @click.option("--out", type=file_type, help="File to write; by default FOLDER/plot.png.")
 def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: Path | None) -> None:
@@ -318,9 +349,11 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     points = [each for each in found if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
-    points = [each for each in points if show in each.counts]
+    points = [each for each in points if (each.measured if show in TRACKED else show in each.counts)]
     if not points:
-        raise FeasibeeError(f"--show {show}: no robots of {folder} declare; use --show accuracy")
+        lacks = "no world" if show in TRACKED else "no robots"
+        does = "changes" if show in TRACKED else "declare"
+        raise FeasibeeError(f"--show {show}: {lacks} of {folder} {does}; use --show accuracy")
     check_figure("--out", target)
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)

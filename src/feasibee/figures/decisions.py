@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.figures.labels import label_ends
 from feasibee.figures.style import GREY, MARKERS, STYLE, Look, also_in_seconds, axes_for, fill_band, looks
+from feasibee.figures.tracking import LIMITS, draw_truth, infeasible_share
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
 from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
+from feasibee.results.tracking import quartiles_of_present
 from feasibee.scenario.runs import check_integer
 
 
@@ -26,6 +28,8 @@ def plot_opinions(
     results: xr.Dataset | Mapping[str, xr.Dataset], ax: Axes | None = None, until: int | None = None
 ) -> Axes:
     """Draw the percentage of robots with opinion 1 over time: median over runs and quartile band (Fig. 2).
+
+    In a world that changes, the truth is a band behind the lines: grey where the tasks are infeasible.
 
     Parameters
     ----------
@@ -49,10 +53,16 @@ def plot_opinions(
         raise FeasibeeError("the results have no curves; simulate with curves=True")
     until = None if until is None else check_integer("until", until, 1, 2**31)
     bands = {
-        str(name): opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
+        str(name): quartiles_of_present(dataset["feasible_count"], dataset["robots_present"])
+        if scenarios[name].dynamic
+        else opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
         for name, dataset in named.items()
     }
     axes = draw_opinion_bands(bands, ax, until)
+    truths = [dataset["truth"].values for name, dataset in named.items() if scenarios[name].dynamic]
+    if truths and len({each.shape[1] for each in truths}) == 1:
+        draw_truth(axes, infeasible_share(np.concatenate(truths)))
+        axes.set_ylim(LIMITS)
     lengths = {scenario.units.seconds for scenario in scenarios.values()}
     also_in_seconds(axes, lengths.pop() if len(lengths) == 1 else None)
     return axes

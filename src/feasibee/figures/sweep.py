@@ -22,8 +22,16 @@ SHARES: Mapping[str, str] = {
     "feasible": "runs that decide feasible",
     "infeasible": "runs that decide infeasible",
     "undecided": "runs that stay undecided",
+    "right_share": "steps at which swarms are right",
+    "missed": "changes of truth that swarms missed",
 }
 """What a share may be of, in words."""
+OTHERS: Mapping[str, str] = {
+    "detection_delay": "delay of detection (steps):\nmedian and quartiles",
+    "false_alarms": "false alarms per 1,000 steps",
+}
+"""Measures that aren't shares, in words and units."""
+LESS_IS_BETTER = ("detection_delay", "false_alarms", "missed")
 
 
 def draw_lines(
@@ -35,42 +43,63 @@ def draw_lines(
 ) -> Figure:
     """Draw a share of the runs against a field, one line per value of another field, with 95 % bands.
 
-    The lines with the largest mean share are highlighted, and the first; the others are grey. The x axis is
-    logarithmic if its values were spaced by ratio, or span a decade.
+    The lines with the largest mean share are highlighted, and the first; the others are grey. If less is
+    better, they are those with the least. The x axis is logarithmic if its values were spaced by ratio, or
+    span a decade.
 
     Parameters
     ----------
     lines : mapping
-        By value of ``hue``, then of ``x``: a share of the runs, 0 to 1.
+        By value of ``hue``, then of ``x``: a share of the runs, 0 to 1, or one of `OTHERS`.
     x : str
         Name of the field along the horizontal axis.
     hue : str or None
         Name of the field with one line per value; None for a single line.
     show : str
-        What the share is of: a key of `SHARES`.
+        What the share is of: a key of `SHARES`, or of `OTHERS`.
     over : sequence of str
         Names of other fields, over whose values the shares are averaged.
     """
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
-    means = {_text(name): float(np.mean([each.estimate for each in lines[name].values()])) for name in lines}
+    means = {_text(name): _mean(line, show) for name, line in lines.items()}
     found = looks(means)
     with figure(5.6 if hue else 4.8, 3.0) as (drawn, ax):
         ends = {}
         for name, line in zip(found, lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
-            share = 100 * np.array([line[value] for value in values])
+            share = _scale(show) * np.array([line[value] for value in values])
             _draw_band(ax, values, share, found[name])
-            if found[name].highlighted:
-                ends[name] = (float(ax.convert_xunits(values[-1])), float(share[-1, 0]))
+            known = np.flatnonzero(np.isfinite(share[:, 0]))
+            if found[name].highlighted and known.size:
+                last = known[-1]
+                ends[name] = (float(ax.convert_xunits(values[last])), float(share[last, 0]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=f"{SHARES[show]} (%)", ylim=(-2, 102))
+        ax.set(xlabel=x, ylabel=_label(show))
+        ax.set_ylim((-2, 102) if show in SHARES else (0, None))
         _say_averaged(ax, over)
+        _say_never(ax, lines, show)
         if hue:
             name_others(drawn, found)
             label_ends(ax, ends, found, means, title=hue)
     return drawn
+
+
+def _mean(line: Mapping[Any, Interval], show: str) -> float:
+    """Return the mean of a line, negative if less is better; minus infinity if some value is unknown."""
+    mean = float(np.mean([each.estimate for each in line.values()]))
+    if np.isnan(mean):
+        return -np.inf
+    return -mean if show in LESS_IS_BETTER else mean
+
+
+def _scale(show: str) -> float:
+    return 100.0 if show in SHARES else 1.0
+
+
+def _label(show: str) -> str:
+    return f"{SHARES[show]} (%)" if show in SHARES else OTHERS[show]
 
 
 def _draw_band(ax: Axes, values: Sequence[Any], share: NDArray[np.float64], look: Look) -> None:
@@ -87,6 +116,16 @@ def _say_averaged(ax: Axes, over: Sequence[str]) -> None:
         ax.set_title(f"averaged over {', '.join(over)}", loc="left", color="0.3")
 
 
+def _say_never(ax: Axes, lines: Mapping[Any, Mapping[Any, Interval]], show: str) -> None:
+    """Write at the top of the axes which lines have no value at all, if a delay is shown."""
+    never = [
+        _text(name) for name, line in lines.items() if all(np.isnan(each.estimate) for each in line.values())
+    ]
+    if never and show == "detection_delay":
+        text = f"half of the changes never followed: {', '.join(never)}" if any(never) else "never"
+        ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=7.5, color="0.35")
+
+
 def draw_map(
     cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: str, over: Sequence[str] = ()
 ) -> Figure:
@@ -95,7 +134,7 @@ def draw_map(
     Parameters
     ----------
     cells : mapping
-        By value of ``x`` and value of ``y``: a share of the runs, 0 to 1.
+        By value of ``x`` and value of ``y``: a share of the runs, 0 to 1, or one of `OTHERS`.
     x, y : str
         Names of the fields along the axes.
     show : str
@@ -106,19 +145,21 @@ def draw_map(
     columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
     shares = np.full((len(rows), len(columns)), np.nan)
     for (column, row), interval in cells.items():
-        shares[rows.index(row), columns.index(column)] = 100 * interval.estimate
+        shares[rows.index(row), columns.index(column)] = _scale(show) * interval.estimate
+    top = 100.0 if show in SHARES else max(1e-9, float(np.nanmax(shares, initial=0)))
     with figure(1.8 + 0.42 * len(columns), 1.2 + 0.32 * len(rows)) as (drawn, ax):
-        image = ax.imshow(shares, origin="lower", aspect="auto", vmin=0, vmax=100, cmap="cividis")
+        image = ax.imshow(shares, origin="lower", aspect="auto", vmin=0, vmax=top, cmap="cividis")
         for row, column in np.argwhere(np.isfinite(shares)):
             share = shares[row, column]
-            colour = "white" if share < 55 else "black"
-            ax.text(column, row, f"{share:.0f}", ha="center", va="center", fontsize=7, color=colour)
+            colour = "white" if share < 0.55 * top else "black"
+            text = f"{share:.0f}" if top >= 10 else f"{share:.2g}"
+            ax.text(column, row, text, ha="center", va="center", fontsize=7, color=colour)
         ax.set(xlabel=x, ylabel=y)
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)
         _say_averaged(ax, over)
-        drawn.colorbar(image, ax=ax, label=f"{SHARES[show]} (%)")
+        drawn.colorbar(image, ax=ax, label=_label(show))
     return drawn
 
 

@@ -18,6 +18,7 @@ from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_c
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
+from feasibee.results.tracking import measures_of_runs
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 
@@ -133,13 +134,16 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
 
 
 def _write_runs(dataset: xr.Dataset, path: Path) -> None:
-    """Write a row per run: its number and its outcomes."""
+    """Write a row per run: its number, its outcomes, and its measures in a world that changes."""
     if "run" not in dataset.dims:
         raise FeasibeeError(
             "results without the dimension run can't be written as CSV; save the dataset of feasibee.simulate"
         )
     names = ["run", *(str(name) for name, values in dataset.data_vars.items() if values.dims == ("run",))]
-    write_csv(path, names, zip(*(dataset[name].values.tolist() for name in names), strict=True))
+    columns = {name: dataset[name].values for name in names}
+    if "truth" in dataset:
+        columns |= measures_of_runs(dataset)
+    write_csv(path, list(columns), zip(*(each.tolist() for each in columns.values()), strict=True))
 
 
 def open_results(path: str | Path) -> xr.Dataset:

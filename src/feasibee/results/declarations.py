@@ -1,4 +1,4 @@
-"""Statistics of the end of runs: swarms that are right, and robots that declared."""
+"""Statistics of declarations: how often robots were right by their own word, and when."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.codes import exact
+from feasibee.results.judging import column, is_quorum
 from feasibee.results.statistics import CONFIDENCE, Interval, wilson
 from feasibee.scenario.scenario import Scenario
 
@@ -64,25 +64,19 @@ def declarations(results: Any, scenario: Scenario, feasible: bool) -> Declaratio
     return Declarations(
         wilson(int(right.sum()), right.size),
         wilson(int(wrong.sum()), wrong.size),
-        declare_times(_column(results, "declare_step")),
+        declare_times(column(results, "declare_step")),
     )
 
 
 def declared_right(results: Any, scenario: Scenario, feasible: bool) -> NDArray[np.bool_]:
     """Return whether enough robots of each run declared rightly, and none wrongly: bool, shape (runs,)."""
-    right = _column(results, "declared_feasible" if feasible else "declared_infeasible")
-    return _is_quorum(right, results, scenario) & ~declared_wrong(results, scenario, feasible)
+    right = column(results, "declared_feasible" if feasible else "declared_infeasible")
+    return is_quorum(right, results, scenario) & ~declared_wrong(results, scenario, feasible)
 
 
 def declared_wrong(results: Any, scenario: Scenario, feasible: bool) -> NDArray[np.bool_]:
     """Return whether at least one robot of each run declared wrongly: bool, shape (runs,)."""
-    return _column(results, "declared_infeasible" if feasible else "declared_feasible") > 0
-
-
-def ended_right(results: Any, scenario: Scenario, feasible: bool) -> NDArray[np.bool_]:
-    """Return whether more than the threshold's share of each run's robots were right at the end."""
-    held = _column(results, "feasible_at_end" if feasible else "infeasible_at_end")
-    return _is_quorum(held, results, scenario)
+    return column(results, "declared_infeasible" if feasible else "declared_feasible") > 0
 
 
 def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:
@@ -136,23 +130,3 @@ def _ranks(runs: int, share: float, tail: float) -> tuple[int, int]:
     low = int(np.searchsorted(below, tail, side="right"))  # most with P(fewer than low) <= tail
     high = int(np.searchsorted(below, 1 - tail)) + 1  # least with P(high or more) <= tail
     return low, high
-
-
-def _is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray[np.bool_]:
-    """Return whether a number of robots of each run is more than the threshold's share of those that count.
-
-    Robots may stop working during a run. A run may end at its decision, before they do.
-    """
-    needed, stop = exact(scenario.decision.threshold), scenario.faults.stop_step
-    last = np.full(counts.size, scenario.run.steps)
-    if scenario.run.stop_at_decision:
-        decided = _column(results, "decision_step")
-        last = np.where(decided >= 0, decided, last)
-    counted = np.where(last < stop, scenario.counted(0), scenario.counted(stop))
-    enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
-    return enough
-
-
-def _column(results: Any, name: str) -> NDArray[np.int64]:
-    """Return an outcome as 64-bit integers: shape (runs,)."""
-    return np.asarray(getattr(results, name)).astype(np.int64)

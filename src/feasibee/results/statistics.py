@@ -64,7 +64,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Inter
     successes, trials = _counts(successes, trials)
     if trials < 1:
         raise ValueError(f"{successes} of {trials}: must be at least one trial")
-    z = _z(confidence)
+    z = normal_quantile(confidence)
     rate = successes / trials
     centre = (rate + z * z / (2 * trials)) / (1 + z * z / trials)
     half = z / (1 + z * z / trials) * math.sqrt(rate * (1 - rate) / trials + z * z / (4 * trials * trials))
@@ -221,7 +221,7 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
     runs = first.size
     gained, lost = int((first & ~second).sum()), int((second & ~first).sum())
     up, down = (gained + 1) / (runs + 2), (lost + 1) / (runs + 2)
-    z = _z(confidence)
+    z = normal_quantile(confidence)
     half = z * math.sqrt((up + down - (up - down) ** 2) / (runs + 2))
     return Interval((gained - lost) / runs, max(-1.0, up - down - half), min(1.0, up - down + half))
 
@@ -277,7 +277,7 @@ def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDE
     (0.648, 0.909)
     """
     successes, trials = _counts(successes, trials)
-    _z(confidence)
+    normal_quantile(confidence)
     if trials == 0:
         return Interval(math.nan, 0.0, 1.0)
     failures = trials - successes
@@ -333,7 +333,7 @@ def _counts(successes: int, trials: int) -> tuple[int, int]:
     return _whole("successes", successes, trials), trials
 
 
-def _z(confidence: float) -> float:
+def normal_quantile(confidence: float) -> float:
     """Return the quantile of the normal distribution for a two-sided interval of a confidence level."""
     if not isinstance(confidence, float | int | np.number):
         raise TypeError(f"confidence = {quoted(confidence)}: must be a number; 0.95 is usual")

@@ -13,20 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
-from feasibee.figures.style import looks, save_both
-from feasibee.files import write_csv
-from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION, exact
+from feasibee.figures.tracking import infeasible_share
+from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
-from feasibee.results.declarations import Declarations, declarations, ended_right
+from feasibee.results.declarations import Declarations, declarations
+from feasibee.results.judging import decided_right, ended_agreed, ended_right, robot_steps
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
-    accuracy,
     decision_times,
     paired_difference,
     wilson,
 )
+from feasibee.results.tracking import Tracking, tracking
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.runs import Runs
@@ -55,10 +54,12 @@ class Outcome:
     robots, tasks : int
         Number of robots, and of tasks.
     feasible : bool
-        Ground truth: whether the tasks are feasible.
+        Ground truth: whether the tasks are feasible; in a world that changes, before any change.
     right : bool array, shape (runs,)
         Whether the swarm was right at the last step: more than the threshold's share of the counted robots
         held the true opinion.
+    first_right : bool array, shape (runs,)
+        Whether the first collective decision was right.
     agreed : bool array, shape (runs,)
         Whether that share of them held either opinion.
     right_at : int64 array, shape (steps + 1,)
@@ -75,6 +76,10 @@ class Outcome:
         First step at which more than the threshold's share were committed; -1 if never.
     declared : Declarations or None
         Declarations of the robots; None if the strategy doesn't define ``declare``.
+    tracking : Tracking or None
+        How the swarms tracked the truth; None in a world that doesn't change.
+    infeasible_at : float64 array, shape (steps + 1,)
+        Share of the runs whose tasks are infeasible at each step.
     """
 
     contender: str
@@ -82,6 +87,7 @@ class Outcome:
     tasks: int
     feasible: bool
     right: NDArray[np.bool_]
+    first_right: NDArray[np.bool_]
     agreed: NDArray[np.bool_]
     right_at: NDArray[np.int64]
     decision: NDArray[np.int8]
@@ -91,6 +97,8 @@ class Outcome:
     committed_wrong: NDArray[np.float64]
     commit_step: NDArray[np.int64]
     declared: Declarations | None
+    tracking: Tracking | None
+    infeasible_at: NDArray[np.float64]
 
     @property
     def runs(self) -> int:
@@ -100,12 +108,12 @@ class Outcome:
     @property
     def accuracy(self) -> Interval:
         """Share of the runs that were right at the last step, with its interval."""
-        return accuracy(np.where(self.right, FEASIBLE, INFEASIBLE), True)
+        return wilson(int(self.right.sum()), self.runs)
 
     @property
     def first(self) -> Interval:
         """Share of the runs whose first collective decision was right, with its interval."""
-        return accuracy(self.decision, self.feasible)
+        return wilson(int(self.first_right.sum()), self.runs)
 
     @property
     def times(self) -> DecisionTimes:
@@ -125,6 +133,7 @@ class Outcome:
             "decision_step": self.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
             "declared": None if self.declared is None else self.declared.to_dict(),
+            **({} if self.tracking is None else self.tracking.to_dict()),
         }
 
 
@@ -237,69 +246,51 @@ def right_at_end(
     """Run one round; return for each point whether each swarm was right at the last step."""
     records = rounds.run(Study(designs, runs, seed))
     scenarios = [design.scenario for design in designs]
-    return [
-        ended_right(record, scenario, truth(scenario))
-        for scenario, record in zip(scenarios, records, strict=True)
-    ]
+    return [ended_right(record, scenario) for scenario, record in zip(scenarios, records, strict=True)]
 
 
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Summarise the runs of one contender at one number of tasks."""
     feasible = truth(scenario)
-    held = record.feasible_count if feasible else record.infeasible_count
-    stop = scenario.faults.stop_step
-    counted = np.where(np.arange(held.shape[1]) < stop, scenario.counted(0), scenario.counted(stop))
-    needed = exact(scenario.decision.threshold)
-    right_at = (held * needed.denominator > counted * needed.numerator).sum(axis=0)
+    counted = max(1, scenario.counted(scenario.run.steps))
+    steps = scenario.robots.count * scenario.run.steps
     committed = np.stack([record.committed_infeasible, record.committed_feasible])
     return Outcome(
         contender=contender,
         robots=scenario.robots.count,
         tasks=scenario.tasks.count,
         feasible=feasible,
-        right=ended_right(record, scenario, feasible),
-        agreed=ended_right(record, scenario, True) | ended_right(record, scenario, False),
-        right_at=right_at,
+        right=ended_right(record, scenario),
+        first_right=decided_right(record, scenario),
+        agreed=ended_agreed(record, scenario),
+        right_at=_right_at(record, scenario, feasible),
         decision=record.decision,
         decision_step=record.decision_step,
-        bits=record.bits_sent / (scenario.robots.count * scenario.run.steps),
-        committed=committed.sum(axis=0) / max(1, counted[-1]),
-        committed_wrong=committed[0 if feasible else 1] / max(1, counted[-1]),
+        bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
+        committed=committed.sum(axis=0) / counted,
+        committed_wrong=committed[0 if feasible else 1] / counted,
         commit_step=record.commit_step,
         declared=declarations(record, scenario, feasible),
+        tracking=tracking(record, scenario),
+        infeasible_at=(
+            infeasible_share(record.truth)
+            if scenario.dynamic
+            else np.full(scenario.run.steps + 1, float(not feasible))
+        ),
     )
 
 
-def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
-    """Write ``compare.csv`` and its figures into a folder, as PNG and PDF: a fourth if robots declare."""
-    groups = by_contender(outcomes)
-    some = next(iter(groups.values()))
-    labels = [f"{each.robots / each.tasks:.3g}" if each.tasks else "no task" for each in some]
-    numbers = [each.tasks for each in some]
-    accuracies = {name: [each.accuracy for each in group] for name, group in groups.items()}
-    shares = {name: np.array([each.right_at / each.runs for each in group]) for name, group in groups.items()}
-    totals = {name: (mean_bits(group), overall(group)) for name, group in groups.items()}
-    before = looks({name: share.estimate for name, (_, share) in totals.items()})
-    figures = {
-        "compare_ratio": draw_against_ratio(labels, numbers, accuracies, before=before),
-        "compare_time": draw_against_time(shares, before=before),
-        "compare_bits": draw_against_bits(
-            totals, "swarms that are right at the end,\nover all ratios (%)", before=before
-        ),
-    }
-    declared = {name: declared_of(group) for name, group in groups.items()}
-    if any(declared.values()):
-        figures["compare_declared"] = draw_against_ratio(
-            labels,
-            numbers,
-            {name: [each.ok for each in group] or None for name, group in declared.items()},
-            "swarms that declared rightly (%)",
-            {name: [each.wrong for each in group] for name, group in declared.items()},
-            before=before,
-        )
-    for name, drawn in figures.items():
-        save_both(drawn, folder / name)
-    _write_rows(folder / "compare.csv", outcomes)
+def _right_at(record: Record, scenario: Scenario, feasible: bool) -> NDArray[np.int64]:
+    """Return the number of runs that were right at each step: shape (steps + 1,)."""
+    if scenario.dynamic:
+        followed: NDArray[np.int64] = (record.held == record.truth).sum(axis=0)
+        return followed
+    held = record.feasible_count if feasible else record.infeasible_count
+    stop = scenario.faults.stop_step
+    counted = np.where(np.arange(held.shape[1]) < stop, scenario.counted(0), scenario.counted(stop))
+    needed = exact(scenario.decision.threshold)
+    right: NDArray[np.int64] = (held * needed.denominator > counted * needed.numerator).sum(axis=0)
+    return right
 
 
 def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]:
@@ -341,38 +332,3 @@ def overall_difference(group: Sequence[Outcome], baseline: Sequence[Outcome]) ->
 def mean_bits(group: Sequence[Outcome]) -> float:
     """Return the mean number of bits sent per robot-step."""
     return float(np.mean([each.bits.mean() for each in group]))
-
-
-def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
-    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
-    header = ["contender", "robots", "tasks", "truth", "runs"]
-    for name in ("accuracy", "first_decision", f"difference_from_{outcomes[0].contender}"):
-        header += [name, f"{name}_low", f"{name}_high"]
-    header += ["step_q25", "step_median", "step_q75", "bits_per_robot_and_step"]
-    header += ["committed", "committed_wrong", "commit_step_median"]
-    for name in ("declared_ok", "declared_wrong"):
-        header += [name, f"{name}_low", f"{name}_high"]
-    header += ["declare_step_median", "declare_step_p95"]
-    write_csv(path, header, (_row(each, baseline[each.tasks]) for each in outcomes))
-
-
-def _row(each: Outcome, baseline: Outcome) -> list[object]:
-    numbers = (*each.times, each.bits.mean(), each.committed.mean(), each.committed_wrong.mean())
-    return [
-        *(each.contender, each.robots, each.tasks),
-        "feasible" if each.feasible else "infeasible",
-        each.runs,
-        *each.accuracy,
-        *each.first,
-        *paired_difference(each.right, baseline.right),
-        *("" if value is None else f"{value:.6g}" for value in numbers),
-        *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
-        *_declared_cells(each.declared),
-    ]
-
-
-def _declared_cells(declared: Declarations | None) -> list[object]:
-    if declared is None:
-        return [""] * 8
-    steps = declared.step_90[:2]
-    return [*declared.ok, *declared.wrong, *("" if step is None else step for step in steps)]

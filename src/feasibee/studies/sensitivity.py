@@ -13,7 +13,7 @@ from feasibee.figures.style import GREY, PALETTE, figure
 from feasibee.results.statistics import Interval
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.comparison import right_at_end
+from feasibee.studies.objectives import objective_for, scored
 from feasibee.studies.space import Dimension
 from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.sweep import Execution, Rounds
@@ -74,13 +74,15 @@ def sensitivities(
     float64 array, shape (points, fields)
         Place of each point in each field, as a share of the way from its low end to its high end.
     float64 array, shape (points,)
-        Share of swarms that are right at the last step, at each point.
+        Share of swarms that are right at the last step, at each point; in a world that changes, share of
+        steps at which they are right.
     """
     Runs(points * runs, seed)  # raises before anything is computed
     places = latin_hypercube(points, len(space), seed)
     designs = [_design(scenario, space, place, number * runs) for number, place in enumerate(places)]
     with Rounds(execution, points * runs) as rounds:
-        shares = np.array([right.mean() for right in right_at_end(rounds, designs, runs, seed)])
+        found_runs = scored(rounds, designs, runs, seed, objective_for(scenario))
+        shares = np.array([each.values.mean() for each in found_runs])
     found = [
         Sensitivity(each.path, spearman(places[:, column], shares, seed)) for column, each in enumerate(space)
     ]

@@ -1,4 +1,4 @@
-"""Search for the parameters with which a swarm is right most often within a given time."""
+"""Search for the parameters with which a swarm is right most often, or follows changes soonest."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
-from feasibee.results.statistics import Interval, paired_difference, wilson
+from feasibee.results.statistics import Interval
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.comparison import right_at_end
+from feasibee.studies.objectives import Objective, Scored, objective_for, scored
 from feasibee.studies.space import Dimension
 from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.sweep import Execution, Rounds
 
+WORST = -1e9
+"""Score of parameters that must not be chosen, as Optuna takes it."""
 FINALISTS = 5
 """Number of best trials that are run again, more often, before one is chosen."""
 FINAL_RUNS, FRESH_RUNS = 5, 10
@@ -37,12 +39,17 @@ class Tuned:
     values : dict
         The best parameters, by dotted path.
     start, best : Interval
-        Share of right swarms with the start's and with the best parameters, on fresh runs.
+        The measure with the start's and with the best parameters, on fresh runs: the mean over runs.
     gain : Interval
-        Their difference, over the same fresh runs.
+        By how much it is better, over the same fresh runs.
     trials : list of pairs
-        Of each trial, in order, its parameters and its share of right swarms. The largest of these shares is
-        biased upwards, because it was selected as the largest.
+        Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
+        better, and -inf if there are too many false alarms. The largest of these scores is biased upwards,
+        because it was selected as the largest.
+    objective : Objective
+        What was improved.
+    false_alarms : float
+        False alarms per 1,000 steps with the best parameters, on fresh runs.
     """
 
     values: dict[str, Any]
@@ -50,6 +57,8 @@ class Tuned:
     best: Interval
     gain: Interval
     trials: list[tuple[dict[str, Any], float]]
+    objective: Objective
+    false_alarms: float
 
     @property
     def gains(self) -> bool:
@@ -64,6 +73,7 @@ def tune(
     runs: int = 200,
     seed: int = 0,
     execution: Execution | None = None,
+    objective: Objective | None = None,
 ) -> Tuned:
     """Search by Optuna's tree-structured Parzen estimator.
 
@@ -73,7 +83,7 @@ def tune(
     Parameters
     ----------
     scenario : Scenario
-        Where the search starts; right means right at its last step.
+        Where the search starts.
     space : sequence of Dimension
         Fields to vary.
     trials : int
@@ -84,17 +94,20 @@ def tune(
         64 bits.
     execution : Execution, optional
         Where to compute and keep the runs; by default on threads, and in memory.
+    objective : Objective, optional
+        What to improve; by default that of `objective_for`.
 
     Raises
     ------
     FeasibeeError
         If Optuna isn't installed.
     """
+    objective = objective or objective_for(scenario)
     scenario = scenario.replace({"run.stop_at_decision": False})
     search = _search(scenario, space, seed)
     total = (trials + FINAL_RUNS * (FINALISTS + 1) + FRESH_RUNS * 2) * runs
     with Rounds(execution, total) as rounds:
-        swarms = _Swarms(rounds, scenario, seed)
+        swarms = _Swarms(rounds, scenario, seed, objective)
         tried = [_try_one(search, space, swarms, runs) for _ in range(trials)]
         return _judge(swarms, tried, runs)
 
@@ -106,13 +119,12 @@ class _Swarms:
     rounds: Rounds
     scenario: Scenario
     seed: int
+    objective: Objective
 
-    def right(
-        self, changes: Sequence[Mapping[str, Any]], runs: int, added: int = 0
-    ) -> list[NDArray[np.bool_]]:
-        """Return for each change whether each swarm was right at the last step; ``added`` is for the seed."""
+    def scored(self, changes: Sequence[Mapping[str, Any]], runs: int, added: int = 0) -> list[Scored]:
+        """Return the measure of each run for each change; ``added`` is for the seed."""
         designs = [DesignPoint(values, self.scenario.replace(values)) for values in changes]
-        return right_at_end(self.rounds, designs, runs, (self.seed + added) % 2**64)
+        return scored(self.rounds, designs, runs, (self.seed + added) % 2**64, self.objective)
 
 
 def _search(scenario: Scenario, space: Sequence[Dimension], seed: int) -> Any:
@@ -131,13 +143,13 @@ def _search(scenario: Scenario, space: Sequence[Dimension], seed: int) -> Any:
 def _try_one(
     search: Any, space: Sequence[Dimension], swarms: _Swarms, runs: int
 ) -> tuple[dict[str, Any], float]:
-    """Run the next trial; return its parameters and its share of right swarms."""
+    """Run the next trial; return its parameters and its score."""
     trial = search.ask()
     values = {each.path: _suggested(trial, each) for each in space}
-    (right,) = swarms.right([values], runs)
-    share = float(right.mean())
-    search.tell(trial, share)
-    return dict(trial.params), share
+    (found,) = swarms.scored([values], runs)
+    score = swarms.objective.score(found)
+    search.tell(trial, max(score, WORST))
+    return dict(trial.params), score
 
 
 def _suggested(trial: Any, each: Dimension) -> Any:
@@ -159,31 +171,37 @@ def _finalists(tried: Sequence[tuple[dict[str, Any], float]]) -> list[dict[str, 
 def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int) -> Tuned:
     """Choose the best of the finalists by more runs; compare it with the start on fresh runs."""
     finalists = _finalists(tried)
-    finals = swarms.right(finalists, FINAL_RUNS * runs, FINAL_SEED)
-    shares = [float(right.mean()) for right in finals]
-    best = finalists[shares.index(max(shares))]
-    start_right, best_right = swarms.right([{}, best], FRESH_RUNS * runs, FRESH_SEED)
+    finals = swarms.scored(finalists, FINAL_RUNS * runs, FINAL_SEED)
+    scores = [swarms.objective.score(found) for found in finals]
+    best = finalists[scores.index(max(scores))]
+    at_start, at_best = swarms.scored([{}, best], FRESH_RUNS * runs, FRESH_SEED)
+    measure = swarms.objective.of
     return Tuned(
         values=best,
-        start=wilson(int(start_right.sum()), start_right.size),
-        best=wilson(int(best_right.sum()), best_right.size),
-        gain=paired_difference(best_right, start_right),
+        start=measure.interval(at_start.values),
+        best=measure.interval(at_best.values),
+        gain=measure.gain(at_best.values, at_start.values),
         trials=tried,
+        objective=swarms.objective,
+        false_alarms=at_best.false_alarms,
     )
 
 
 def draw_search(tuned: Tuned) -> Figure:
-    """Draw the share of right swarms by trial with the best so far, and against each parameter.
+    """Draw the measure of each trial with the best so far, and against each parameter.
 
     The trials are grey, and the parameters that were chosen are highlighted. An axis is logarithmic if its
     values span a decade.
     """
     names = list(tuned.values)
-    shares = 100 * np.array([share for _, share in tuned.trials])
+    measure = tuned.objective.of
+    scores = np.array([score for _, score in tuned.trials])
+    shares = np.where(np.isfinite(scores), (measure.sign if measure.sign < 0 else 100) * scores, np.nan)
+    so_far = np.fmax if measure.sign > 0 else np.fmin
     with figure(2.4 * (1 + len(names)), 2.6, columns=1 + len(names), sharey=True) as (drawn, axes):
         axes[0].plot(shares, "o", color=GREY, markersize=3)
-        axes[0].step(np.arange(shares.size), np.maximum.accumulate(shares), color=PALETTE[0], where="post")
-        axes[0].set(xlabel="trial", ylabel="right swarms (%)", title="best so far")
+        axes[0].step(np.arange(shares.size), so_far.accumulate(shares), color=PALETTE[0], where="post")
+        axes[0].set(xlabel="trial", ylabel=measure.label, title="best so far")
         for ax, name in zip(axes[1:], names, strict=True):
             values = [parameters[name] for parameters, _ in tuned.trials]
             shown = [str(value) for value in values] if isinstance(values[0], str | bool) else values

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from feasibee.model.outcomes import CURVES, TRACES
 from feasibee.sweeps.encoding import curve_of
-from feasibee.sweeps.schema import CURVE_NAMES, PLACES, Kind
+from feasibee.sweeps.schema import COLUMNS, PLACES, Kind
 
 
 def difference(
@@ -18,10 +19,12 @@ def difference(
         return None
     if kind is Kind.RUNS:
         return next(each for each in zip(PLACES, ours, theirs, strict=True) if each[1] != each[2])
-    for name, mine, other in zip(CURVE_NAMES, ours[1:], theirs[1:], strict=True):
-        here, there = curve_of(mine), curve_of(other)  # another zlib may give other bytes
+    types = [each.dtype for each in (CURVES if kind is Kind.CURVES else TRACES)]
+    for name, dtype, mine, other in zip(COLUMNS[kind], types, ours[1:], theirs[1:], strict=True):
+        here, there = curve_of(mine, dtype), curve_of(other, dtype)  # another zlib may give other bytes
         if here.size != there.size:
             return "its number of steps", here.size - 1, there.size - 1
         for step in np.flatnonzero(here != there)[:1]:
-            return f"the count of {name} opinions at step {step}", int(here[step]), int(there[step])
+            what = f"the count of {name} opinions" if kind is Kind.CURVES else name
+            return f"{what} at step {step}", int(here[step]), int(there[step])
     return None

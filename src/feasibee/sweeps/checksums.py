@@ -32,7 +32,7 @@ def of_entry(entry: Entry) -> bytes:
 
 
 def of_rows(kind: Kind, point: int, rows: Any) -> bytes:
-    """Return the digest of a chunk: an array of runs, or tuples of run, feasible and infeasible counts."""
+    """Return the digest of a chunk: an array of runs, or tuples of a run and what is kept by step."""
     place = json.dumps([kind, point]).encode()
     if kind is Kind.RUNS:
         return _digest(place, np.asarray(rows, "<i8").tobytes())

@@ -7,13 +7,16 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import chain
+from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.model.outcomes import TRACES
 from feasibee.scenario.complete import hash_of
 from feasibee.sweeps import checksums
+from feasibee.sweeps.encoding import curve_of
 from feasibee.sweeps.schema import PLACES, Chunk, Entry, Kind
 
 Rows = list[tuple[Any, ...]]
@@ -173,6 +176,30 @@ def runs_of(database: sqlite3.Connection, point: int) -> Array:
         if end != len(rows):
             raise Damage("runs that no chunk covers")
     return rows
+
+
+def results_of(database: sqlite3.Connection, point: int) -> SimpleNamespace:
+    """Return the outcomes of a point's runs by name, and the numbers of the runs as ``run``.
+
+    In a world that changes, its `TRACES` are among them, of shape (runs, steps + 1). Runs that lack them,
+    because these were damaged, are left out.
+
+    Raises
+    ------
+    Damage
+        As `runs_of`.
+    """
+    columns = runs_of(database, point)
+    rows = [row for chunk in chunks_of(database, Kind.TRACES, point) for row in chunk]
+    traces: dict[str, NDArray[Any]] = {}
+    if rows and columns.size:
+        numbers = columns[:, 0], np.array([row[0] for row in rows])
+        columns = columns[np.isin(*numbers)]
+        rows = [rows[place] for place in np.flatnonzero(np.isin(*reversed(numbers)))]
+        for place, outcome in enumerate(TRACES, start=1):
+            blobs = [row[place] for row in rows]
+            traces[outcome.name] = np.stack([curve_of(blob, outcome.dtype) for blob in blobs])
+    return SimpleNamespace(**{name: columns[:, place] for name, place in PLACES.items()}, **traces)
 
 
 def chunks_of(database: sqlite3.Connection, kind: Kind, point: int) -> Iterator[Rows]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.outcomes import CURVES, OUTCOMES
+from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
 
 LEVEL, WINDOW_BITS, MEMORY_LEVEL = 1, 12, 5
@@ -23,11 +23,14 @@ class EncodedRuns(NamedTuple):
     """Number of each run, then its `OUTCOMES`."""
     curves: list[tuple[Any, ...]]
     """Number of each run, then its compressed `CURVES`; empty if no curves are kept."""
+    traces: list[tuple[Any, ...]]
+    """Number of each run, then its compressed `TRACES`; empty in a world that doesn't change."""
 
 
 def encode(record: Record) -> EncodedRuns:
-    """Encode runs, and their curves if the record has any."""
-    return EncodedRuns(list(rows_of_runs(record)), list(rows_of_curves(record)))
+    """Encode runs, and their curves and traces if the record has any."""
+    by_step = (list(_rows_by_step(record, outcomes)) for outcomes in (CURVES, TRACES))
+    return EncodedRuns(list(rows_of_runs(record)), *by_step)
 
 
 def rows_of_runs(record: Record) -> Iterator[tuple[int, ...]]:
@@ -36,25 +39,31 @@ def rows_of_runs(record: Record) -> Iterator[tuple[int, ...]]:
     return zip(numbers, *(getattr(record, each.name).tolist() for each in OUTCOMES), strict=True)
 
 
-def rows_of_curves(record: Record) -> Iterator[tuple[Any, ...]]:
-    """Yield each run's number and its compressed curves, in the order of `CURVES`; nothing without curves."""
-    curves = [getattr(record, each.name) for each in CURVES]
-    if curves[0].shape[1]:
+def _rows_by_step(record: Record, outcomes: Sequence[Outcome]) -> Iterator[tuple[Any, ...]]:
+    """Yield each run's number and its compressed outcomes by step; nothing if the record has none."""
+    arrays = [getattr(record, each.name) for each in outcomes]
+    if arrays[0].shape[1]:
         for row in range(record.runs):
-            yield record.first_run + row, *(_compressed(counts[row]) for counts in curves)
+            yield record.first_run + row, *(_compressed(each[row]) for each in arrays)
 
 
-def _compressed(counts: NDArray[np.int32]) -> bytes:
+def _compressed(values: NDArray[Any]) -> bytes:
     packer = zlib.compressobj(LEVEL, zlib.DEFLATED, WINDOW_BITS, MEMORY_LEVEL)
-    return packer.compress(np.ascontiguousarray(counts, "<i4").tobytes()) + packer.flush()
+    little = values.dtype.newbyteorder("<")
+    return packer.compress(np.ascontiguousarray(values, little).tobytes()) + packer.flush()
 
 
-def curve_of(blob: bytes) -> NDArray[np.int32]:
-    """Return a count of robots at each step: int32, shape (steps + 1,)."""
-    return np.frombuffer(zlib.decompress(blob), "<i4").astype(np.int32)
+def curve_of(blob: bytes, dtype: str = "int32") -> NDArray[Any]:
+    """Return an outcome at each step: shape (steps + 1,)."""
+    return np.frombuffer(zlib.decompress(blob), np.dtype(dtype).newbyteorder("<")).astype(dtype)
 
 
-def fill(record: Record, columns: NDArray[np.int64], curves: Iterable[tuple[Any, ...]]) -> None:
+def fill(
+    record: Record,
+    columns: NDArray[np.int64],
+    curves: Iterable[tuple[Any, ...]] = (),
+    traces: Iterable[tuple[Any, ...]] = (),
+) -> None:
     """Fill in a record from the rows of a journal; rows of other runs are ignored.
 
     Parameters
@@ -65,13 +74,16 @@ def fill(record: Record, columns: NDArray[np.int64], curves: Iterable[tuple[Any,
         Number of each run, then its `OUTCOMES`.
     curves : iterable of tuple
         Number of each run, then its compressed `CURVES`.
+    traces : iterable of tuple
+        Number of each run, then its compressed `TRACES`.
     """
     first = record.first_run
     wanted = columns[(first <= columns[:, 0]) & (columns[:, 0] < first + record.runs)]
     rows = wanted[:, 0] - first
     for place, outcome in enumerate(OUTCOMES, start=1):
         getattr(record, outcome.name)[rows] = wanted[:, place]
-    for run, *blobs in curves:
-        if 0 <= run - first < record.runs:
-            for curve, blob in zip(CURVES, blobs, strict=True):
-                getattr(record, curve.name)[run - first] = curve_of(blob)
+    for outcomes, by_step in ((CURVES, curves), (TRACES, traces)):
+        for run, *blobs in by_step:
+            if 0 <= run - first < record.runs:
+                for outcome, blob in zip(outcomes, blobs, strict=True):
+                    getattr(record, outcome.name)[run - first] = curve_of(blob, outcome.dtype)

@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -16,11 +17,11 @@ from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.outcomes import OUTCOMES
 from feasibee.results.dataset import attributes_of
-from feasibee.sweeps.content import Array
+from feasibee.results.tracking import OF_RUNS, measures_of_runs
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import PLACES
 from feasibee.sweeps.stored import StoredPoint
-from feasibee.sweeps.table import rightness, value_of, varied
+from feasibee.sweeps.table import results_in, rightness, value_of, varied
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,21 +72,27 @@ def export(journal: Journal, kind: str, path: Path) -> int:
 
 
 def to_dataframe(journal: Journal) -> pd.DataFrame:
-    """Return one row per run: the point, what the study varies, the truth, whether it was right, outcomes."""
+    """Return one row per run: the point, what the study varies, the truth, whether it was right, outcomes.
+
+    Runs of a world that changes also have `feasibee.results.tracking.OF_RUNS`. There, the column ``truth`` is
+    that before any change.
+    """
     import pandas as pd
 
     points, parts = journal.points, []
     fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
     for number, row in enumerate(points):
-        columns = journal.columns(row.id)
-        part = pd.DataFrame(columns, columns=list(PLACES))
+        results = results_in(row, journal.results(row.id))
+        part = pd.DataFrame({name: getattr(results, name) for name in PLACES})
         part.insert(0, "point", row.id)
         for place, (path, values) in enumerate(fields.items(), start=1):
             part.insert(place, path, values[number])
         part.insert(1 + len(fields), "seed", np.uint64(row.seed))
         part.insert(2 + len(fields), "truth", int(row.truth))
-        for place, (name, right) in enumerate(zip(RIGHT, rightness(row, columns), strict=True)):
+        for place, (name, right) in enumerate(zip(RIGHT, rightness(row, results), strict=True)):
             part.insert(3 + len(fields) + place, name, right)
+        if row.scenario.dynamic:
+            part = part.assign(**measures_of_runs(results))
         parts.append(part)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
@@ -103,10 +110,10 @@ def to_dataset(journal: Journal) -> xr.Dataset:
 
     points = journal.points
     axes = _axes_of(points)
-    columns = [journal.columns(row.id) for row in points]
-    runs = _Runs.of([each[:, 0] for each in columns])
+    results = [results_in(row, journal.results(row.id)) for row in points]
+    runs = _Runs.of([each.run for each in results])
     grid = _Grid(tuple(axes), tuple(map(len, axes.values())), _cells(points, axes), runs)
-    data = _of_points(grid, points) | _of_runs(grid, points, columns)
+    data = _of_points(grid, points) | _of_runs(grid, points, results)
     coordinates: dict[str, Any] = {name: (name, values) for name, values in axes.items()}
     coordinates["run"] = ("run", runs.numbers, {"long_name": NUMBER if runs.shared else "place of the run"})
     if POINT in axes:
@@ -125,23 +132,43 @@ def _of_points(grid: _Grid, points: Sequence[StoredPoint]) -> dict[str, Any]:
     return {
         POINT: grid.of_points([row.id for row in points], "number of the point in the recipe"),
         SEED: grid.of_points([np.uint64(row.seed) for row in points], "seed of the runs"),
-        "truth": grid.of_points([np.int8(row.truth) for row in points], "ground truth", **flags),
+        "truth": grid.of_points(
+            [np.int8(row.truth) for row in points], "ground truth before any change", **flags
+        ),
     }
 
 
-def _of_runs(grid: _Grid, points: Sequence[StoredPoint], columns: Sequence[Array]) -> dict[str, Any]:
+def _of_runs(
+    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
+) -> dict[str, Any]:
     """Return the variables with a value per run."""
-    right = [rightness(row, each) for row, each in zip(points, columns, strict=True)]
+    right = [rightness(row, each) for row, each in zip(points, results, strict=True)]
     data = {
         name: grid.of_runs([each[place] for each in right], "bool", {"long_name": words})
         for place, (name, words) in enumerate(RIGHT.items())
     }
     for outcome in OUTCOMES:
-        values = [each[:, PLACES[outcome.name]] for each in columns]
+        values = [getattr(each, outcome.name) for each in results]
         data[outcome.name] = grid.of_runs(values, outcome.dtype, attributes_of(outcome))
     if not grid.runs.shared:
-        data["run_number"] = grid.of_runs([each[:, 0] for each in columns], "int64", {"long_name": NUMBER})
-    return data
+        data["run_number"] = grid.of_runs([each.run for each in results], "int64", {"long_name": NUMBER})
+    return data | _of_tracked(grid, points, results)
+
+
+def _of_tracked(
+    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
+) -> dict[str, Any]:
+    """Return the variables of worlds that change; none if no point is of one."""
+    if not any(row.scenario.dynamic for row in points):
+        return {}
+    found = [
+        measures_of_runs(each) if row.scenario.dynamic else dict.fromkeys(OF_RUNS, np.full(each.run.size, -1))
+        for row, each in zip(points, results, strict=True)
+    ]
+    return {
+        name: grid.of_runs([each[name] for each in found], "int64", {"long_name": words})
+        for name, words in OF_RUNS.items()
+    }
 
 
 def _recipes(points: Sequence[StoredPoint]) -> list[dict[str, Any]]:
@@ -186,7 +213,7 @@ class _Runs(NamedTuple):
     """Of the runs of each point along the dimension."""
 
     @classmethod
-    def of(cls, numbers: Sequence[Array]) -> _Runs:
+    def of(cls, numbers: Sequence[NDArray[np.int64]]) -> _Runs:
         """Return the dimension for the numbers of the runs of each point."""
         longest = max((each.size for each in numbers), default=0)
         together = np.unique(np.concatenate([np.empty(0, np.int64), *numbers]))

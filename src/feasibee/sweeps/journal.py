@@ -12,8 +12,9 @@ import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Self
 
 import numpy as np
@@ -22,17 +23,17 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
+from feasibee.results.judging import truth_of_decisions
 from feasibee.scenario.feasibility import truth
 from feasibee.sweeps import checksums, content, opening
 from feasibee.sweeps.agreement import difference
-from feasibee.sweeps.content import Array, Damage, Rows
+from feasibee.sweeps.content import Damage, Rows
 from feasibee.sweeps.encoding import EncodedRuns, curve_of, encode, fill
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
-from feasibee.sweeps.schema import FORMAT, NAME, PLACES, STATEMENTS, Entry, Kind
+from feasibee.sweeps.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
 from feasibee.sweeps.stored import StoredPoint, stored_point
-from feasibee.sweeps.survey import Survey, inventory, name_of, snapshot, survey
+from feasibee.sweeps.survey import Survey, Visit, inventory, name_of, snapshot, survey
 
-Visit = Callable[[Entry, Array], object]
 Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]
 
 
@@ -123,9 +124,11 @@ class Journal:
         with opening.translating_errors(self.path):
             return survey(self._database, self.folder, visit)
 
-    def missing(self, point: int, first: int, last: int, curves: bool) -> list[tuple[int, int]]:
+    def missing(
+        self, point: int, first: int, last: int, curves: bool, dynamic: bool = False
+    ) -> list[tuple[int, int]]:
         """Return the missing runs from ``first`` to before ``last``, as pairs of the same kind."""
-        kinds = (Kind.RUNS, Kind.CURVES) if curves else (Kind.RUNS,)
+        kinds = Kind.of(curves, dynamic)
         with opening.translating_errors(self.path):
             return content.missing(self._database, kinds, point, first, last)
 
@@ -133,24 +136,30 @@ class Journal:
         """Return the numbers of runs and of right decisions of each point that has runs."""
         found = {}
         for entry in self.entries():
-            decisions = self.columns(entry.id)[:, PLACES["decision"]]
-            if decisions.size:
-                found[entry.id] = decisions.size, int((decisions == entry.truth).sum())
+            results = self.results(entry.id)
+            if results.run.size:
+                found[entry.id] = results.run.size, int(_is_right(results, entry.truth).sum())
         return found
 
     def right(self, point: int, first: int, last: int) -> int:
         """Return the number of right decisions in a point's runs from ``first`` to before ``last``."""
-        columns = self.columns(point)
+        results = self.results(point)
         with opening.translating_errors(self.path):
             ((true,),) = self._database.execute("SELECT truth FROM points WHERE id = ?", (point,))
-        run, decision = columns[:, 0], columns[:, PLACES["decision"]]
-        return int(((first <= run) & (run < last) & (decision == true)).sum())
+        run = results.run
+        return int(((first <= run) & (run < last) & _is_right(results, true)).sum())
 
     def record(self, point: int, record: Record) -> Record:
-        """Return an empty record filled with its runs of a point, and their curves if it has room for any."""
+        """Return an empty record filled with its runs of a point, and what it has room for by step."""
         curves = self.chunks(Kind.CURVES, point) if record.feasible_count.shape[1] else ()
-        fill(record, self.columns(point), (row for rows in curves for row in rows))
+        traces = self.chunks(Kind.TRACES, point) if record.truth.shape[1] else ()
+        fill(record, self.columns(point), chain.from_iterable(curves), chain.from_iterable(traces))
         return record
+
+    def results(self, point: int) -> SimpleNamespace:
+        """Return the outcomes of a point's runs by name; see `feasibee.sweeps.content.results_of`."""
+        with self._strict():
+            return content.results_of(self._database, point)
 
     def columns(self, point: int) -> NDArray[np.int64]:
         """Return the runs of a point: int64, shape (runs, columns of `PLACES`)."""
@@ -242,9 +251,9 @@ class Journal:
         """Write encoded runs of some points: all of them or, after an error, none."""
         with self.transaction():
             for point, encoded in parts:
-                self.put(Kind.RUNS, point, encoded.runs, "this sweep")
-                if encoded.curves:
-                    self.put(Kind.CURVES, point, encoded.curves, "this sweep")
+                for kind, rows in zip(Kind, encoded, strict=True):
+                    if rows:
+                        self.put(kind, point, rows, "this sweep")
 
     def put(self, kind: Kind, point: int, rows: Rows, origin: str) -> int:
         """Write consecutive runs of a point, or their curves; return the number of new ones.
@@ -356,7 +365,7 @@ class Journal:
 
     def _mend(self, rescue: Rescue | None) -> None:
         """Check that nothing is damaged, or rescue the undamaged part."""
-        found = self.survey(lambda entry, columns: None)
+        found = self.survey(lambda entry, results: None)
         if not opening.is_sound(self._database, self.path):
             found.inventory.flaws.append("its pages or indices")
         if found.is_whole:
@@ -378,6 +387,13 @@ class Journal:
             raise FeasibeeError(self.survey(_visit).line) from None
 
 
-def _visit(entry: Entry, columns: Array) -> None:
+def _is_right(results: SimpleNamespace, true: int) -> NDArray[np.bool_]:
+    """Return whether the decision of each run was right; ``true`` is the truth of a world that stays."""
+    there = truth_of_decisions(results) if hasattr(results, "truth") else true
+    right: NDArray[np.bool_] = results.decision == there
+    return right
+
+
+def _visit(entry: Entry, results: SimpleNamespace) -> None:
     with suppress(FeasibeeError):  # a strategy that isn't installed here isn't damage
         stored_point(entry)

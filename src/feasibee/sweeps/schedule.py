@@ -86,7 +86,9 @@ class Schedule:
         size = _piece_size(point.scenario, last - first, self.study.curves)
         pieces = [
             RunRange(place, start, min(size, high - start))
-            for low, high in self.journal.missing(self.numbers[place], first, last, self.study.curves)
+            for low, high in self.journal.missing(
+                self.numbers[place], first, last, self.study.curves, point.scenario.dynamic
+            )
             for start in range(low, high, size)
         ]
         self.wanted[place] = last - first
@@ -164,6 +166,7 @@ def _work(scenario: Scenario) -> int:
 
 def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
     """Return the number of runs per piece: about an eighth of all, at most a chunk or what fits in memory."""
-    room = CURVES_LIMIT // 64 // (8 * (scenario.run.steps + 1)) if curves else runs
+    by_step = 8 * curves + 10 * scenario.dynamic
+    room = CURVES_LIMIT // 64 // (by_step * (scenario.run.steps + 1)) if by_step else runs
     balanced = max(-(-runs // ROUNDS), LEAST_PIECE // _work(scenario))
     return max(1, min(pace.CHUNK_WORK // _work(scenario), balanced, room))

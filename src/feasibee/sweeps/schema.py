@@ -5,13 +5,13 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Final, NamedTuple
 
-from feasibee.model.outcomes import CURVES, OUTCOMES, Outcome
+from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 
 NAME: Final = "journal.sqlite"
 LOCK: Final = "journal.lock"
 SEAL: Final = "journal.seal"
 """Holds the number of commits. It says whether a lost write-ahead log has taken some along."""
-FORMAT: Final = 4
+FORMAT: Final = 5
 """Number of the tables' format; raise it whenever `SCHEMA` changes."""
 
 
@@ -31,6 +31,10 @@ CURVE_NAMES: Final = tuple(each.name.removesuffix("_count") for each in CURVES)
 PLACES: Final = {name: place for place, name in enumerate(("run", *NAMES))}
 """Numbers of the columns in an array of runs, by name."""
 RUN_COLUMNS: Final = "\n".join(map(_column, OUTCOMES))
+TRACE_NAMES: Final = tuple(each.name for each in TRACES)
+TRACE_COLUMNS: Final = "\n".join(
+    f"    {each.name} BLOB NOT NULL, -- zlib of {each.dtype}: {each.words}" for each in TRACES
+)
 CURVE_COLUMNS: Final = "\n".join(f"    {name} BLOB NOT NULL," for name in CURVE_NAMES)
 ENCODING: Final = "         -- zlib of int32, little-endian: robots with opinion 1 at each step from 0"
 SCHEMA: Final = f"""
@@ -46,7 +50,7 @@ CREATE TABLE points (
     id INTEGER PRIMARY KEY,
     hash TEXT NOT NULL,
     seed TEXT NOT NULL,             -- 64 bits without a sign, which SQLite's numbers don't hold
-    truth INTEGER NOT NULL CHECK (truth IN (0, 1)), -- 1 feasible, 0 infeasible
+    truth INTEGER NOT NULL CHECK (truth IN (0, 1)), -- 1 feasible, 0 infeasible; before any change
     vary TEXT NOT NULL,             -- JSON: what the study varies, by dotted path
     scenario TEXT NOT NULL,         -- JSON: the complete form
     source INTEGER REFERENCES sources (id), -- NULL: the strategy is built in
@@ -56,7 +60,7 @@ CREATE TABLE points (
 );
 CREATE TABLE chunks (
     point INTEGER NOT NULL REFERENCES points (id),
-    kind INTEGER NOT NULL CHECK (kind IN (0, 1)), -- rows of: 0 runs, 1 curves
+    kind INTEGER NOT NULL CHECK (kind IN (0, 1, 2)), -- rows of: 0 runs, 1 curves, 2 traces
     first_run INTEGER NOT NULL CHECK (first_run >= 0),
     runs INTEGER NOT NULL CHECK (runs > 0),
     digest BLOB NOT NULL,           -- of these rows
@@ -74,6 +78,12 @@ CREATE TABLE curves (
 {CURVE_COLUMNS.replace(",", f",{ENCODING}", 1)}
     PRIMARY KEY (point, run)
 ) WITHOUT ROWID;
+CREATE TABLE traces (
+    point INTEGER NOT NULL REFERENCES points (id), -- of a world that changes
+    run INTEGER NOT NULL CHECK (run >= 0),
+{TRACE_COLUMNS}
+    PRIMARY KEY (point, run)
+) WITHOUT ROWID;
 """
 STATEMENTS: Final = tuple(statement.strip() for statement in SCHEMA.split(";\n") if statement.strip())
 
@@ -83,6 +93,7 @@ class Kind(IntEnum):
 
     RUNS = 0
     CURVES = 1
+    TRACES = 2
 
     @property
     def table(self) -> str:
@@ -92,7 +103,17 @@ class Kind(IntEnum):
     @property
     def columns(self) -> str:
         """Columns of a row after the point; the first is the run's number."""
-        return ", ".join(("run", *(NAMES if self is Kind.RUNS else CURVE_NAMES)))
+        return ", ".join(("run", *COLUMNS[self]))
+
+    @classmethod
+    def of(cls, curves: bool, dynamic: bool) -> tuple[Kind, ...]:
+        """Return the kinds of rows that runs have: with curves, and in a world that changes."""
+        wanted = {cls.RUNS: True, cls.CURVES: curves, cls.TRACES: dynamic}
+        return tuple(kind for kind, is_wanted in wanted.items() if is_wanted)
+
+
+COLUMNS: Final = {Kind.RUNS: NAMES, Kind.CURVES: CURVE_NAMES, Kind.TRACES: TRACE_NAMES}
+"""Names of the columns of each kind of rows, after the run's number."""
 
 
 class Entry(NamedTuple):

@@ -7,12 +7,15 @@ import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 from feasibee.sweeps import checksums, content
-from feasibee.sweeps.content import Array, Damage
+from feasibee.sweeps.content import Damage
 from feasibee.sweeps.schema import NAME, Entry, Kind
 
+Visit = Callable[[Entry, SimpleNamespace], object]
+"""Called with a point and the outcomes of its runs by name."""
 NAMED = 20
 """Number of damaged points that an error names."""
 AGAIN = "run the command that wrote it again: it computes what is damaged, and nothing else"
@@ -108,7 +111,7 @@ def inventory(database: sqlite3.Connection, folder: Path) -> Inventory:
     return Inventory(good, sorted(bad), flaws, max(commits or 0, sealed))
 
 
-def survey(database: sqlite3.Connection, folder: Path, visit: Callable[[Entry, Array], object]) -> Survey:
+def survey(database: sqlite3.Connection, folder: Path, visit: Visit) -> Survey:
     """Read a journal from end to end.
 
     Parameters
@@ -118,7 +121,7 @@ def survey(database: sqlite3.Connection, folder: Path, visit: Callable[[Entry, A
     folder : path
         Where it is.
     visit : callable
-        Called with each undamaged point and its runs; may raise `Damage` itself.
+        Called with each undamaged point and the outcomes of its runs; may raise `Damage` itself.
     """
     runs = good = 0
     with snapshot(database):
@@ -126,15 +129,15 @@ def survey(database: sqlite3.Connection, folder: Path, visit: Callable[[Entry, A
         damaged = {number: f"point {number}" for number in found.damaged}
         for entry in found.entries:
             try:
-                columns = content.runs_of(database, entry.id)
+                results = content.results_of(database, entry.id)
                 for _ in content.chunks_of(database, Kind.CURVES, entry.id):
                     pass
-                visit(entry, columns)
+                visit(entry, results)
             except Damage:
                 damaged[entry.id] = name_of(entry.id, entry.vary)
             else:
                 good += 1
-                runs += len(columns)
+                runs += results.run.size
     return Survey(folder, found, dict(sorted(damaged.items())), good, runs)
 
 

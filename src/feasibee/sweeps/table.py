@@ -12,30 +12,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, UnknownFieldError
+from feasibee.model.outcomes import TRACES
 from feasibee.results.declarations import (
     Declarations,
     DeclareTimes,
     declare_times,
     declared_right,
     declared_wrong,
-    ended_right,
 )
+from feasibee.results.judging import decided_right, ended_right, mean_bits
+from feasibee.results.replicates import Quartiles
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
-    bits_per_robot_and_step,
     confidence_sequence,
     decision_counts,
     decision_times,
     wilson,
 )
-from feasibee.sweeps.content import Array
+from feasibee.results.tracking import Measured, Tracking, measured, summarised
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.schema import PLACES, Entry
+from feasibee.sweeps.schema import Entry
 from feasibee.sweeps.stored import StoredPoint, stored_point
 from feasibee.sweeps.survey import Survey
 
 SOURCE = "source"
+TRACKED = ("right_share", "detection_delay", "missed", "false_alarms")
+"""Measures of worlds that change, by their names in `Tracking`."""
 
 
 class Summary(NamedTuple):
@@ -51,10 +54,17 @@ class Summary(NamedTuple):
     """None if the robots can't declare."""
     bits: float
     """Bits per robot-step."""
+    measured: Measured | None = None
+    """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
 
     def share(self, show: str) -> Interval | None:
         """Return the share of a kind of runs in ``counts``; None without runs or such a kind."""
         return share([self], self.counts[show]) if self.runs and show in self.counts else None
+
+    @property
+    def tracking(self) -> Tracking | None:
+        """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
+        return summarised([self.measured]) if self.runs and self.measured else None
 
     @property
     def declared(self) -> Declarations | None:
@@ -76,24 +86,24 @@ def share(points: Sequence[Summary], runs: int) -> Interval:
 
 def summaries(journal: Journal) -> list[Summary]:
     """Return a summary of each point."""
-    return [_summary(row, journal.columns(row.id)) for row in journal.points]
+    return [_summary(row, journal.results(row.id)) for row in journal.points]
 
 
 def survey(journal: Journal) -> tuple[list[Summary], Survey]:
     """Return a summary of each undamaged point, and what is known of the damaged ones."""
     points = []
 
-    def visit(entry: Entry, columns: Array) -> None:
-        points.append(_summary(stored_point(entry), columns))
+    def visit(entry: Entry, results: SimpleNamespace) -> None:
+        points.append(_summary(stored_point(entry), results))
 
     found = journal.survey(visit)
     return points, found
 
 
-def _summary(row: StoredPoint, columns: Array) -> Summary:
-    results = SimpleNamespace(**{name: columns[:, place] for name, place in PLACES.items()})
+def _summary(row: StoredPoint, results: SimpleNamespace) -> Summary:
+    results = results_in(row, results)
     scenario, decision, step = row.scenario, results.decision, results.decision_step
-    right, right_at_end = rightness(row, columns)
+    right, right_at_end = rightness(row, results)
     chosen = {"accuracy": right, "right_at_end": right_at_end}
     if scenario.manifest.declares:
         chosen["declared_ok"] = declared_right(results, scenario, row.truth)
@@ -104,20 +114,22 @@ def _summary(row: StoredPoint, columns: Array) -> Summary:
         decision_counts(decision) | {name: int(runs.sum()) for name, runs in chosen.items()},
         decision_times(step),
         declare_times(results.declare_step) if scenario.manifest.declares else None,
-        bits_per_robot_and_step(
-            results.bits_sent,
-            step,
-            scenario.robots.count,
-            scenario.run.steps,
-            scenario.run.stop_at_decision,
-        ),
+        mean_bits(results, scenario),
+        measured(results) if scenario.dynamic else None,
     )
 
 
-def rightness(row: StoredPoint, columns: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def rightness(row: StoredPoint, results: SimpleNamespace) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return for each run of a point whether its decision was right, and whether it was right at the end."""
-    results = SimpleNamespace(**{name: columns[:, place] for name, place in PLACES.items()})
-    return results.decision == row.truth, ended_right(results, row.scenario, row.truth)
+    return decided_right(results, row.scenario), ended_right(results, row.scenario)
+
+
+def results_in(row: StoredPoint, results: SimpleNamespace) -> SimpleNamespace:
+    """Return the outcomes of a point's runs; of none if the truth of their steps isn't there."""
+    if not row.scenario.dynamic or hasattr(results, "truth"):
+        return results
+    empty = {name: values[:0] for name, values in vars(results).items()}
+    return SimpleNamespace(**empty, **{each.name: np.empty((0, 1), each.dtype) for each in TRACES})
 
 
 def varied(points: Sequence[StoredPoint]) -> list[str]:
@@ -188,11 +200,27 @@ def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict
 
 
 def share_of(group: Sequence[Summary], show: str) -> Interval:
-    """Return the share of a kind of runs in ``Summary.counts``; NaN without runs."""
+    """Return the share of a kind of runs in ``Summary.counts``, or a measure of tracking; NaN without runs.
+
+    The interval of a delay of detection is from its lower to its upper quartile.
+    """
+    if show in TRACKED:
+        return _tracked([each.measured for each in group if each.measured and each.runs], show)
     counted = [each for each in group if each.runs and show in each.counts]
     if not counted:
         return Interval(math.nan, math.nan, math.nan)
     return share(counted, sum(each.counts[show] for each in counted))
+
+
+def _tracked(parts: Sequence[Measured], show: str) -> Interval:
+    """Return a measure of the runs of some points together; NaN where it is unknown, or never."""
+    found = getattr(summarised(parts), show) if parts else None
+    if found is None:
+        return Interval(math.nan, math.nan, math.nan)
+    if isinstance(found, Quartiles):
+        ends = (math.nan if step is None else float(step) for step in (found.median, found.q25, found.q75))
+        return Interval(*ends)
+    return Interval(*found)
 
 
 def _shown_value(point: Summary, path: str) -> Any:

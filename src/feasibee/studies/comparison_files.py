@@ -1,0 +1,143 @@
+"""The files of a comparison: its figures, and a table with a row per contender and number of tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
+from feasibee.figures.style import looks, save_both
+from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time
+from feasibee.files import write_csv
+from feasibee.results.declarations import Declarations
+from feasibee.results.statistics import decision_times, paired_difference
+from feasibee.results.tracking import Tracking
+from feasibee.studies.comparison import Outcome, by_contender, declared_of, mean_bits, overall
+
+
+def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
+    """Write ``compare.csv`` and its figures into a folder, as PNG and PDF.
+
+    In a world that changes, the figures are those of `tracking_figures` at each number of tasks. In others,
+    they show accuracy by ratio, by step and by bits, and declarations if robots declare.
+    """
+    groups = by_contender(outcomes)
+    figures = tracking_figures(outcomes) if outcomes[0].tracking is not None else _figures(groups)
+    for name, drawn in figures.items():
+        save_both(drawn, folder / name)
+    _write_rows(folder / "compare.csv", outcomes)
+
+
+def tracking_figures(outcomes: Sequence[Outcome]) -> dict[str, Figure]:
+    """Return figures of a world that changes, by name: right swarms by step, bits, and delay against bits."""
+    numbers = list(dict.fromkeys(each.tasks for each in outcomes))
+    figures: dict[str, Figure] = {}
+    for number in numbers:
+        same = {each.contender: each for each in outcomes if each.tasks == number}
+        suffix = f"_{number}" if len(numbers) > 1 else ""
+        figures |= {f"compare_{name}{suffix}": drawn for name, drawn in _tracking_figures(same).items()}
+    return figures
+
+
+def _tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
+    """Return the figures of contenders at one number of tasks."""
+    tracked = {name: each.tracking for name, each in same.items() if each.tracking is not None}
+    bits = {name: float(each.bits.mean()) for name, each in same.items()}
+    before = looks({name: each.right_share.estimate for name, each in tracked.items()})
+    some = next(iter(same.values()))
+    return {
+        "time": draw_right_over_time(
+            {name: each.right_at / each.runs for name, each in same.items()},
+            some.infeasible_at,
+            before=before,
+        ),
+        "bits": draw_against_bits(
+            {name: (bits[name], each.right_share) for name, each in tracked.items()},
+            "steps at which swarms are right (%)",
+            before=before,
+        ),
+        "delay": draw_delay_against_bits(
+            {name: Tracked(bits[name], each.detection_delay) for name, each in tracked.items()},
+            some.right_at.size - 1,
+            before=before,
+        ),
+    }
+
+
+def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
+    """Return the figures of a world that doesn't change: a fourth if robots declare."""
+    some = next(iter(groups.values()))
+    labels = [f"{each.robots / each.tasks:.3g}" if each.tasks else "no task" for each in some]
+    numbers = [each.tasks for each in some]
+    accuracies = {name: [each.accuracy for each in group] for name, group in groups.items()}
+    shares = {name: np.array([each.right_at / each.runs for each in group]) for name, group in groups.items()}
+    totals = {name: (mean_bits(group), overall(group)) for name, group in groups.items()}
+    before = looks({name: share.estimate for name, (_, share) in totals.items()})
+    figures = {
+        "compare_ratio": draw_against_ratio(labels, numbers, accuracies, before=before),
+        "compare_time": draw_against_time(shares, before=before),
+        "compare_bits": draw_against_bits(
+            totals, "swarms that are right at the end,\nover all ratios (%)", before=before
+        ),
+    }
+    declared = {name: declared_of(group) for name, group in groups.items()}
+    if any(declared.values()):
+        figures["compare_declared"] = draw_against_ratio(
+            labels,
+            numbers,
+            {name: [each.ok for each in group] or None for name, group in declared.items()},
+            "swarms that declared rightly (%)",
+            {name: [each.wrong for each in group] for name, group in declared.items()},
+            before=before,
+        )
+    return figures
+
+
+def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
+    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
+    header = ["contender", "robots", "tasks", "truth", "runs"]
+    for name in ("accuracy", "first_decision", f"difference_from_{outcomes[0].contender}"):
+        header += [name, f"{name}_low", f"{name}_high"]
+    header += ["step_q25", "step_median", "step_q75", "bits_per_robot_and_step"]
+    header += ["committed", "committed_wrong", "commit_step_median"]
+    for name in ("declared_ok", "declared_wrong"):
+        header += [name, f"{name}_low", f"{name}_high"]
+    header += ["declare_step_median", "declare_step_p95"]
+    if outcomes[0].tracking is not None:
+        header += ["right_share", "right_share_low", "right_share_high"]
+        header += ["detection_delay_q25", "detection_delay_median", "detection_delay_q75"]
+        header += ["missed", "missed_low", "missed_high", "changes"]
+        header += ["false_alarms", "false_alarms_low", "false_alarms_high"]
+    write_csv(path, header, (_row(each, baseline[each.tasks]) for each in outcomes))
+
+
+def _row(each: Outcome, baseline: Outcome) -> list[object]:
+    numbers = (*each.times, each.bits.mean(), each.committed.mean(), each.committed_wrong.mean())
+    return [
+        *(each.contender, each.robots, each.tasks),
+        "feasible" if each.feasible else "infeasible",
+        each.runs,
+        *each.accuracy,
+        *each.first,
+        *paired_difference(each.right, baseline.right),
+        *("" if value is None else f"{value:.6g}" for value in numbers),
+        *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
+        *_declared_cells(each.declared),
+        *([] if each.tracking is None else _tracking_cells(each.tracking)),
+    ]
+
+
+def _declared_cells(declared: Declarations | None) -> list[object]:
+    if declared is None:
+        return [""] * 8
+    steps = declared.step_90[:2]
+    return [*declared.ok, *declared.wrong, *("" if step is None else step for step in steps)]
+
+
+def _tracking_cells(found: Tracking) -> list[object]:
+    missed: Sequence[object] = found.missed or ("", "", "")
+    delays = ("" if step is None else step for step in found.detection_delay)
+    return [*found.right_share, *delays, *missed, found.changes, *found.false_alarms]

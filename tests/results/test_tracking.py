@@ -1,0 +1,297 @@
+"""Measures of worlds that change: small runs by hand, a plain definition, and what intervals cover."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, decision_times, wilson
+from feasibee.results.replicates import Quartiles, event_rate, mean_share, quartiles
+from feasibee.results.tracking import (
+    changes_of,
+    false_alarms_of,
+    right_steps_of,
+    steps_of,
+    tracking,
+    truth_intervals,
+)
+
+CODES = {"F": 1, "I": 0, ".": -1}
+
+
+def steps(*runs):
+    """Return runs as an array: F feasible, I infeasible, . undecided, or after the end of a run."""
+    return np.array([[CODES[each] for each in run] for run in runs], np.int8)
+
+
+def changing(**arrays):
+    """Return a scenario that changes, and these arrays as its results."""
+    return SimpleNamespace(**arrays), SimpleNamespace(dynamic=True)
+
+
+def found(truth, held):
+    """Return runs, steps, delays and last watched delays of the changes."""
+    return [each.tolist() for each in changes_of(steps(*truth), steps(*held))]
+
+
+# --- Changes, by hand ---
+
+
+def test_a_delay_is_counted_from_the_change_to_the_first_right_step():
+    assert found(["FFFIIII"], ["FFFFFII"]) == [[0], [3], [2], [3]]
+
+
+def test_a_swarm_may_be_right_at_the_step_of_the_change():
+    assert found(["FFFIIII"], ["FFFIFII"]) == [[0], [3], [0], [3]]
+
+
+def test_an_undecided_swarm_has_not_followed_yet():
+    assert found(["FFFIIII"], ["FFF..FI"]) == [[0], [3], [3], [3]]
+
+
+def test_only_swarms_that_were_right_at_the_step_before_count():
+    assert found(["FFFIIII"] * 3, ["FFIIIII", "FF.IIII", "..FFFFI"]) == [[2], [3], [3], [3]]
+
+
+def test_a_change_at_step_1_counts_if_the_swarm_was_right_at_step_0():
+    assert found(["FIII", "FIII"], ["FFIF", ".FII"]) == [[0], [1], [1], [2]]
+
+
+def test_a_change_at_the_last_step_can_only_be_followed_at_once():
+    assert found(["FFFI", "FFFI"], ["FFFF", "FFFI"]) == [[0, 1], [3, 3], [-1, 0], [0, 0]]
+
+
+def test_a_second_change_before_the_swarm_has_followed_ends_the_watch():
+    """The swarm still holds the first truth when it is true again: the first change was missed."""
+    truth, held = ["FFFIIFFF"], ["FFFFFFFF"]
+    assert found(truth, held) == [[0], [3], [-1], [1]]
+    assert false_alarms_of(steps(*truth), steps(*held)).tolist() == [0]
+
+
+def test_a_swarm_that_follows_each_change_has_a_delay_of_each():
+    assert found(["FFIIIFFF"], ["FFFIIIFF"]) == [[0, 0], [2, 5], [1, 1], [2, 2]]
+
+
+def test_a_late_swarm_has_not_followed_a_change_of_another_run():
+    """Run 0 never follows; that run 1 is right at its step 0 doesn't help it."""
+    assert found(["FFII", "IIII"], ["FFFF", "IIII"]) == [[0], [2], [-1], [1]]
+
+
+def test_a_swarm_that_was_never_right_has_no_changes():
+    results, scenario = changing(truth=steps("FFII"), held=steps("IIFF"))
+    measured = tracking(results, scenario)
+    assert measured.right_share.estimate == 0
+    assert (measured.missed, measured.changes) == (None, 0)
+    assert measured.detection_delay == (None, None, None)
+
+
+def test_a_run_that_ends_early_is_watched_until_its_end():
+    truth, held = steps("FFII..", "FFIIII"), steps("FFFF..", "FFFFFI")
+    assert [each.tolist() for each in changes_of(truth, held)] == [[0, 1], [2, 2], [-1, 3], [1, 3]]
+    assert steps_of(truth).tolist() == [3, 5]
+    assert right_steps_of(truth, held).tolist() == [1, 2]
+
+
+# --- False alarms, by hand ---
+
+
+@pytest.mark.parametrize(
+    ("truth", "held", "alarms", "why"),
+    [
+        ("FFFFF", "FFIFF", 1, "from right to wrong"),
+        ("FFFFF", "FF.IF", 1, "from right to wrong, by way of undecided"),
+        ("FFFFF", "FIFIF", 2, "each time"),
+        ("FFFFF", "FIIII", 1, "staying wrong is one alarm"),
+        ("FFFFF", ".IIFF", 0, "a first opinion is no alarm, only wrong"),
+        ("FFFFF", "FF.FF", 0, "undecided isn't wrong"),
+        ("FFIII", "FFFII", 0, "the truth has changed"),
+        ("FFIII", "FF.FI", 0, "the truth has changed, and the swarm has not been right since"),
+        ("FFIII", "FFIFI", 1, "it had followed, and goes back"),
+        ("FFIIF", "FFFFF", 0, "two changes, and it has noticed neither"),
+        ("FFIIF", "IIIFF", 1, "right by chance after the change, then wrong"),
+        ("FI", "FF", 0, "one step"),
+        ("FF", "FI", 1, "one step"),
+    ],
+)
+def test_an_alarm_is_false_if_the_truth_has_not_changed_since_the_swarm_was_right(truth, held, alarms, why):
+    assert false_alarms_of(steps(truth), steps(held)).tolist() == [alarms], why
+
+
+def test_alarms_of_one_run_are_not_those_of_the_next():
+    truth = steps("FFF", "III")
+    assert false_alarms_of(truth, steps("FFF", "FFI")).tolist() == [0, 0]
+    assert false_alarms_of(truth, steps("FIF", "IFI")).tolist() == [1, 1]
+
+
+def test_a_warm_up_leaves_out_steps_changes_and_alarms():
+    truth, held = steps("FFIIIII"), steps("FFFIFII")
+    assert right_steps_of(truth, held, 3).tolist() == [3]
+    assert steps_of(truth, 3).tolist() == [4]
+    assert false_alarms_of(truth, held, 4).tolist() == [1]
+    assert false_alarms_of(truth, held, 5).tolist() == [0]
+    assert changes_of(truth, held, 2).delay.tolist() == [1]
+    assert changes_of(truth, held, 3).delay.tolist() == []
+
+
+# --- All of them, by a plain definition ---
+
+
+def plain(truth, held):
+    """Return right steps, false alarms and delays of one run, step by step."""
+    right = sum(held[t] == truth[t] for t in range(1, len(truth)))
+    alarms, was_right, delays = 0, False, []
+    for t in range(len(truth)):
+        if t and truth[t] != truth[t - 1]:
+            was_right = False
+            if held[t - 1] == truth[t - 1]:
+                ends = [u for u in range(t + 1, len(truth)) if truth[u] != truth[u - 1]] + [len(truth)]
+                hits = [u - t for u in range(t, ends[0]) if held[u] == truth[u]]
+                delays.append((t, hits[0] if hits else -1, ends[0] - 1 - t))
+        if held[t] >= 0:
+            alarms += t > 0 and was_right and held[t] != truth[t]
+            was_right = held[t] == truth[t]
+    return right, alarms, delays
+
+
+def test_the_measures_are_those_of_a_plain_definition():
+    draw = np.random.default_rng(7)
+    for length in (2, 3, 9, 40):
+        truth = (np.cumsum(draw.random((50, length)) < 0.15, axis=1) % 2).astype(np.int8)
+        held = np.where(draw.random(truth.shape) < 0.2, -1, truth ^ (draw.random(truth.shape) < 0.3))
+        expected = [plain(*each) for each in zip(truth.tolist(), held.tolist(), strict=True)]
+        assert right_steps_of(truth, held).tolist() == [each[0] for each in expected]
+        assert false_alarms_of(truth, held).tolist() == [each[1] for each in expected]
+        changes = [(run, *each) for run, (*_, delays) in enumerate(expected) for each in delays]
+        assert list(zip(*(each.tolist() for each in changes_of(truth, held)), strict=True)) == changes
+
+
+def test_a_world_that_does_not_change_has_no_measures():
+    assert tracking(SimpleNamespace(), Scenario()) is None
+    results, scenario = changing(truth=np.empty((0, 3), np.int8), held=np.empty((0, 3), np.int8))
+    assert tracking(results, scenario) is None
+
+
+def test_the_measures_come_with_their_intervals():
+    truth = np.repeat(steps("FFFFFIIIII"), 40, axis=0)
+    held = truth.copy()
+    held[:10, 5:7] = 1  # two steps late
+    held[10:15, 5:] = 1  # never
+    held[15:20, 2] = 0
+    measured = tracking(*changing(truth=truth, held=held))
+    assert measured.right_share.estimate == pytest.approx(1 - (10 * 2 + 5 * 5 + 5) / (40 * 9))
+    assert measured.detection_delay == Quartiles(0, 0, 2)
+    assert measured.missed == wilson(5, 40)
+    assert measured.false_alarms.estimate == pytest.approx(1000 * 5 / 360)
+    for name in ("right_share", "false_alarms"):
+        estimate, low, high = getattr(measured, name)
+        assert low < estimate < high
+    table = measured.to_dict()
+    assert table["detection_delay"] == {"q25": 0, "median": 0, "q75": 2, "changes": 40}
+    assert set(table) == {"right_share", "detection_delay", "missed", "false_alarms"}
+
+
+# --- The truth of all runs ---
+
+
+def test_intervals_of_truth_are_those_that_all_runs_share():
+    assert [(each["first"], each["last"], each["truth"]) for each in truth_intervals(steps("FFIIF"))] == [
+        (0, 1, "feasible"),
+        (2, 3, "infeasible"),
+        (4, 4, "feasible"),
+    ]
+    assert truth_intervals(steps("FFI", "FII")) is None
+    assert truth_intervals(np.empty((0, 5), np.int8)) is None
+    assert truth_intervals(steps("FF..")) == [{"first": 0, "last": 1, "truth": "feasible"}]
+
+
+# --- Durations, some of them censored ---
+
+
+def test_without_early_censoring_the_quartiles_are_those_of_decision_times():
+    draw = np.random.default_rng(3)
+    for size in (1, 2, 3, 4, 8, 97):
+        times = np.where(draw.random(size) < 0.3, -1, draw.integers(0, 20, size))
+        assert quartiles(times, np.full(size, 20)) == tuple(decision_times(times))
+
+
+def test_censored_durations_count_until_they_end():
+    """Of four, one ends unseen at 2: 1 - (1 - 1/4)(1 - 1/2) = 0.625 had happened by 5, all by 9."""
+    assert quartiles([1, -1, 5, 9], [9, 2, 9, 9]) == Quartiles(1, 5, 9)
+
+
+def test_a_duration_censored_at_the_time_of_an_event_was_still_watched_then():
+    assert quartiles([3, -1], [9, 3]) == Quartiles(3, 3, None)
+    assert quartiles([3, -1], [9, 2]) == Quartiles(3, 3, 3)
+
+
+def test_no_durations_have_no_quartiles():
+    assert quartiles([], []) == (None, None, None)
+    assert quartiles([-1, -1], [5, 7]) == (None, None, None)
+
+
+# --- Intervals over runs ---
+
+
+def test_the_interval_of_a_share_is_that_of_wald_with_a_right_and_a_wrong_run_more():
+    for shares in ([1.0, 0.0, 0.5], [0.9] * 50, [0.0] * 20):
+        more = np.array([*shares, 0.0, 1.0])
+        half = 1.959963984540054 * more.std() / more.size**0.5
+        estimate, low, high = mean_share(shares)
+        assert estimate == pytest.approx(np.mean(shares))
+        assert low == pytest.approx(min(estimate, max(0.0, more.mean() - half)))
+        assert high == pytest.approx(min(1.0, more.mean() + half))
+
+
+def test_an_interval_over_runs_is_never_of_zero_width():
+    estimate, low, high = mean_share([1.0] * 1000)
+    assert (estimate, high) == (1.0, 1.0)
+    assert 0.996 < low < 0.998
+    assert mean_share([0.5])[1:] != (0.5, 0.5)
+
+
+def test_an_interval_of_equal_shares_is_narrower_than_one_of_right_and_wrong_runs():
+    even, mixed = mean_share([0.9] * 400), mean_share([1.0] * 360 + [0.0] * 40)
+    assert even.estimate == pytest.approx(mixed.estimate)
+    assert even.high - even.low < 0.5 * (mixed.high - mixed.low)
+
+
+@pytest.mark.parametrize(
+    ("draw", "mean"),
+    [
+        (lambda random: random.beta(20, 2, 60), 20 / 22),
+        (lambda random: np.where(random.random(60) < 0.02, 0.5, 1.0), 0.99),
+        (lambda random: np.where(random.random(60) < 0.5, 0.5, 0.9), 0.7),
+    ],
+)
+def test_the_interval_of_a_share_covers_it(draw, mean):
+    """Of the second law, 30 % of samples have no bad run: a t interval would have no width then."""
+    random = np.random.default_rng(11)
+    inside = [mean_share(draw(random)) for _ in range(1000)]
+    assert np.mean([low <= mean <= high for _, low, high in inside]) > 0.94
+
+
+def test_the_interval_of_a_rate_covers_it_even_if_events_come_in_clusters():
+    random = np.random.default_rng(12)
+    for shape in (0.5, 1e6):
+        drawn = [
+            event_rate(random.poisson(random.gamma(shape, 2 / shape, 100)), [4.0] * 100) for _ in range(500)
+        ]
+        assert np.mean([low <= 0.5 <= high for _, low, high in drawn]) > 0.92
+
+
+def test_no_event_leaves_a_rate_of_up_to_four_events_open():
+    assert event_rate([0, 0], [500, 500]).high == pytest.approx(1.959963984540054**2 / 1000)
+    assert event_rate([2], [4]).estimate == 0.5
+
+
+@pytest.mark.parametrize("shares", [[], [1.2], [-0.1], [float("nan")]])
+def test_shares_that_are_none_are_refused(shares):
+    with pytest.raises(ValueError, match="from 0 to 1"):
+        mean_share(shares)
+
+
+def test_a_rate_needs_a_time():
+    with pytest.raises(ValueError, match="above 0"):
+        event_rate([1], [0])
