@@ -34,6 +34,7 @@ PUBLIC = [
     "scenario_of",
     "simulate",
     "truth",
+    "truth_at",
     "wilson",
 ]
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.simulation.ensemble import simulate
     from feasibee.simulation.swarm import Swarm
+    from feasibee.simulation.truths import truth_at
 
 _HOMES = {
     "FeasibeeError": "errors",
@@ -39,6 +40,7 @@ _HOMES = {
     "scenario_of": "results.dataset",
     "simulate": "simulation.ensemble",
     "truth": "scenario.feasibility",
+    "truth_at": "simulation.truths",
     "wilson": "results.statistics",
 }
 
@@ -59,6 +61,7 @@ __all__ = [
     "scenario_of",
     "simulate",
     "truth",
+    "truth_at",
     "wilson",
 ]
 

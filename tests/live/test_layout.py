@@ -13,7 +13,7 @@ from declaring import declaring
 from feasibee import Scenario, Swarm
 from feasibee.live import layout
 from feasibee.live.messages import encode_frame, encode_tasks
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 
 NODE = shutil.which("node")
 SCRIPT = """

@@ -8,7 +8,7 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 from feasibee.strategies import STRATEGIES, census
 
 

@@ -23,7 +23,7 @@ from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
 from feasibee.simulation.loading import GENERAL
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of

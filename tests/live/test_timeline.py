@@ -10,7 +10,7 @@ from feasibee import Scenario, Swarm, simulate
 from feasibee.live import timeline
 from feasibee.live.outlook import CHANGES_LIMIT, SHOWN, Outlook
 from feasibee.live.timeline import Timeline, advance_together
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 
 WORLDS = {
     "the paper's": {},

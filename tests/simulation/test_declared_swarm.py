@@ -8,7 +8,7 @@ from declaring import declaring
 from feasibee import Swarm, reference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 
 
 def test_each_robot_declares_when_its_double_does(tmp_path):

@@ -322,14 +322,23 @@ def assert_same_swarms(scenario, seed, run, steps):
     plain = reference.Swarm(scenario, seed=seed, run=run)
     unit = float(plain.world.unit)
     for _ in range(steps):
-        np.testing.assert_array_equal(swarm.positions, np.array([each.place for each in plain.robots]) * unit)
-        np.testing.assert_array_equal(swarm.tasks, np.reshape(plain.tasks, (-1, 2)) * unit)
-        np.testing.assert_array_equal(swarm.opinions, [each.mind.opinion for each in plain.robots])
-        speaking = [each.mind.disseminating and each.works(plain.time) for each in plain.robots]
-        np.testing.assert_array_equal(swarm.disseminating, speaking)  # the stopped are silent
-        counted = plain.counted
-        np.testing.assert_array_equal(swarm.counted, [each in counted for each in plain.robots])
-        np.testing.assert_array_equal(swarm.committed, [each.mind.committed for each in plain.robots])
+        there = [each.number for each in plain.robots]
+        np.testing.assert_array_equal(np.flatnonzero(swarm.present), there)
+        assert np.isnan(swarm.positions[~swarm.present]).all()
+        places = np.reshape([each.place for each in plain.robots], (-1, 2))
+        np.testing.assert_array_equal(swarm.positions[there], places * unit)
+        np.testing.assert_array_equal(swarm.task_numbers, list(plain.tasks))
+        np.testing.assert_array_equal(swarm.tasks, np.reshape([*plain.tasks.values()], (-1, 2)) * unit)
+        np.testing.assert_array_equal(swarm.opinions[there], [each.mind.opinion for each in plain.robots])
+        assert (swarm.opinions[~swarm.present] == -1).all()
+        counted, robots = plain.counted, plain.robots
+        speaking = {each.number for each in robots if each.mind.disseminating and each.works(plain.time)}
+        assert set(np.flatnonzero(swarm.disseminating)) == speaking  # the stopped are silent
+        assert set(np.flatnonzero(swarm.counted)) == {each.number for each in counted}
+        assert set(np.flatnonzero(swarm.committed)) == {each.number for each in robots if each.mind.committed}
+        assert swarm.truth == swarm.truths[-1] == swarm.verdict.feasible == plain.truth
+        counts = swarm.robot_counts[-1], swarm.task_counts[-1], swarm.counted_counts[-1]
+        assert counts == (len(robots), len(plain.tasks), len(counted))
         assert swarm.feasible_count == plain.feasible_count
         assert swarm.infeasible_count == plain.infeasible_count
         assert swarm.bits_sent == plain.bits_sent
@@ -527,3 +536,46 @@ def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
         record = simulate_record(scenario, Runs(20, 7))
         assert record.committed_feasible.any() or record.committed_infeasible.any(), name
         assert (record.bits_sent > 0).all()
+
+
+# --- Swarms of worlds that change, step by step ---
+
+CHANGING = {
+    "run.steps": 60,
+    "arena.side": 10.0,
+    "decision.exploration": 5.0,
+    "decision.gain": 8.0,
+    "events": [
+        {"step": 0, "tasks": 3, "robots": -2},
+        {"step": 4, "robots": -9, "tasks": -12},
+        {"step": 9, "robots": 6, "radio": {"loss": 0.3}},
+        {"step": 9, "tasks": 14, "sensing": {"miss": 0.2}},
+    ],
+    "tasks.arrival_rate": 0.5,
+    "tasks.lifetime": 40.0,
+    "robots.arrival_rate": 0.3,
+    "robots.failure_rate": 0.01,
+}
+CHANGING_WORLDS = {
+    "twenty": {},
+    "forty that collide": {"robots.count": 40, "arena.boundary": "walls", "robots.avoid_collisions": True},
+    "faults": {
+        "faults.byzantine": 0.2,
+        "faults.byzantine_says": "random",
+        "faults.stopped": 0.2,
+        "faults.stop_step": 7,
+        "faults.stubborn": 0.1,
+        "sensing.observation": "unique",
+    },
+    "classes": {
+        "robots.classes": BEYOND["a mixed team that remembers"]["robots.classes"],
+        "tasks.classes": WORLDS["classes"]["tasks.classes"],
+    },
+    "names": {"decision.strategy": "census"},
+    "all go": {"events": [{"step": 3, "tasks": -900, "robots": -900}, {"step": 20, "tasks": 2, "robots": 1}]},
+}
+
+
+@pytest.mark.parametrize("world", CHANGING_WORLDS)
+def test_a_swarm_of_a_changing_world_step_by_step_is_the_references_swarm(world):
+    assert_same_swarms(Scenario().replace({**CHANGING, **CHANGING_WORLDS[world]}), seed=3, run=5, steps=60)

@@ -7,7 +7,7 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.reference.swarm import play
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 
 WORLDS = {
     "the paper's": {},

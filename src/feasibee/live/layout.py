@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.simulation.swarm import FLAGS
+from feasibee.simulation.snapshot import FLAGS
 
 PROTOCOL: Final = 3
 """Version of the messages; raise it when a page of the previous version could not read them."""

@@ -14,7 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, Valid
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.layout import FRAME, TASKS
-from feasibee.simulation.swarm import FLAGS, Swarm
+from feasibee.simulation.snapshot import FLAGS
+from feasibee.simulation.swarm import Swarm
 
 MESSAGE_LIMIT: Final = 16 * 1024
 """Most bytes of a message of the page."""

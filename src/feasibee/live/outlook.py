@@ -10,7 +10,8 @@ import time
 from typing import Any, Final
 
 from feasibee.live.timeline import Timeline
-from feasibee.simulation.swarm import FLAGS, Swarm
+from feasibee.simulation.snapshot import FLAGS
+from feasibee.simulation.swarm import Swarm
 
 CHANGES_LIMIT: Final = 5000
 """Most changes of a robot that are sent: more than a seek bar has pixels."""

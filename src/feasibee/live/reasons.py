@@ -14,7 +14,8 @@ from feasibee.reference.robot import hall_sets
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.inspection import RobotState
-from feasibee.simulation.swarm import FLAGS, Swarm
+from feasibee.simulation.snapshot import FLAGS
+from feasibee.simulation.swarm import Swarm
 
 OPINIONS: Final = {1: "feasible", 0: "infeasible", -1: "no opinion"}
 LISTED: Final = 12

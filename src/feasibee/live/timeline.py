@@ -10,7 +10,8 @@ import time
 from bisect import bisect_right
 from typing import Final
 
-from feasibee.simulation.swarm import Saved, Swarm
+from feasibee.simulation.saved import Saved
+from feasibee.simulation.swarm import Swarm
 
 WORK: Final = 2**20
 """Robots times steps between two copies: tens of milliseconds of simulation."""

@@ -6,7 +6,7 @@ The computation counts classes of robots and tasks, so its time doesn't grow wit
 from __future__ import annotations
 
 from collections import Counter, defaultdict, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
 from typing import Any, NamedTuple, Protocol
 
@@ -141,6 +141,15 @@ def explain_numbers(scenario: Team, robots: Sequence[int], tasks: Sequence[int])
             _with_counts(scenario.tasks, tasks),
         )
     )
+
+
+def explain_kinds(scenario: Team, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
+    """Return the truth if there are robots and tasks of these classes, each class by its number."""
+    counts = []
+    for kinds, section in ((robots, scenario.robots), (tasks, scenario.tasks)):
+        number = Counter(kinds)
+        counts.append([number[kind] for kind in range(max(1, len(section.classes)))])
+    return explain_numbers(scenario, *counts)
 
 
 class _Numbers(NamedTuple):

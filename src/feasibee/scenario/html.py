@@ -37,43 +37,54 @@ def folded(title: str, body: str, unfold: bool = False) -> str:
 
 
 def show_scenario(
-    tables: Mapping[str, Mapping[str, Any]],
+    tables: Mapping[str, Any],
     usual: Mapping[str, Mapping[str, Any]],
     notes: Mapping[str, str],
     feasible: bool,
     digest: str,
+    *,
+    changes: bool = False,
 ) -> str:
     """Return a scenario as HTML: a collapsed table per section, with differences from the paper emphasised.
 
     Parameters
     ----------
     tables, usual : mapping of str to mapping
-        The complete forms of the scenario and of the paper's scenario.
+        The complete forms of the scenario and of the paper's scenario; a list of tables becomes a section.
     notes : mapping of str to str
         Description of each field, by dotted path.
     feasible : bool
         Whether the tasks are feasible.
     digest : str
         The scenario's hash.
+    changes : bool
+        Whether its world changes, and its truth may with it.
     """
+    tables = {name: _as_table(table) for name, table in tables.items()}
     robots, tasks = (_number(tables[name]) for name in ("robots", "tasks"))
     changed = {
-        name: [key for key, value in table.items() if usual[name].get(key) != value]
+        name: [key for key, value in table.items() if usual.get(name, {}).get(key) != value]
         for name, table in tables.items()
     }
     count = sum(map(len, changed.values()))
     differing = f"{count} field{'s' if count > 1 else ''} not as in the paper" if count else "as in the paper"
     truth = DECISIONS[int(feasible)]
+    when = " at the start" if changes else ""
     head = (
         f"<p><strong>Scenario</strong>: {robots} robots, {tasks} tasks, "
-        f"{html.escape(str(tables['decision']['strategy']))}; truth: <strong>{truth}</strong>; {differing}; "
-        f"<code>{html.escape(digest[:12])}</code></p>"
+        f"{html.escape(str(tables['decision']['strategy']))}; truth{when}: <strong>{truth}</strong>; "
+        f"{differing}; <code>{html.escape(digest[:12])}</code></p>"
     )
     sections = [
         folded(_title(name, table, changed[name]), _rows(name, table, changed[name], notes))
         for name, table in tables.items()
     ]
     return framed(head + "".join(sections))
+
+
+def _as_table(table: Any) -> Mapping[str, Any]:
+    """Return a table; of a list, its entries by number."""
+    return table if isinstance(table, Mapping) else {str(k): each for k, each in enumerate(table)}
 
 
 def _number(table: Mapping[str, Any]) -> int:

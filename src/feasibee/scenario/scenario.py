@@ -381,4 +381,5 @@ class Scenario(BaseModel):
             for name, section in SECTIONS.items()
             for key, each in section.model_fields.items()
         }
-        return show_scenario(self.to_dict(), type(self)().to_dict(), notes, truth(self), self.hash)
+        tables, usual = self.to_dict(), type(self)().to_dict()
+        return show_scenario(tables, usual, notes, truth(self), self.hash, changes=self.dynamic)

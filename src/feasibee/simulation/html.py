@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
 from feasibee.scenario.geometry import images
 from feasibee.scenario.html import folded, framed
+
+if TYPE_CHECKING:
+    from feasibee.simulation.swarm import Swarm
 
 MOST = 20_000
 """Largest number of robots, or of tasks, that is drawn."""
@@ -23,14 +26,29 @@ LEAST = 4
 """Smallest radius of a robot, in a drawing's units."""
 
 
-def show_swarm(title: str, arena: str, counts: Mapping[str, int], outcome: str, scenario: str) -> str:
+def show_swarm(swarm: Swarm, run: int) -> str:
     """Return a swarm as HTML: its arena, its counts as a legend of colours, and its collapsed scenario."""
+    world, there = swarm.scenario, swarm.present
+    drawn = draw_arena(
+        world.arena.size,
+        swarm.positions[there],
+        swarm.opinions[there],
+        swarm.disseminating[there],
+        swarm.declared[there],
+        swarm.tasks,
+        diameter=world.robots.diameter,
+        walls=world.arena.boundary == "walls",
+    )
+    counts = {DECISIONS[FEASIBLE]: swarm.feasible_count, DECISIONS[INFEASIBLE]: swarm.infeasible_count}
     legend = ", ".join(
         f'{count} <span style="border-bottom: .2em solid {COLOURS[name]}">{name}</span>'
         for name, count in counts.items()
     )
-    head = f"<p><strong>{html.escape(title)}</strong>: {legend}; {html.escape(outcome)}</p>"
-    return framed(head + arena + folded("scenario", scenario))
+    outcome = f"{DECISIONS[swarm.decision]} (truth: {DECISIONS[int(swarm.truth)]})"
+    if world.manifest.declares:
+        outcome += "; declared: {} feasible, {} infeasible".format(*swarm.declared_counts)
+    head = f"<p><strong>Run {run}, step {swarm.step}</strong>: {legend}; {outcome}</p>"
+    return framed(head + drawn + folded("scenario", world._repr_html_()))
 
 
 def draw_arena(

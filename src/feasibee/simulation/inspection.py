@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from feasibee.engine.layout import LINE, WORD, Clock, Copy, Count, Link, Robot, Set, Slot, State
 from feasibee.engine.params import Params
+from feasibee.simulation.snapshot import sets_of_flags
 
 
 class RobotState(NamedTuple):
@@ -17,6 +18,8 @@ class RobotState(NamedTuple):
     """32 random bits of this id, if its strategy passes on knowledge."""
     place: tuple[float, float]
     """Its position in the frame that all robots share, in units."""
+    kind: int
+    """Number of its class, from 0; 0 without classes."""
     flags: int
     """Bits of `FLAGS`, the lowest first."""
     phase_left: int
@@ -45,7 +48,7 @@ class RobotState(NamedTuple):
 
 
 def state_of(
-    params: Params, state: State, i: int, place: tuple[float, float], kinds: int, flags: list[int]
+    params: Params, state: State, i: int, number: int, place: tuple[float, float], kinds: int
 ) -> RobotState:
     """Return what the robot at a place of the arrays knows.
 
@@ -53,14 +56,12 @@ def state_of(
     ----------
     params, state : Params, State
         The swarm.
-    i : int
-        Place of the robot.
+    i, number : int
+        Place of the robot in the arrays, and its number.
     place : tuple of float
         Its position in units.
     kinds : int
         Number of classes of robots, at least 1.
-    flags : list of int
-        The `Set` of each flag, the lowest first.
     """
     inside = [bool(words[i >> 5] >> (i & 31) & 1) for words in state.sets]
     rows, counts = state.robots[:, i], state.counts[:, i]
@@ -75,7 +76,8 @@ def state_of(
         id=int(rows[Robot.IDENTITY]),
         hash=int(state.hashes[i]) if state.hashes.size else 0,
         place=place,
-        flags=sum(inside[each] << bit for bit, each in enumerate(flags)),
+        kind=int(state.tables.class_of[number]),
+        flags=sum(inside[each] << bit for bit, each in enumerate(sets_of_flags())),
         phase_left=int(rows[Robot.PHASE_LEFT]),
         broadcasts=int(inside[Set.SAYS_FEASIBLE]) if inside[Set.SPEAKING] else -1,
         robots_seen=tuple(map(int, seen[:first])),

@@ -2,56 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.model.codes import FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED, exact
 from feasibee.model.record import Record
-from feasibee.scenario.feasibility import truth
+from feasibee.scenario.feasibility import Verdict, explain, explain_kinds
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
-from feasibee.simulation.html import draw_arena, show_swarm
+from feasibee.simulation.html import show_swarm
 from feasibee.simulation.loading import load_engine
+from feasibee.simulation.saved import Saved, changing_arrays
+from feasibee.simulation.snapshot import Snapshot, coarse, members, snapshot_of
 
 if TYPE_CHECKING:
     from feasibee.simulation.inspection import RobotState
 
 FIRST_STEPS = 1024
 """Initial length of the curves of counts."""
-
-
-class Snapshot(NamedTuple):
-    """The robots of a step in few bytes, as a page draws them."""
-
-    x: NDArray[np.uint16]
-    """Position of each robot, in 65,536ths of the arena's longer side."""
-    y: NDArray[np.uint16]
-    """Position of each robot, in the same unit."""
-    heading: NDArray[np.uint8]
-    """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
-    flags: NDArray[np.uint8]
-    """Properties of each robot: a bit for each of `FLAGS`, the lowest first."""
-
-
-class Saved(NamedTuple):
-    """The state of a swarm at a step, to return to; see `Swarm.save`."""
-
-    step: int
-    """Number of steps simulated."""
-    nbytes: int
-    """Memory that it takes, in bytes."""
-    room: Any
-    """Room of the inboxes."""
-    arrays: tuple[NDArray[Any], ...]
-    """Copies of the arrays that change in a run."""
-
-
-FLAGS = ("feasible", "neutral", "disseminating", "committed", "declared", "working", "byzantine", "stubborn")
 
 
 class Swarm:
@@ -70,6 +42,12 @@ class Swarm:
     ------
     FeasibeeError
         If an argument is invalid, or the swarm needs more memory than ``room``.
+
+    Notes
+    -----
+    In a world that changes (model.md 6.17), arrays per robot have an entry for each of the
+    ``scenario.most.robots`` numbers that robots may have. `present` says which numbers have a robot at this
+    step. The others have position and heading NaN, opinion -1, zeros as knowledge, and False elsewhere.
 
     Examples
     --------
@@ -100,8 +78,9 @@ class Swarm:
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
         self._unit = fixed_point.unit_of(self.scenario)
-        traces = FIRST_STEPS if self.scenario.dynamic else 0
-        self._record = Record.empty(self._which.first, 1, FIRST_STEPS, traces)
+        self._changes = bool(self._params.changes)
+        self._record = Record.empty(self._which.first, 1, FIRST_STEPS, FIRST_STEPS if self._changes else 0)
+        self._counted = np.zeros(FIRST_STEPS if self._must_count else 0, np.int32)
         self._begin(allocation.first_room(self._params))
 
     def _begin(self, room: Any) -> None:
@@ -124,7 +103,7 @@ class Swarm:
         until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
-            self._play(until)
+            self._play(self.step + 1 if self._must_count else until)
             if self._state.clock[self._layout.Clock.FULL]:
                 self._begin(runner.enlarged(self._inboxes, self._state))  # repeat the run with more room
 
@@ -145,6 +124,14 @@ class Swarm:
             )
         except FAILURES as error:
             raise failure_of(self.scenario, self._which, error) from None
+        if self._must_count:
+            self._counted[self.step] = self._state.clock[self._layout.Clock.COUNTED]
+
+    @property
+    def _must_count(self) -> bool:
+        """Whether only the state of each step says how many robots count: some that leave don't."""
+        faults = self._params.faults
+        return self._changes and faults.byzantine + faults.stopped > 0
 
     def _make_room_for(self, step: int) -> None:
         """Lengthen the curves for a step, at least to twice their length: a step costs constant time."""
@@ -152,26 +139,20 @@ class Swarm:
         if step < old.feasible_count.shape[1]:
             return
         self._record = old.lengthened(max(step + 1, 2 * old.feasible_count.shape[1]))
+        self._counted = np.resize(self._counted, self._record.feasible_count.shape[1] * self._must_count)
 
     def save(self) -> Saved:
         """Return a copy of this step's state, for `restore`."""
-        arrays = tuple(each.copy() for each in self._changing())
-        return Saved(self.step, sum(each.nbytes for each in arrays), self._inboxes, arrays)
+        return Saved.of(self.step, self._inboxes, self._changing())
 
     def restore(self, saved: Saved) -> None:
         """Return to a step of this run that `save` has copied."""
         if saved.room != self._inboxes:
             self._begin(saved.room)
-        for array, old in zip(self._changing(), saved.arrays, strict=True):
-            np.copyto(array, old)
+        saved.copy_to(self._changing())
 
     def _changing(self) -> list[NDArray[Any]]:
-        """Return the arrays that a step may change, without the curves: they are written again."""
-        state, record = self._state, self._record
-        names = {each.name for each in fields(state)} - {"tasks", "task_cells", "task_lists", "tables"}
-        arrays = [getattr(state, each) for each in sorted(names - {"robot_cells"})]
-        cells = state.robot_cells
-        return [*arrays, cells.points, cells.start, record.decision, record.decision_step, record.account]
+        return changing_arrays(self._state, self._record, self._changes)
 
     @property
     def step(self) -> int:
@@ -182,20 +163,46 @@ class Swarm:
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
         x, y = self._numbers([self._layout.Robot.X, self._layout.Robot.Y])
-        return self._in_units(x, y)
+        positions = self._in_units(x, y)
+        if self._changes:
+            positions[~self.present] = np.nan
+        return positions
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Whether a robot has each number at this step: bool, shape (robots,)."""
+        return self._members(self._state.sets[self._layout.Set.THERE]).astype(np.bool_)
 
     @property
     def tasks(self) -> NDArray[np.float64]:
-        """Positions of the tasks in units: float64, shape (tasks, 2)."""
-        return self._in_units(
-            self._state.tasks[self._layout.Point.X], self._state.tasks[self._layout.Point.Y]
-        )
+        """Positions of the tasks at this step in units: float64, shape (tasks, 2)."""
+        return self._in_units(*self._state.tasks[: self._layout.Point.NUMBER, self.task_numbers])
+
+    @property
+    def task_numbers(self) -> NDArray[np.int64]:
+        """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
+        return np.flatnonzero(members(self._state.tasks_there))
+
+    @property
+    def truth(self) -> bool:
+        """Whether the tasks of this step are feasible for the robots of this step (model.md 6.17.3)."""
+        return bool(self._state.clock[self._layout.Clock.TRUTH])
+
+    @property
+    def verdict(self) -> Verdict:
+        """The ground truth of this step with its proof, as `feasibee.scenario.feasibility.explain` gives."""
+        if not self._changes:
+            return explain(self.scenario)
+        class_of, robots = self._state.tables.class_of, np.flatnonzero(self.present)
+        tasks = self._params.robots.count + self.task_numbers
+        return explain_kinds(self.scenario, class_of[robots].tolist(), class_of[tasks].tolist())
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """Opinions of the robots: int8, shape (robots,), 1 feasible, 0 infeasible, -1 none."""
         feasible = self._members(self._state.sets[self._layout.Set.FEASIBLE])
-        return feasible - self._members(self._state.sets[self._layout.Set.NEUTRAL])
+        opinions = feasible - self._members(self._state.sets[self._layout.Set.NEUTRAL])
+        return np.where(self.present, opinions, np.int8(NO_OPINION)) if self._changes else opinions
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
@@ -224,6 +231,37 @@ class Swarm:
         return self._record.infeasible_count[0, : self.step + 1]
 
     @property
+    def counted_counts(self) -> NDArray[np.int32]:
+        """Number of counted robots at each step so far: int32, shape (step + 1,)."""
+        if self._must_count:
+            return self._counted[: self.step + 1]
+        if self._changes:
+            return self.robot_counts
+        counted = [self.scenario.counted(each) for each in (0, self.scenario.faults.stop_step)]
+        stopped = np.arange(self.step + 1) >= self.scenario.faults.stop_step
+        return np.where(stopped, *counted[::-1]).astype(np.int32)
+
+    @property
+    def robot_counts(self) -> NDArray[np.int32]:
+        """Number of robots at each step so far: int32, shape (step + 1,)."""
+        return self._curve(self._record.robots_present, self.scenario.robots.count)
+
+    @property
+    def task_counts(self) -> NDArray[np.int32]:
+        """Number of tasks at each step so far: int32, shape (step + 1,)."""
+        return self._curve(self._record.tasks_present, self.scenario.tasks.count)
+
+    @property
+    def truths(self) -> NDArray[np.bool_]:
+        """Whether the tasks were feasible at each step so far: bool, shape (step + 1,)."""
+        return self._curve(self._record.truth, self.truth).astype(np.bool_)
+
+    def _curve(self, trace: NDArray[Any], constant: int) -> NDArray[np.int32]:
+        """Return a trace of the record up to this step; in a world that doesn't change, a constant."""
+        length = self.step + 1
+        return trace[0, :length] if self._changes else np.full(length, constant, np.int32)
+
+    @property
     def first_decision(self) -> tuple[int, int]:
         """First decision of the swarm and its step, as in `simulate`; -1 and -1 while undecided."""
         return int(self._record.decision[0]), int(self._record.decision_step[0])
@@ -249,8 +287,9 @@ class Swarm:
     @property
     def knowledge(self) -> NDArray[np.int32]:
         """Words that each robot knows: int32, shape (robots, words); no words if the strategy has none."""
-        known: NDArray[np.int32] = self._state.knowledge[self._layout.Copy.KNOWN]
-        return known[: self.scenario.robots.count, : self._params.strategy.knowledge.words]
+        robots, words = self._params.robots.count, self._params.strategy.knowledge.words
+        known: NDArray[np.int32] = self._state.knowledge[self._layout.Copy.KNOWN, :robots, :words]
+        return np.where(self.present[:, None], known, np.int32(0)) if self._changes else known
 
     @property
     def declaration_step(self) -> int:
@@ -268,23 +307,23 @@ class Swarm:
         Raises
         ------
         FeasibeeError
-            If there is no such robot.
+            If no robot has this number at this step.
         """
-        i = self._place_of(check_integer("robot", number, 0, self.scenario.robots.count - 1))
+        number = check_integer("robot", number, 0, self._params.robots.count - 1)
+        if not self.present[number]:
+            rule = f"no robot has this number at step {self.step}"
+            raise FeasibeeError(f"robot = {number}: {rule}; use a number for which present is true")
         from feasibee.simulation import inspection
 
-        kinds = max(1, len(self.scenario.robots.classes))
-        x, y = self._in_units(*(self._state.robots[[self._layout.Robot.X, self._layout.Robot.Y], i : i + 1]))[
-            0
-        ]
-        place, flags = (float(x), float(y)), _sets_of_flags(self._layout)
-        return inspection.state_of(self._params, self._state, i, place, kinds, flags)
+        kinds, i = max(1, len(self.scenario.robots.classes)), self._place_of(number)
+        x, y = map(float, self.positions[number])
+        return inspection.state_of(self._params, self._state, i, number, (x, y), kinds)
 
     def _place_of(self, number: int) -> int:
         """Return where the state has a robot."""
         if not self._params.in_space_order:
             return number
-        labels = self._state.robots[self._layout.Robot.LABEL, : self.scenario.robots.count]
+        labels = self._state.robots[self._layout.Robot.LABEL, : self._params.robots.count]
         return int(np.flatnonzero(labels >> 2 == number)[0])
 
     @property
@@ -314,53 +353,23 @@ class Swarm:
         angles: NDArray[np.float64] = np.arctan2(
             *self._numbers([self._layout.Robot.STEP_Y, self._layout.Robot.STEP_X])
         )
+        if self._changes:
+            angles[~self.present] = np.nan
         return angles
 
     def snapshot(self) -> Snapshot:
         """Return the robots of this step in few bytes."""
-        layout = self._layout
-        sets = _sets_of_flags(layout)
-        members = np.unpackbits(self._state.sets[sets].view(np.uint8), axis=1, bitorder="little")
-        x, y = map(self._coarse, self._numbers([layout.Robot.X, layout.Robot.Y]))
-        steps = self._numbers([layout.Robot.STEP_X, layout.Robot.STEP_Y]).astype(np.float32)
-        turns = np.arctan2(steps[1], steps[0]) * np.float32(128 / np.pi)
-        return Snapshot(
-            x,
-            y,
-            np.round(turns).astype(np.int16).astype(np.uint8),
-            np.packbits(members[:, self._places], axis=0, bitorder="little")[0],
-        )
+        return snapshot_of(self._state, self._params.arena.walls, self._places)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        """Return x and y of the tasks, in the unit of ``Snapshot``."""
-        tasks = self._state.tasks
-        return self._coarse(tasks[self._layout.Point.X]), self._coarse(tasks[self._layout.Point.Y])
-
-    def _coarse(self, fixed: NDArray[np.int32]) -> NDArray[np.uint16]:
-        """Convert fixed-point numbers to 65,536ths of the longer side."""
-        coarse = fixed.view(np.uint32) >> np.uint32(15 if self._params.arena.walls else 16)
-        places: NDArray[np.uint16] = np.minimum(coarse, 65535).astype(np.uint16)
-        return places
+        """Return x and y of the tasks of this step, in the unit of ``Snapshot``."""
+        x, y = self._state.tasks[: self._layout.Point.NUMBER, self.task_numbers]
+        walls = self._params.arena.walls
+        return coarse(x, walls), coarse(y, walls)
 
     def _repr_html_(self) -> str:
         """Return the arena and the counts as HTML for notebooks."""
-        world = self.scenario
-        drawn = draw_arena(
-            world.arena.size,
-            self.positions,
-            self.opinions,
-            self.disseminating,
-            self.declared,
-            self.tasks,
-            diameter=world.robots.diameter,
-            walls=world.arena.boundary == "walls",
-        )
-        counts = {DECISIONS[FEASIBLE]: self.feasible_count, DECISIONS[INFEASIBLE]: self.infeasible_count}
-        title = f"Run {self._which.first}, step {self.step}"
-        outcome = f"{DECISIONS[self.decision]} (truth: {DECISIONS[int(truth(world))]})"
-        if world.manifest.declares:
-            outcome += "; declared: {} feasible, {} infeasible".format(*self.declared_counts)
-        return show_swarm(title, drawn, counts, outcome, world._repr_html_())
+        return show_swarm(self, self._which.first)
 
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:
         fixed = np.stack([x, y], axis=1).astype(np.uint32).astype(np.float64)
@@ -368,9 +377,9 @@ class Swarm:
         return places
 
     def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:
-        bits = (words[:, None] >> np.arange(32, dtype=np.uint32)) & np.uint32(1)
-        members: NDArray[np.int8] = bits.reshape(-1)[self._places].astype(np.int8)
-        return members
+        """Return whether each robot is a member of a set, as 1 or 0."""
+        found: NDArray[np.int8] = members(words)[self._places]
+        return found
 
     def _numbers(self, rows: list[int]) -> NDArray[np.int32]:
         """Return rows of the state's numbers, in the order of the robots: int32, shape (row, robot)."""
@@ -380,12 +389,7 @@ class Swarm:
     @property
     def _places(self) -> Any:
         """Where the state has each robot."""
-        count = self.scenario.robots.count
+        count = self._params.robots.count
         if not self._params.in_space_order:
             return slice(count)
         return np.argsort(self._state.robots[self._layout.Robot.LABEL, :count])
-
-
-def _sets_of_flags(layout: Any) -> list[int]:
-    """Return the sets whose members have each of `FLAGS`."""
-    return [layout.Set[name.upper()] for name in FLAGS]

@@ -1,0 +1,150 @@
+"""One swarm of a world that changes: what is there, what is true, and the way back to an earlier step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import FeasibeeError, Scenario, Swarm, truth, truth_at
+from feasibee.scenario.feasibility import explain
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+
+SCENARIO = Scenario(
+    robots={"arrival_rate": 0.05, "failure_rate": 0.005},
+    tasks={"arrival_rate": 0.3, "lifetime": 60.0},
+    events=[{"step": 0, "tasks": 2}, {"step": 30, "robots": -6}, {"step": 50, "tasks": -9}],
+    decision={"strategy": "census"},
+    run={"steps": 200},
+)
+FAULTY = SCENARIO.replace({"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 20})
+
+
+def look(swarm):
+    """Return all that a swarm shows at its step."""
+    return [
+        swarm.positions,
+        swarm.headings,
+        swarm.present,
+        swarm.tasks,
+        swarm.task_numbers,
+        swarm.opinions,
+        swarm.counted,
+        swarm.knowledge,
+        swarm.truths,
+        swarm.robot_counts,
+        swarm.task_counts,
+        swarm.counted_counts,
+        swarm.feasible_counts,
+        np.array([swarm.step, swarm.truth, swarm.decision, *swarm.first_decision, swarm.bits_sent]),
+        *swarm.snapshot(),
+        *swarm.task_places(),
+    ]
+
+
+def assert_equal_looks(one, other):
+    for this, that in zip(one, other, strict=True):
+        np.testing.assert_array_equal(this, that)
+
+
+@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY])
+def test_the_curves_are_those_of_simulate(scenario):
+    swarm = Swarm(scenario, seed=2, run=7)
+    swarm.advance(200)
+    record = simulate_record(scenario, Runs.single(2, 7), curves=True)
+    np.testing.assert_array_equal(swarm.truths, record.truth[0])
+    np.testing.assert_array_equal(swarm.robot_counts, record.robots_present[0])
+    np.testing.assert_array_equal(swarm.task_counts, record.tasks_present[0])
+    np.testing.assert_array_equal(swarm.feasible_counts, record.feasible_count[0])
+    assert len(set(swarm.truths)) == 2
+    assert len(swarm.tasks) == swarm.task_counts[-1]
+
+
+@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY])
+def test_a_restored_step_is_the_same_in_all_that_is_seen(scenario):
+    swarm = Swarm(scenario, seed=2)
+    steps = (0, 29, 30, 51, 120)
+    saved, seen = [], []
+    for step in steps:
+        swarm.advance(step - swarm.step)
+        saved.append(swarm.save())
+        seen.append(look(swarm))
+    swarm.advance(60)
+    end = look(swarm)
+    for each, then in reversed(list(zip(saved, seen, strict=True))):
+        swarm.restore(each)
+        assert_equal_looks(look(swarm), then)
+        swarm.advance(0)
+        assert_equal_looks(look(swarm), then)
+    swarm.advance(180)
+    assert_equal_looks(look(swarm), end)
+
+
+def test_numbers_without_a_robot_show_none():
+    swarm = Swarm(SCENARIO, seed=2)
+    swarm.advance(40)
+    gone = ~swarm.present
+    assert gone.any()
+    assert swarm.present.size == SCENARIO.most.robots == len(swarm.positions) == len(swarm.knowledge)
+    assert np.isnan(swarm.positions[gone]).all()
+    assert np.isnan(swarm.headings[gone]).all()
+    assert (swarm.opinions[gone] == -1).all()
+    assert (swarm.declared[gone] == -1).all()
+    assert not swarm.counted[gone].any()
+    assert not swarm.knowledge[gone].any()
+    assert not swarm.snapshot().flags[gone].any()
+    with pytest.raises(FeasibeeError, match="no robot has this number at step 40; use a number"):
+        swarm.robot(int(np.flatnonzero(gone)[0]))
+    assert swarm.robot(int(np.flatnonzero(~gone)[0])).place == tuple(swarm.positions[~gone][0])
+
+
+def test_the_page_of_a_notebook_shows_what_is_there():
+    swarm = Swarm(SCENARIO, seed=2)
+    swarm.advance(40)
+    shown = swarm._repr_html_()
+    assert f"An arena with {swarm.present.sum()} robots and {len(swarm.tasks)} tasks" in shown
+    assert f"(truth: {'feasible' if swarm.truth else 'infeasible'})" in shown
+    assert "nan" not in shown
+    assert "truth at the start: <strong>feasible" in shown
+    assert "events" in shown
+
+
+def test_truth_at_is_the_truth_of_the_step():
+    swarm = Swarm(SCENARIO, seed=4, run=3)
+    for step in (0, 30, 200):
+        swarm.advance(step - swarm.step)
+        verdict = truth_at(SCENARIO, step, 4, 3)
+        assert verdict == swarm.verdict
+        assert verdict.feasible == swarm.truth
+    still = Scenario(tasks={"count": 21})
+    assert truth_at(still, 1000) == explain(still)
+    assert truth_at(still, 0).feasible == truth(still)
+
+
+@pytest.mark.parametrize(("step", "seed"), [(-1, 0), (201, 0), (1.5, 0), (0, -1)])
+def test_truth_at_refuses_steps_and_seeds_that_there_are_not(step, seed):
+    with pytest.raises(FeasibeeError, match=r"must be a whole number from 0 to"):
+        truth_at(SCENARIO, step, seed)
+
+
+def test_the_certificate_counts_classes():
+    scenario = Scenario(
+        robots={"classes": [{"name": "arm", "count": 4, "skills": ["lift"]}]},
+        tasks={"classes": [{"name": "carry", "count": 2, "needs": {"lift": 2}}]},
+        events=[{"step": 5, "tasks": 3}],
+        run={"steps": 10},
+    )
+    assert truth_at(scenario, 4).assignment == {("arm", "carry", "lift"): 4}
+    violator = truth_at(scenario, 5).violator
+    assert (violator.skills, violator.demand) == (("lift",), 10)
+
+
+def test_a_world_that_stays_has_constant_curves():
+    swarm = Swarm(Scenario(faults={"stopped": 0.25, "byzantine": 0.1, "stop_step": 3}))
+    swarm.advance(5)
+    assert swarm.counted_counts.tolist() == [18, 18, 18, 13, 13, 13]
+    assert swarm.counted_counts[-1] == swarm.counted.sum()
+    assert swarm.truths.tolist() == [True] * 6
+    assert swarm.robot_counts.tolist() == swarm.task_counts.tolist() == [20] * 6
+    assert swarm.present.all()
+    assert swarm.task_numbers.tolist() == list(range(20))
