@@ -106,7 +106,7 @@ def test_a_poisson_number_is_hardly_ever_above_the_limit(mean):
         ({"tasks": {"lifetime": 0.0}}, "tasks.lifetime"),
         ({"tasks": {"arrival_rate": 10.0}, "run": {"steps": 10**7}}, "tasks.arrival_rate"),
         ({"events": [EVENT], "decision": {"commit": {}}}, "decision.commit"),
-        ({"events": [EVENT], "decision": {"strategy": "map"}, "robots": {"know_count": True}}, "decision.strategy"),
+        ({"events": [EVENT], "decision": {"strategy": "quiet-census"}}, "decision.strategy"),
         ({"events": [EVENT], "run": {"stop_at_decision": True}}, "run.stop_at_decision"),
     ],
 )  # fmt: skip

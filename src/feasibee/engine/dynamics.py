@@ -1,4 +1,4 @@
-"""How the world of a run changes: events, and streams of tasks and robots (model.md 6.17).
+"""How the world of a run changes: events, streams of tasks and robots, responses (model.md 6.17, 6.19).
 
 `change_world` is passed to the step as a pointer, so worlds that stay don't compile it. One thread simulates
 a world that changes.
@@ -19,6 +19,7 @@ from feasibee.engine.motion import head
 from feasibee.engine.order import fill_there
 from feasibee.engine.placement import place_joining, place_task
 from feasibee.engine.pools import draw_headings, draw_phases
+from feasibee.engine.response import begin_response, look
 from feasibee.engine.starting import prepare_robot, set_inventions, set_quorum, sort_tasks
 from feasibee.model.purposes import (
     APPEARING_CLASS,
@@ -27,6 +28,7 @@ from feasibee.model.purposes import (
     JOINING_CLASS,
     LEAVE,
     LIFETIME,
+    RELEASE,
     VANISH,
 )
 
@@ -41,6 +43,7 @@ def draw_dynamics(params, state):
     state.clock[Clock.APPEARED] = params.tasks.at_start
     for kind in (Clock.EVENTS, Clock.VANISHED, Clock.LEFT):
         state.clock[kind] = 0
+    begin_response(state.clock)
     for task in range(params.tasks.at_start):
         begin_lifetime(params, state, task, int64(0))
     for i in range(params.robots.at_start):
@@ -55,10 +58,12 @@ def draw_dynamics(params, state):
             class_of[first + task] = class_of[first + drawn]
 
 
-def change_world(params, state, now):
+def change_world(params, state, update, now):
     """Change the world at the beginning of step ``now``; before the first step, only events do."""
     tasks, appeared = state.clock[Clock.TASKS], state.clock[Clock.APPEARED]
     if now > 0:
+        if params.response.enabled:
+            release(params, state, look(params, state, update, now), now)
         end_lifetimes(params, state, now)
         fail(params, state, now)
     while state.clock[Clock.EVENTS] < state.tables.events.shape[0]:
@@ -69,12 +74,15 @@ def change_world(params, state, now):
         state.clock[Clock.EVENTS] += 1
     if now > 0:
         arrive(params, state, now)
+        if now == state.clock[Clock.ARRIVES_AT]:
+            for _ in range(state.clock[Clock.AWAITED]):
+                join(params, state, now)
     if tasks != state.clock[Clock.TASKS] or appeared != state.clock[Clock.APPEARED]:
         sort_tasks(params, state)
     settle(params, state)
 
 
-def stay(params, state, now):
+def stay(params, state, update, now):
     """Stand in for `change_world` in a world that doesn't change."""
 
 
@@ -129,6 +137,15 @@ def happen(params, state, event, now):
         state.clock[Clock.MISS] = event[Event.MISS]
     if event[Event.LOSS] >= 0:
         state.clock[Clock.LOSS] = event[Event.LOSS]
+
+
+@called
+def release(params, state, number, now):
+    """Release so many robots, but not the last one (model.md 6.19.6)."""
+    for k in range(min(number, state.clock[Clock.ROBOTS] - 1)):
+        word = draw(params, state.clock[Clock.RUN], k, now, RELEASE)
+        leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
+        state.clock[Clock.ROBOTS_RELEASED] += 1
 
 
 @inlined

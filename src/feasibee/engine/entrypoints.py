@@ -15,6 +15,7 @@ from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import (
     BITS_SENT,
+    CALLS,
     COMMIT_STEP,
     COMMITTED_FEASIBLE,
     COMMITTED_INFEASIBLE,
@@ -23,6 +24,8 @@ from feasibee.model.record import (
     DECLARED_INFEASIBLE,
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
+    ROBOTS_CALLED,
+    ROBOTS_RELEASED,
 )
 
 
@@ -43,6 +46,7 @@ def record_step(params, state, outcome, row):
         outcome.decision[row] = held
         outcome.decision_step[row] = now
     if params.changes:
+        state.clock[Clock.HELD] = held
         outcome.truth[row, now], outcome.held[row, now] = state.clock[Clock.TRUTH], held
         outcome.robots_present[row, now] = state.clock[Clock.ROBOTS]
         outcome.tasks_present[row, now] = state.clock[Clock.TASKS]
@@ -71,6 +75,10 @@ def record_totals(params, state, outcome, row):
     outcome.account[row, DECLARED_INFEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE]
     outcome.account[row, FEASIBLE_AT_END] = state.clock[Clock.FEASIBLE_COUNT]
     outcome.account[row, INFEASIBLE_AT_END] = infeasible_count(state)
+    if params.response.enabled:
+        outcome.account[row, CALLS] = state.clock[Clock.CALLS]
+        outcome.account[row, ROBOTS_CALLED] = state.clock[Clock.ROBOTS_CALLED]
+        outcome.account[row, ROBOTS_RELEASED] = state.clock[Clock.ROBOTS_RELEASED]
 
 
 @inlined

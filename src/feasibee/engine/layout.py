@@ -199,6 +199,14 @@ class Clock(IntEnum):
     INVENTED_TASKS = 22
     VANISHED = 23  # tasks by events of this step so far
     LEFT = 24  # robots likewise
+    HELD = 25  # the opinion that the swarm held after the last step, in a world that changes
+    WAS_HELD = 26  # the one that the operator saw last (model.md 6.19)
+    HELD_FOR = 27  # how many steps in a row it saw that
+    ARRIVES_AT = 28  # step at which the robots come that were called last, or -1
+    AWAITED = 29  # their number
+    CALLS = 30
+    ROBOTS_CALLED = 31
+    ROBOTS_RELEASED = 32
 
 
 class Event(IntEnum):

@@ -245,6 +245,17 @@ class FaultParams(NamedTuple):
     exactly: bool  # whether they invent as many robots or tasks as this takes
 
 
+class ResponseParams(NamedTuple):
+    """When robots are called or released (model.md 6.19)."""
+
+    enabled: bool
+    patience: int  # steps
+    delay: int  # steps
+    asks: bool  # whether the strategy says what robots believe the gap to be
+    releases: bool
+    margin: int
+
+
 class RunParams(NamedTuple):
     """The length of a run (model.md 4.7)."""
 
@@ -266,6 +277,7 @@ class Params(NamedTuple):
     decision: DecisionParams
     faults: FaultParams
     run: RunParams
+    response: ResponseParams
     truth: bool  # at the start
     changes: bool  # whether the world changes (model.md 6.17)
     together: bool  # whether all robots sense at once: up to 32 robots

@@ -28,14 +28,15 @@ PART: Final = type_of(Part)
 FLOATS: Final = types.Array(float64, 1, "C")
 MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
 INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)
+UPDATE: Final = int64(PARAMS, tuple_type(Passing), int64, int64, int64)
 STRATEGY: Final = Functions(
     quality=float64(int64, int64),
     dissemination=float64(float64, float64),
     decide=int64(MIND, INBOX),
     say=int64(MIND),
     value=float64(MIND),
-    update=int64(PARAMS, tuple_type(Passing), int64, int64, int64),
-    change=types.void(PARAMS, STATE, int64),
+    update=UPDATE,
+    change=types.void(PARAMS, STATE, types.FunctionType(UPDATE), int64),
 )
 """Signatures of the functions that a scenario chooses."""
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)

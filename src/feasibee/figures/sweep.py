@@ -43,9 +43,8 @@ def draw_lines(
 ) -> Figure:
     """Draw a share of the runs against a field, one line per value of another field, with 95 % bands.
 
-    The lines with the largest mean share are highlighted, and the first; the others are grey. If less is
-    better, they are those with the least. The x axis is logarithmic if its values were spaced by ratio, or
-    span a decade.
+    The best lines and the first are highlighted; the others are grey. The x axis is logarithmic if its values
+    were spaced by ratio, or span a decade.
 
     Parameters
     ----------
@@ -72,12 +71,10 @@ def draw_lines(
             _draw_band(ax, values, share, found[name])
             known = np.flatnonzero(np.isfinite(share[:, 0]))
             if found[name].highlighted and known.size:
-                last = known[-1]
-                ends[name] = (float(ax.convert_xunits(values[last])), float(share[last, 0]))
+                ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(share[known[-1], 0]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=_label(show))
-        ax.set_ylim((-2, 102) if show in SHARES else (0, None))
+        ax.set(xlabel=x, ylabel=_label(show), ylim=(-2, 102) if show in SHARES else (0, None))
         _say_averaged(ax, over)
         _say_never(ax, lines, show)
         if hue:

@@ -52,6 +52,7 @@ class Outcome(NamedTuple):
 COMMITS: Final = Need("`decision.commit`", lambda scenario: scenario.decision.commit is not None)
 DECLARES: Final = Need("a strategy that defines `declare`", lambda scenario: scenario.manifest.declares)
 CHANGES: Final = Need("a world that changes", lambda scenario: scenario.dynamic)
+RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
 OUTCOMES: Final = (
     Outcome(
         "decision",
@@ -114,6 +115,9 @@ OUTCOMES: Final = (
         "honest working robots with opinion infeasible at the end of the run",
         *("robots", "int64", 0),
     ),
+    Outcome("calls", "calls of the swarm for more robots", *("calls", "int64", 0), needs=RESPONDS),
+    Outcome("robots_called", "robots that the swarm has called", *("robots", "int64", 0), needs=RESPONDS),
+    Outcome("robots_released", "robots that the swarm has released", *("robots", "int64", 0), needs=RESPONDS),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
 
@@ -177,5 +181,8 @@ ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
     DECLARED_INFEASIBLE,
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
+    CALLS,
+    ROBOTS_CALLED,
+    ROBOTS_RELEASED,
 ) = range(len(ACCOUNT))
 """Numbers of the columns, by which the engine fills them in."""

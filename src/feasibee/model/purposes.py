@@ -35,6 +35,7 @@ VANISH: Final = 25  # word 0: which of the tasks there; of (how many by events b
 LEAVE: Final = 26  # word 0: which of the robots there; likewise
 JOINING_CLASS: Final = 27  # word 0: the robot of the start that has the class of a number beyond these
 APPEARING_CLASS: Final = 28  # word 0: the same for a task
+RELEASE: Final = 29  # word 0: which of the robots there; of (how many released before it in this step, step)
 PURPOSES: Final = (
     "PLACE_ROBOT",
     "PLACE_TASK",
@@ -65,6 +66,7 @@ PURPOSES: Final = (
     "LEAVE",
     "JOINING_CLASS",
     "APPEARING_CLASS",
+    "RELEASE",
 )
 PAIR: Final = 256
 """A draw about a pair has the last word purpose + PAIR * (number of the second)."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from feasibee.model.outcomes import (
     ACCOUNT,
     BITS_SENT,
+    CALLS,
     COMMIT_STEP,
     COMMITTED_FEASIBLE,
     COMMITTED_INFEASIBLE,
@@ -21,11 +22,14 @@ from feasibee.model.outcomes import (
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
     OUTCOMES,
+    ROBOTS_CALLED,
+    ROBOTS_RELEASED,
     TRACES,
 )
 
 __all__ = [
     "BITS_SENT",
+    "CALLS",
     "COMMITTED_FEASIBLE",
     "COMMITTED_INFEASIBLE",
     "COMMIT_STEP",
@@ -34,6 +38,8 @@ __all__ = [
     "DECLARE_STEP",
     "FEASIBLE_AT_END",
     "INFEASIBLE_AT_END",
+    "ROBOTS_CALLED",
+    "ROBOTS_RELEASED",
     "Record",
 ]
 

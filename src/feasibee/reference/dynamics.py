@@ -1,12 +1,13 @@
-"""How the world of a run changes: events, and streams of tasks and robots (model.md 6.17)."""
+"""How the world of a run changes: events, streams of tasks and robots, responses (model.md 6.17, 6.19)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from feasibee.model.purposes import ARRIVAL, LEAVE, LIFETIME, VANISH
+from feasibee.model.purposes import ARRIVAL, LEAVE, LIFETIME, RELEASE, VANISH
 from feasibee.reference.draws import choose, duration, philox, poisson
+from feasibee.reference.response import Operator
 from feasibee.reference.robot import Robot
 
 if TYPE_CHECKING:
@@ -30,14 +31,20 @@ class Dynamics:
         self._appeared = 0
         self._vanishes_at: dict[int, int] = {}
         self._gone: dict[int, Robot] = {}
+        self.operator = Operator(swarm.scenario) if swarm.scenario.response.patience is not None else None
         for _ in swarm.tasks:
             self._begin_lifetime()
         self._happen()
 
-    def change(self) -> bool:
-        """Change the world at the beginning of a step; return whether robots or tasks came or went."""
+    def change(self, held: int) -> bool:
+        """Change the world at the beginning of a step; return whether robots or tasks came or went.
+
+        ``held`` is the opinion that the swarm held after the step before.
+        """
         before = set(self._swarm.tasks), set(self._swarm.robots)
         now = self._swarm.time
+        if self.operator is not None:
+            self._release(self.operator, self.operator.look(now, held, self._swarm.counted))
         self._take_tasks(number for number, step in self._vanishes_at.items() if step == now)
         self._take_robots(robot for robot in self._swarm.robots if robot.leaves_at == now)
         self._happen()
@@ -46,7 +53,16 @@ class Dynamics:
             self._appear()
         for _ in range(poisson(robots, self._swarm.scenario.robots.arrival_rate or 0.0)):
             self._join()
+        for _ in range(self.operator.arriving(now) if self.operator else 0):
+            self._join()
         return before != (set(self._swarm.tasks), set(self._swarm.robots))
+
+    def _release(self, operator: Operator, number: int) -> None:
+        """Release so many robots, but not the last one (model.md 6.19.6)."""
+        for k in range(min(number, len(self._swarm.robots) - 1)):
+            robots = self._swarm.robots
+            self._take_robots([robots[self._chosen(k, RELEASE, len(robots))]])
+            operator.robots_released += 1
 
     def _happen(self) -> None:
         """Let the events of this step happen (model.md 6.17.2)."""

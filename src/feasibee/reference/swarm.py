@@ -23,6 +23,7 @@ from feasibee.model.record import Record
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
 from feasibee.reference.dynamics import Dynamics
 from feasibee.reference.identities import Names
+from feasibee.reference.response import Operator
 from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
@@ -64,6 +65,10 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
         record.declared_infeasible[row] = swarm.declared(INFEASIBLE)
         record.feasible_at_end[row] = swarm.feasible_count
         record.infeasible_at_end[row] = swarm.infeasible_count
+        if swarm.operator is not None:
+            record.calls[row] = swarm.operator.calls
+            record.robots_called[row] = swarm.operator.robots_called
+            record.robots_released[row] = swarm.operator.robots_released
     return record
 
 
@@ -99,6 +104,11 @@ class Swarm:
         self._dynamics = Dynamics(self, seed, run) if scenario.dynamic else None
         self._look_up_truth()
 
+    @property
+    def operator(self) -> Operator | None:
+        """Who responds to what the swarm holds, if anybody does (model.md 6.19)."""
+        return self._dynamics.operator if self._dynamics is not None else None
+
     def new_robot(self, number: int, place: Place, fault: str = HONEST, before: Robot | None = None) -> Robot:
         """Return a robot that begins at this step; ``before`` was the last one of this number."""
         kind = self.robot_kinds[number]
@@ -115,8 +125,9 @@ class Swarm:
 
     def step(self) -> None:
         """Simulate one step: move, observe and receive, end the step (model.md 3)."""
+        held = self.decision if self.operator else UNDECIDED
         self.time += 1
-        if self._dynamics is not None and self._dynamics.change():
+        if self._dynamics is not None and self._dynamics.change(held):
             self._look_up_truth()
         working = [robot for robot in self.robots if robot.works(self.time)]
         blocked = self._move(working)

@@ -27,8 +27,7 @@ class Quartiles(NamedTuple):
 def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     """Return the mean of the runs' shares of steps, with an adjusted Wald interval over runs.
 
-    The interval is that of Wald with one further run of share 0 and one of share 1. It is never of zero
-    width. A t interval would be where all runs happen to be right.
+    The interval is that of Wald with one further run of share 0 and one of share 1. So its width is never zero.
 
     Parameters
     ----------
@@ -45,16 +44,14 @@ def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     References
     ----------
     Runs as units: Law, "Simulation Modeling and Analysis", 2015, section 9.5 (replication/deletion).
-    The adjustment: Agresti, Coull, "Approximate is better than 'exact' for interval estimation of binomial
-    proportions", 1998; Bonett, Price, "Adjusted Wald confidence interval for a difference of binomial
-    proportions based on paired data", 2012, with one more of each.
+    The adjustment: Bonett, Price, "Adjusted Wald confidence interval for a difference of binomial
+    proportions based on paired data", 2012, after Agresti and Coull, 1998.
 
     Examples
     --------
     >>> from feasibee.results.replicates import mean_share
-    >>> estimate, low, high = mean_share([0.9, 0.8, 1.0] * 30)
-    >>> round(estimate, 3), round(low, 3), round(high, 3)
-    (0.9, 0.866, 0.917)
+    >>> [round(each, 3) for each in mean_share([0.9, 0.8, 1.0] * 30)]
+    [0.9, 0.866, 0.917]
     """
     values = np.asarray(shares, np.float64)
     if not values.size or not ((values >= 0) & (values <= 1)).all():

@@ -21,6 +21,8 @@ def complete_form(tables: Mapping[str, Any]) -> dict[str, Any]:
             del table["points"]
     if not complete["units"]:
         del complete["units"]
+    if tables["response"]["patience"] is None:  # nobody responds
+        del complete["response"]
     events = [_with_values(each) for each in tables["events"]]
     return {**complete, "events": events} if events else complete
 

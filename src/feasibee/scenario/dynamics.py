@@ -30,7 +30,12 @@ def is_dynamic(sections: Explicit) -> bool:
     """Return whether the world of a scenario may change; ``sections`` are its raw values."""
     robots, tasks = sections["robots"], sections["tasks"]
     streams = robots["arrival_rate"], robots["failure_rate"], tasks["arrival_rate"], tasks["lifetime"]
-    return bool(sections["events"]) or any(streams)
+    return bool(sections["events"]) or any(streams) or responds(sections)
+
+
+def responds(sections: Explicit) -> bool:
+    """Return whether robots are called or released because of what the swarm holds (model.md 6.19)."""
+    return sections["response"]["patience"] is not None
 
 
 def most_of(sections: Explicit, counts: tuple[int, int]) -> Most:
@@ -42,7 +47,7 @@ def most_of(sections: Explicit, counts: tuple[int, int]) -> Most:
     most = sections["robots"]["most"]
     if most is None:
         most = robots + joining
-        if sections["robots"]["arrival_rate"]:
+        if sections["robots"]["arrival_rate"] or responds(sections):
             most = max(most, TWICE * robots)
     rate, steps = sections["tasks"]["arrival_rate"] or 0.0, sections["run"]["steps"]
     return Most(max(most, robots), tasks + appearing + surely_above(rate * steps))
@@ -70,9 +75,11 @@ def dynamic_conflicts(
         What the strategy declares; None if its name is invalid.
     """
     rates = "robots.arrival_rate", "robots.failure_rate", "tasks.arrival_rate", "tasks.lifetime"
-    if not fit("events", "robots.most", "run.steps", *rates):
+    response = "response.patience", "response.release", "response.delay", "response.margin"
+    if not fit("events", "robots.most", "run.steps", *rates, *response):
         return
-    yield from _most(sections, counts)
+    yield from _most(sections, counts, strategy)
+    yield from _response(sections, strategy)
     if not is_dynamic(sections):
         return
     yield from _events(sections)
@@ -85,21 +92,45 @@ def dynamic_conflicts(
         yield Problem("tasks.arrival_rate", sections["tasks"]["arrival_rate"], rule, "lower it, or run.steps")
 
 
-def _most(sections: Explicit, counts: tuple[int, int]) -> Iterator[Problem]:
+def _most(sections: Explicit, counts: tuple[int, int], strategy: Manifest | None) -> Iterator[Problem]:
     robots, most = sections["robots"], sections["robots"]["most"]
     if most is None:
         return
     if most < counts[0]:
         rule = f"must be at least the number of robots at the start, {counts[0]}"
         yield Problem("robots.most", most, rule, "leave it out, or lower robots.count")
-    elif robots["arrival_rate"] and most == counts[0] and not _robots_leave(sections):
+        return
+    may_join = robots["arrival_rate"] or responds(sections)
+    if may_join and most == counts[0] and not _robots_leave(sections, strategy):
         rule = f"lets none join: {most} robots are there, and none leaves"
-        remedy = "raise it, or set robots.failure_rate"
+        remedy = f"set it to {most + 1} or more, or set robots.failure_rate"
         yield Problem("robots.most", most, rule, remedy)
 
 
-def _robots_leave(sections: Explicit) -> bool:
-    return bool(sections["robots"]["failure_rate"]) or any(each["robots"] < 0 for each in sections["events"])
+def _response(sections: Explicit, strategy: Manifest | None) -> Iterator[Problem]:
+    """Find values of a response that can't have an effect (model.md 6.19)."""
+    response, defaults = sections["response"], {"delay": 100, "release": None, "margin": 2}
+    if not responds(sections):
+        for name, default in defaults.items():
+            if response[name] != default:
+                rule = "needs response.patience: without it, nobody responds"
+                yield Problem(f"response.{name}", response[name], rule, "set response.patience = 100")
+        return
+    if response["release"] and strategy is not None and not strategy.knows_gap:
+        rule = f"needs a strategy that defines gap; with {strategy.name}, nobody knows how many are to spare"
+        yield Problem("response.release", True, rule, "leave it out, or set it to false")
+    steps = sections["run"]["steps"]
+    if response["patience"] > steps:
+        rule = f"is longer than a run, run.steps = {steps}: nobody would be called"
+        remedy = f"lower it to {steps} or less, or raise run.steps"
+        yield Problem("response.patience", response["patience"], rule, remedy)
+
+
+def _robots_leave(sections: Explicit, strategy: Manifest | None) -> bool:
+    response, knows_gap = sections["response"], strategy is None or strategy.knows_gap
+    released = responds(sections) and (knows_gap if response["release"] is None else response["release"])
+    by_event = any(each["robots"] < 0 for each in sections["events"])
+    return bool(sections["robots"]["failure_rate"]) or by_event or bool(released)
 
 
 def _events(sections: Explicit) -> Iterator[Problem]:
@@ -120,7 +151,7 @@ def _numbers(sections: Explicit, counts: tuple[int, int]) -> Iterator[Problem]:
     """Find events in which more vanish or leave than there are, where streams leave no doubt."""
     robots, tasks = sections["robots"], sections["tasks"]
     known = {
-        "robots": not (robots["arrival_rate"] or robots["failure_rate"]),
+        "robots": not (robots["arrival_rate"] or robots["failure_rate"] or responds(sections)),
         "tasks": not (tasks["arrival_rate"] or tasks["lifetime"]),
     }
     there = dict(zip(("robots", "tasks"), counts, strict=True))
@@ -155,6 +186,7 @@ def _placement(sections: Explicit) -> Iterator[Problem]:
     for name in ("robots", "tasks"):
         section = sections[name]
         more = section["arrival_rate"] or any(each[name] > 0 for each in sections["events"])
+        more = more or (name == "robots" and responds(sections))
         if more and section["placement"] == "points" and not section["points"]:
             rule = f"must have a point at which {name} may appear"
             yield Problem(f"{name}.points", "", rule, f'add a point, or set {name}.placement = "uniform"')

@@ -345,6 +345,28 @@ class Event(Section):
     radio: NewRadio = Field(NewRadio(), description="New values of radio.")
 
 
+class Response(Section):
+    """Robots that are called or released because of what the swarm holds (model.md 6.19)."""
+
+    patience: int | None = Field(
+        None,
+        ge=1,
+        le=1_000_000_000,
+        description="Steps in a row for which the swarm must hold an opinion before robots are called or "
+        "released; by default nobody responds.",
+    )
+    delay: int = Field(
+        100, ge=0, le=1_000_000_000, description="Steps from a call until the called robots arrive."
+    )
+    release: bool | None = Field(
+        None,
+        description="Whether robots to spare are released; by default if the strategy defines `gap`.",
+    )
+    margin: int = Field(
+        2, ge=0, le=1_000_000, description="Robots to spare that stay when others are released."
+    )
+
+
 class Units(Section):
     """The size of a unit and of a step, for axes and reports. They change no run, and no hash."""
 
@@ -362,6 +384,7 @@ SECTIONS: Final[Mapping[str, type[Section]]] = {
     "decision": Decision,
     "faults": Faults,
     "run": Run,
+    "response": Response,
     "units": Units,
 }
 """The sections of a scenario by name, in the order of its complete form."""

@@ -39,6 +39,7 @@ from feasibee.scenario.fields import (
     Event,
     Faults,
     Radio,
+    Response,
     Robots,
     Run,
     Sensing,
@@ -62,7 +63,7 @@ class Scenario(BaseModel):
 
     Parameters
     ----------
-    arena, robots, tasks, walk, sensing, radio, decision, faults, run, units : mapping or section, optional
+    arena, robots, tasks, walk, sensing, radio, decision, faults, run, response, units : mapping, optional
         Fields that differ from the paper, such as ``tasks={"count": 50}``.
     preset : str, optional
         Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
@@ -96,6 +97,7 @@ class Scenario(BaseModel):
     decision: Decision = Decision()
     faults: Faults = Faults()
     run: Run = Run()
+    response: Response = Response()
     units: Units = Units()
     events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
         (), description="Changes of the world at given steps (model.md 6.17)."
@@ -117,6 +119,7 @@ class Scenario(BaseModel):
             decision: Decision | Mapping[str, Any] = ...,
             faults: Faults | Mapping[str, Any] = ...,
             run: Run | Mapping[str, Any] = ...,
+            response: Response | Mapping[str, Any] = ...,
             units: Units | Mapping[str, Any] = ...,
             events: Sequence[Event | Mapping[str, Any]] = ...,
         ) -> None: ...
@@ -156,6 +159,8 @@ class Scenario(BaseModel):
         self._manifest = manifest
         parameters = {**manifest.parameters, **self.decision.parameters}
         self._put("decision", parameters={name: float(value) for name, value in parameters.items()})
+        if self.response.patience is not None and self.response.release is None:
+            self._put("response", release=manifest.knows_gap)
         for name in ("robots", "tasks"):
             section = getattr(self, name)
             if section.classes:
@@ -207,13 +212,14 @@ class Scenario(BaseModel):
     @property
     def dynamic(self) -> bool:
         """Whether its world may change (model.md 6.17)."""
-        return is_dynamic({"robots": dict(self.robots), "tasks": dict(self.tasks), "events": self.events})
+        sections = {name: dict(getattr(self, name)) for name in ("robots", "tasks", "response")}
+        return is_dynamic({**sections, "events": self.events})
 
     @property
     def most(self) -> Most:
         """How many robots there may be at a time, and how many tasks may appear in a run."""
         counts = self.robots.count, self.tasks.count
-        return most_of(self.model_dump(include={"robots", "tasks", "run", "events"}), counts)
+        return most_of(self.model_dump(include={"robots", "tasks", "run", "response", "events"}), counts)
 
     @property
     def setting(self) -> Setting:

@@ -25,6 +25,7 @@ from feasibee.engine.params import (
     PlacementParams,
     QuorumParams,
     RadioParams,
+    ResponseParams,
     RobotParams,
     RunParams,
     SeedParams,
@@ -84,6 +85,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
         decision=_decision(scenario, most.robots),
         faults=_faults(scenario, faulty),
         run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
+        response=_response(scenario),
         truth=truth(scenario),
         changes=scenario.dynamic,
         together=together,
@@ -256,6 +258,18 @@ def _faults(scenario: Scenario, faulty: tuple[int, int, int]) -> FaultParams:
         byzantine_says=Lie[says.upper()],
         colluding=colluding,
         exactly=colluding and not (scenario.robots.classes or scenario.tasks.classes),
+    )
+
+
+def _response(scenario: Scenario) -> ResponseParams:
+    response = scenario.response
+    return ResponseParams(
+        enabled=response.patience is not None,
+        patience=response.patience or 0,
+        delay=response.delay,
+        asks=scenario.manifest.knows_gap,
+        releases=bool(response.release),
+        margin=response.margin,
     )
 
 

@@ -270,6 +270,11 @@ class Manifest:
         """Whether robots pass on knowledge in addition to opinions."""
         return "merge" in self.functions
 
+    @property
+    def knows_gap(self) -> bool:
+        """Whether each robot knows by how many the tasks outnumber the robots, as it believes."""
+        return "gap" in self.functions
+
     def needs(self, parameters: Mapping[str, float]) -> tuple[str, ...]:
         """Return what a robot needs: ``"names"``, ``"ids"`` or ``"count"``, by the file's constants.
 

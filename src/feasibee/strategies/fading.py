@@ -10,7 +10,7 @@ A task is in sight in a share a = pi r**2 / area of the steps, so that the numbe
 In each step the robot holds *feasible* if m <= n + 1/2, halfway to the first number that isn't. Within walls
 a is the mean share of the arena that is in sight. This needs n, which is that of the start, and the area.
 
-If n is unknown, or with ``ratio`` = 1, the robots in sight, N, stand for E. A robot sees n - 1 others, so that
+If n is unknown, or with ``ratio`` = 1, the robots in sight, N, stand for E. A robot sees n - 1 others:
 
     m = (n - 1) (M + sum M_j) / (N + sum N_j)
 
