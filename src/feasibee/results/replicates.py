@@ -27,7 +27,7 @@ class Quartiles(NamedTuple):
 def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     """Return the mean of the runs' shares of steps, with an adjusted Wald interval over runs.
 
-    The interval is that of Wald with one further run of share 0 and one of share 1. So its width is never zero.
+    The interval is that of Wald with one further run of share 0 and one of share 1. Its width is never zero.
 
     Parameters
     ----------
@@ -94,9 +94,8 @@ def event_rate(events: ArrayLike, exposure: ArrayLike, confidence: float = CONFI
     Examples
     --------
     >>> from feasibee.results.replicates import event_rate
-    >>> estimate, low, high = event_rate([0] * 10, [100] * 10)
-    >>> round(estimate, 5), round(low, 5), round(high, 5)
-    (0.0, 0.0, 0.00384)
+    >>> [round(each, 5) for each in event_rate([0] * 10, [100] * 10)]
+    [0.0, 0.0, 0.00384]
     """
     counts, watched = np.asarray(events, np.float64), np.asarray(exposure, np.float64)
     total, time = float(counts.sum()), float(watched.sum())
