@@ -94,7 +94,8 @@ def find_colliding(params, robots, links, there):
         find_near(robots[Robot.X], robots[Robot.Y], close_by, params.robots.count, high, uint32(0))
     else:
         find_exactly(params, robots, close_by, params.robots.meet_limit)
-    keep_only(close_by, there)
+    if params.changes:
+        keep_only(close_by, there)
     found = uint32(0)
     for i in range(1, params.robots.count):
         close = close_by[i] & first_bits(i)
