@@ -41,7 +41,7 @@ BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
-PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 1.0, "tolerates": 0.0}
+PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 NAME_BITS, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 ROBOT_QUIETS, NEWS_QUIETS, VANISHED_QUIETS = 6, 2, 4
 """Timeout of robots, and for how long changes are news and vanished tasks told, in quiet times."""
