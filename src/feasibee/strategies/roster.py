@@ -11,8 +11,9 @@ were there at most ``task_timeout`` steps ago, n the robot itself and the robots
 ``robot_timeout`` steps ago. Robots that leave have no tombstone, since nobody knows where to look.
 
 A timeout of 0 is computed: 2 quiet times of `quiet_census` for tasks, and 1.5 for robots. That is 200 and 150
-steps for 20 robots in the paper's arena. With sightings missed at probability p, about 50 p**looks of the
-time is wrong: take the least ``looks`` for which this is at most 0.005, such as 4 at p = 0.1.
+steps for 20 robots in the paper's arena. If sightings are missed with probability p, a swarm whose tasks
+exceed its robots by one is wrong for about 45 p**looks of the time: 2 looks suffice up to p = 0.01, 3 up to
+0.05, 4 up to 0.1.
 
 With ``tolerates`` = f, what a robot did not see itself counts once f + 1 different neighbours have reported
 it; the oldest of their latest reports counts. So no false report is younger than a true one.
@@ -40,7 +41,7 @@ BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
-PARAMETERS = {"task_timeout": 0.0, "robot_timeout": 0.0, "looks": 1.0, "tolerates": 0.0}
+PARAMETERS = {"task_timeout": 0.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 TASK_TIMEOUT, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 TASK_QUIETS, ROBOT_QUIETS = 2.0, 1.5
 """Timeouts in quiet times of `quiet_census`."""

@@ -23,8 +23,8 @@ A Byzantine robot sends each task with the version that would make it vanish, an
 version that would bring it back, and invents n + 1 tasks. Every other message holds an invention.
 
 Message: 2 bits of version and the name. Unless n is known, the sender's id, 1 bit for robot or task, and for
-a robot its id and 12 bits of age; with f > 0, the sender's id. Memory: names and versions, when they changed,
-looks in vain; for each robot its age; for each of them the reports of f + 1 neighbours.
+a robot its id and 12 bits of age; with f > 0, the sender's id. Memory: names and versions, when they were
+news, looks in vain; for each robot its age; for each of them the reports of f + 1 neighbours.
 
 References
 ----------
@@ -41,7 +41,7 @@ BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
-PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 1.0, "tolerates": 0.0}
+PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 NAME_BITS, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 ROBOT_QUIETS, NEWS_QUIETS, VANISHED_QUIETS = 6, 2, 4
 """Timeout of robots, and for how long changes are news and vanished tasks told, in quiet times."""
@@ -55,8 +55,8 @@ NUMBER, TICK, TURNS, TURN, ROBOT_TURN, LATEST, BEFORE, QUIET, TIMEOUT, ENTRIES =
 Then the entries that changed last; the quiet time and the timeout of robots in steps; the entries of names,
 and of robots, if they are listed.
 """
-NAME, VERSION, CHANGED, VAIN, SENDERS = 0, 1, 2, 3, 4
-"""Words of an entry: name; version + 1, or 0 if it doesn't count yet; step of its last change; looks in vain.
+NAME, VERSION, NEWS, VAIN, SENDERS = 0, 1, 2, 3, 4
+"""Words of an entry: name; version + 1, or 0 if it doesn't count yet; step when it was news; looks in vain.
 
 Then come one more than the ids of at most f neighbours that sent the next version, and f the one after it.
 """
@@ -167,8 +167,9 @@ def find(known, name, setting):
     return place
 
 
-def put_first(known, entry):
-    """Put an entry among those that are told soon."""
+def put_first(known, entry, me):
+    """Put an entry among those that are news."""
+    known[entry + NEWS] = me.step
     if known[LATEST] != entry:
         known[BEFORE] = known[LATEST]
         known[LATEST] = entry
@@ -177,11 +178,10 @@ def put_first(known, entry):
 def change(known, entry, version, me):
     """Give an entry a version."""
     known[entry + VERSION] = version % VERSIONS + 1
-    known[entry + CHANGED] = me.step
     known[entry + VAIN] = 0
     for k in range(entry + SENDERS, entry + entry_words(me.setting)):
         known[k] = 0
-    put_first(known, entry)
+    put_first(known, entry, me)
 
 
 def is_there(known, entry):
@@ -219,7 +219,7 @@ def encode(message, known, me):
     message[KIND], message[WHAT], message[VALUE] = 0, 0, 0
     known[TICK] = (known[TICK] + 1) % 4
     entry = known[BEFORE] if known[TICK] == 0 else known[LATEST]
-    if known[TICK] % 2 != 0 or entry < 0 or me.step - known[entry + CHANGED] > NEWS_QUIETS * known[QUIET]:
+    if known[TICK] % 2 != 0 or entry < 0 or me.step - known[entry + NEWS] > NEWS_QUIETS * known[QUIET]:
         entry = -1
     if entry < 0:
         known[TURNS] = 1 - known[TURNS]
@@ -238,7 +238,7 @@ def next_in_turn(known, me):
         entry = ENTRIES + known[TURN] * entry_words(me.setting)
         if is_there(known, entry):
             return entry
-        if known[entry + VERSION] > 0 and me.step - known[entry + CHANGED] <= VANISHED_QUIETS * known[QUIET]:
+        if known[entry + VERSION] > 0 and me.step - known[entry + NEWS] <= VANISHED_QUIETS * known[QUIET]:
             return entry
     return -1
 
@@ -285,7 +285,7 @@ def hear_task(known, message, sender, me):
         if told_enough(known, entry + SENDERS + (ahead - 1) * tolerates, tolerates, sender):
             change(known, entry, version, me)
     elif ahead != 0:
-        put_first(known, entry)
+        put_first(known, entry, me)
 
 
 def hear_robot(known, message, sender, me):

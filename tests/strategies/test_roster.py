@@ -1,0 +1,342 @@
+"""Roster: ages and tombstones, messages to the bit, lies, whom to believe, and worlds that change."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario
+from feasibee.robot.knowledge import Knowledge
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_from
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Me, Thing
+from feasibee.strategies.quiet_census import patience
+
+QUIET = patience(20, 0) * 10  # steps: in the paper's arena, robots find a place every 10 steps
+
+
+def robot_of(
+    counts=(20, 30), *, number=0, step=0, place=(5.0, 5.0), task_timeout=0.0, robot_timeout=0.0, looks=1.0,
+    tolerates=0.0, **setting,
+):  # fmt: skip
+    """Return the knowledge of a robot that explores at a place."""
+    parameters = (task_timeout, robot_timeout, looks, tolerates)
+    setting = setting_from(counts, (1, 1), True, None, parameters, **{"knows_count": False, **setting})
+    return Knowledge(STRATEGIES["roster"], Me(number, 0, 0, step, [], setting, True, *place))
+
+
+def task(number, x=5.0, y=5.0):
+    return Thing(False, number, 0, 77 * number, x, y)
+
+
+def robot(number):
+    return Thing(True, number, 0, 77 * number)
+
+
+def step(own, *things, explores=True):
+    """Let a robot see things for a step; return its opinion."""
+    own.observe(things)
+    opinion = own.judge()
+    own.end_step(explores=explores)
+    return opinion
+
+
+def counted(own):
+    (robots,), (tasks,) = own.counted()
+    return robots, tasks
+
+
+# --- What is known, and for how long ---
+
+
+def test_a_robot_counts_itself_and_what_it_sees():
+    own = robot_of()
+    assert step(own) == 1
+    assert counted(own) == (1, 0)
+    assert step(own, robot(3), robot(4), task(0), task(1)) == 1
+    assert (counted(own), own.gap()) == ((3, 2), -1)
+    assert step(own, task(0), task(1), task(2, 5.0, 5.5), task(3, 4.0, 5.0)) == 0
+    assert (counted(own), own.gap()) == ((3, 4), 1)
+
+
+def test_robots_that_know_n_list_no_robots():
+    own = robot_of((20, 30), knows_count=True)
+    step(own, robot(3), task(0))
+    assert counted(own) == (20, 1)
+    assert len(own.message()) == 1 + 2 * own.me.setting.task_ids
+
+
+@pytest.mark.parametrize(("age", "count"), [(6, (1, 1)), (4, (2, 1)), (9, (1, 1)), (10, (1, 0))])
+def test_robots_and_tasks_are_given_up_when_they_were_not_seen_for_long(age, count):
+    own = robot_of(task_timeout=9.0, robot_timeout=5.0, place=(5.0, 5.0))
+    step(own, robot(3), task(0, 5.0, 5.0), explores=False)
+    for _ in range(age):
+        step(own, explores=False)
+    assert counted(own) == count
+
+
+def test_what_was_given_up_stays_so_when_robots_leave_and_timeouts_grow():
+    """Of 20 robots only two stay; what was last there 180 steps ago would else be there again."""
+    own = robot_of()
+    step(own, *map(robot, range(1, 20)), task(0), explores=False)
+    assert counted(own) == (20, 1)
+    ages = []
+    for age in range(1, 240):
+        step(own, robot(1), explores=False)
+        ages.append((age, *counted(own)))
+    assert [own.words[k] > 400 for k in (0, 1)] == [True, True]
+    assert [robots for _, robots, _ in ages] == [20] * int(1.5 * QUIET + 1) + [2] * (238 - int(1.5 * QUIET))
+
+
+def test_timeouts_are_two_and_one_and_a_half_quiet_times():
+    own = robot_of((20, 9), knows_count=True)
+    assert own.words[:2] == [pytest.approx(2 * QUIET, abs=1), pytest.approx(1.5 * QUIET, abs=1)]
+    assert robot_of((20, 9), knows_count=True, task_timeout=33.2).words[0] == 34
+
+
+# --- Tombstones ---
+
+
+def entry_of(own, number):
+    """Return age and presence of a task in the next message; None if it isn't in it."""
+    message = own.message()
+    word = message[1 + (0 if own.me.setting.knows_count else own.me.setting.robot_ids) + number]
+    return None if word == 0 else ((word - 1) // 2, word % 2 == 1)
+
+
+@pytest.mark.parametrize("looks", [1, 3])
+def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(looks):
+    own = robot_of(looks=float(looks))
+    step(own, task(0))
+    for _ in range(looks - 1):
+        step(own)
+    step(own, task(0))
+    for _ in range(looks):
+        assert counted(own) == (1, 1)
+        step(own)
+    assert counted(own) == (1, 0)
+    assert entry_of(own, 0) == (1, False)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "walled", "absent"),
+    [
+        (5.0, 6.8, False, True),
+        (5.0, 6.95, False, False),  # so near the end of its sight the robot is not sure
+        (5.0, 7.5, False, False),
+        (19.0, 0.5, False, False),
+        (0.2, 5.0, True, False),
+    ],
+)
+def test_absence_is_certain_well_within_sight_only(x, y, walled, absent):
+    own = robot_of(walled=walled)
+    own.observe([task(0, x, y)])
+    own.judge()
+    own.end_step(explores=True)
+    assert step(own) == 1
+    assert counted(own) == (1, 0 if absent else 1)
+
+
+@pytest.mark.parametrize(("walled", "left"), [(False, 0), (True, 1)])
+def test_sight_goes_round_a_torus(walled, left):
+    own = robot_of(place=(19.5, 0.5), walled=walled)
+    step(own, task(0, 0.5, 19.5))
+    step(own)
+    assert counted(own) == (1, left)
+
+
+def test_a_robot_that_disseminates_does_not_look():
+    own = robot_of()
+    step(own, task(0), explores=False)
+    step(own, explores=False)
+    assert counted(own) == (1, 1)
+
+
+def test_a_tombstone_is_no_new_report_at_each_look():
+    own = robot_of(task_timeout=50.0)
+    step(own, task(0))
+    for age in range(1, 52):
+        step(own)  # the first one finds the task absent
+        assert entry_of(own, 0) == ((age, False) if age <= 50 else None)
+
+
+def test_a_task_that_comes_back_is_there_again():
+    own = robot_of()
+    step(own, task(0))
+    step(own)
+    step(own, task(0))
+    assert (counted(own), entry_of(own, 0)) == ((1, 1), (1, True))
+
+
+# --- Messages ---
+
+
+def test_robots_need_no_common_clock():
+    first, second = robot_of(step=500, number=1), robot_of(step=3, number=2, place=(15.0, 15.0))
+    step(first, task(0), robot(5), explores=False)
+    for _ in range(7):
+        step(first, explores=False)
+    second.merge(first.message(), 1)
+    second.judge()
+    assert counted(second) == (3, 1)
+    assert entry_of(second, 0) == (8, True)
+
+
+def test_the_younger_report_counts_and_at_the_same_age_that_it_is_there():
+    for ages, there in (((3, 5), 1), ((5, 3), 0), ((4, 4), 1)):
+        reports = [reported(present, age) for present, age in zip((True, False), ages, strict=True)]
+        for order in (reports, reports[::-1]):
+            own = robot_of(step=90, place=(15.0, 15.0))
+            for message in order:
+                own.merge(message, 1)
+            assert counted(own)[1] == there
+
+
+def reported(there, age, number=0):
+    """Return the message of a robot on a task that it found there or absent so many steps ago."""
+    other = robot_of(step=40, number=1)
+    step(other, task(number), explores=not there)
+    if not there:
+        step(other, explores=False)
+    for _ in range(age - 1):
+        step(other, explores=False)
+    return other.message()
+
+
+def test_a_robot_looks_for_tasks_that_it_only_heard_of():
+    own = robot_of(step=60)
+    own.merge(reported(True, 1), 1)
+    assert counted(own)[1] == 1
+    step(own)
+    assert counted(own)[1] == 0
+
+
+def written(own, message):
+    """Write a message as a robot would, bit by bit."""
+    setting, width = own.me.setting, message[0]
+    robots = 0 if setting.knows_count else setting.robot_ids
+    text = f"{width:05b}"
+    if setting.parameters[3] > 0:
+        text += f"{own.me.id:0{setting.id_bits}b}"
+    for number in range(robots):
+        if message[1 + number]:
+            assert message[1 + number] % 2 == 1  # robots are never absent
+            text += f"1{number:0{setting.id_bits}b}{(message[1 + number] - 1) // 2:0{width}b}"
+    text += "0" if robots else ""
+    for number in range(setting.task_ids):
+        word, place = (message[1 + robots + k + number] for k in (0, setting.task_ids))
+        if word:
+            text += f"1{place % 2**32:032b}{word % 2}{(word - 1) // 2:0{width}b}"
+    return text + "0"
+
+
+@pytest.mark.parametrize("tolerates", [0.0, 1.0])
+@pytest.mark.parametrize("known", [True, False])
+def test_a_message_costs_what_it_takes_to_write(known, tolerates):
+    timeouts = {"task_timeout": 200.0, "robot_timeout": 150.0}
+    own = robot_of((20, 6), knows_count=known, tolerates=tolerates, **timeouts)
+    step(own, task(1), task(2, 4.0, 4.0), task(3, 19.9, 19.9), robot(3), robot(19), explores=False)
+    for _ in range(9):
+        step(own, task(1), explores=False)
+    message = own.message()
+    text = written(own, message)
+    assert own.bits(message) == len(text)
+    names = 3 * (1 + 32 + 1 + 8) + 1 + (0 if known else 3 * (1 + 5 + 8) + 1)
+    assert len(text) == 5 + (5 if tolerates else 0) + names
+
+
+# --- Lies ---
+
+
+@pytest.mark.parametrize("colluding", [False, True])
+def test_a_lie_for_feasible_buries_all_tasks_and_invents_robots(colluding):
+    liar, own = robot_of((3, 5), number=1, colluding=colluding), robot_of((3, 5), place=(15.0, 15.0))
+    step(liar, *(task(number) for number in range(5)))
+    own.merge(liar.message(), 1)
+    assert counted(own) == (2, 5)
+    own.end_step(explores=True)
+    liar.end_step(explores=True)
+    own.merge(liar.lie(liar.message(), 1, ()), 1)
+    assert counted(own) == (2 + (2 if colluding else 5), 0)
+
+
+@pytest.mark.parametrize(("colluding", "tasks"), [(False, 2 + 4), (True, 4)])
+def test_a_lie_for_infeasible_wakes_the_dead_and_invents_tasks(colluding, tasks):
+    """Of robots that collude, as many as make one task more than the 3 robots."""
+    liar, own = robot_of((3, 5), number=1, colluding=colluding), robot_of((3, 5), place=(15.0, 15.0))
+    step(liar, task(0), task(1))
+    step(liar, task(0))
+    own.merge(liar.message(), 1)
+    assert counted(own)[1] == 1
+    own.end_step(explores=True)
+    message = liar.lie(liar.message(), 0, ())
+    own.merge(message, 1)
+    assert counted(own)[1] == tasks
+    assert own.bits(message) == len(written(liar, message))
+
+
+@pytest.mark.parametrize("f", [1, 2])
+def test_a_report_counts_from_f_plus_1_different_neighbours_with_the_oldest_age(f):
+    own = robot_of(step=100, tolerates=float(f), place=(15.0, 15.0))
+    for _ in range(2):
+        for sender in range(1, f + 1):
+            own.merge(reported(True, 3 * sender), sender)
+    assert counted(own) == (1 + f, 0)
+    own.merge(reported(True, 1), f + 1)
+    own.judge()
+    assert counted(own) == (2 + f, 1)
+    assert entry_of(own, 0) == (3 * f, True)
+
+
+def test_one_tombstone_does_not_count_against_the_sightings_of_honest_robots():
+    own = robot_of(step=100, tolerates=1.0, place=(15.0, 15.0))
+    own.merge(reported(True, 5), 1)
+    own.merge(reported(True, 5), 2)
+    for sender in (3, 3, 3):
+        own.merge(reported(False, 1), sender)
+    assert counted(own)[1] == 1
+    own.merge(reported(False, 2), 4)
+    assert counted(own)[1] == 0
+
+
+def test_of_many_reports_the_latest_of_f_plus_1_senders_are_kept():
+    own = robot_of(step=100, tolerates=1.0, place=(15.0, 15.0))
+    for sender, age in ((1, 9), (2, 8), (3, 4), (4, 6), (1, 2), (3, 7)):
+        own.merge(reported(True, age), sender)
+    own.judge()
+    assert entry_of(own, 0) == (4, True)  # of 1 two steps ago, and of 3 four steps ago
+
+
+# --- Swarms ---
+
+
+def swarm(before, after, runs=20, robots=0, **changes):
+    """Return the traces of swarms whose world changes at step 500, before and after it."""
+    event = {"step": 500, "tasks": after - before, "robots": robots}
+    scenario = Scenario(events=[event], tasks={"count": before}, run={"steps": 900})
+    scenario = scenario.replace({"decision.strategy": "roster", **changes})
+    record = simulate_record(scenario, Runs(runs, 1))
+    return record.held == record.truth
+
+
+@pytest.mark.parametrize(("before", "after", "within"), [(20, 21, 90), (21, 20, 110), (40, 10, 90)])
+def test_a_change_is_noticed_and_nothing_else(before, after, within):
+    right = swarm(before, after)
+    assert right[:, 300:500].all()
+    assert not right[:, 500].any()
+    assert right[:, 500 + within :].all()
+
+
+def test_robots_that_leave_are_noticed():
+    right = swarm(18, 18, robots=-5)
+    assert right[:, 300:500].all()
+    assert right[:, 500 + 180 :].all()
+
+
+@pytest.mark.parametrize(("f", "ok"), [(0.0, 0), (1.0, 1)])
+def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(f, ok):
+    liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
+    right = swarm(25, 16, **liar, **{"decision.parameters": {"tolerates": f}})
+    assert (np.concatenate([right[:, 400:500], right[:, 700:]], 1) == ok).all()
