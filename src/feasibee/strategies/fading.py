@@ -8,20 +8,22 @@ A task is in sight in a share a = pi r**2 / area of the steps, so that the numbe
     m = (M + sum M_j) / (a (E + sum E_j))
 
 In each step the robot holds *feasible* if m <= n + 1/2, halfway to the first number that isn't. Within walls
-a is the mean share of the arena that is in sight. This needs n, which is that of the start, and the area.
+a is the mean share of the arena that is in sight. A robot that doesn't know n takes one more than the number
+of ids that it heard lately: at least once in the time in which it would see a given place three times. The n
+that robots know is that of the start; only those that don't know it notice robots that join or leave.
 
-If n is unknown, or with ``ratio`` = 1, the robots in sight, N, stand for E. A robot sees n - 1 others:
+With ``ratio`` = 1 robots need not know the area: the robots in sight, N, stand for E. A robot sees n - 1
+others, so that
 
     m = (n - 1) (M + sum M_j) / (N + sum N_j)
 
-An unknown n is one more than the number of ids heard lately. This notices robots that join or leave, too.
-
-``tau`` is in steps; 0: by a rule, if n is known, else 200. The rule asks that robots are right unless tasks
+``tau`` is in steps; 0: by a rule, if n is known, else 150. The rule asks that robots are right unless tasks
 differ from n + 1/2 by less than ``margin``, in natural logarithms: over T = 1.2 z**2 / (2 kappa n margin**2)
 steps all robots together see enough, where kappa = n s 2 r v / area is how often a task is visited in a step,
 and s the share of steps in which a robot explores. One that hears each other robot at a rate h has only a
 share tau h / (1 + tau h) of that. So tau solves tau**2 h = T (1 + tau h). With z = 2.4 it is 107 in the
-paper's world. Robots that passed on each other's counts were hardly faster at the same accuracy.
+paper's world. With the ratio T is doubled, since two counts err, and tau is 167. Robots that also passed on
+each other's counts were hardly faster at the same accuracy.
 
 With ``fast`` above 0, robots keep a second pair with this tau, and send both in turn. If the estimates differ
 by half or more, the fast one decides: large changes are noticed sooner.
@@ -53,7 +55,7 @@ OF_FAST = 5
 """Place of the fast numbers; the slow ones stand before."""
 Z = 2.4
 """Standard errors in the margin."""
-UNKNOWN_TAU = 200.0
+UNKNOWN_TAU = 150.0
 LONGEST_TAU = 1e6
 STEP = 1.04
 """Ratio of successive numbers in a message."""
@@ -91,15 +93,15 @@ def start(known, me):
 
 
 def uses_ratio(setting):
-    """Return whether robots in sight stand for the area and n."""
-    return setting.parameters[RATIO] > 0 or not setting.knows_count
+    """Return whether robots in sight stand for the steps in which the robot looked."""
+    return setting.parameters[RATIO] > 0
 
 
 def tau_of(setting):
     """Return tau in steps, by the rule unless it is set."""
     if setting.parameters[TAU] > 0:
         return min(max(setting.parameters[TAU], 1.0), LONGEST_TAU)
-    if uses_ratio(setting):
+    if not setting.knows_count:
         return UNKNOWN_TAU
     area = setting.width * setting.height
     exploring = setting.exploration / (setting.exploration + setting.dissemination)
@@ -108,7 +110,7 @@ def tau_of(setting):
     seen = 2.0 * visits * setting.count * max(setting.parameters[MARGIN], 1e-3) ** 2
     if seen <= 0.0 or meets <= 0.0:
         return LONGEST_TAU
-    pooled = 1.2 * Z * Z / seen
+    pooled = 1.2 * Z * Z / seen * (2.0 if uses_ratio(setting) else 1.0)
     return min(max((pooled + math.sqrt(pooled * (pooled + 4.0 / meets))) / 2.0, 1.0), LONGEST_TAU)
 
 
@@ -225,13 +227,14 @@ def robots_of(known, me):
 
 
 def tasks_of(known, first, me):
-    """Return the number of tasks by the counts, slow or fast; -1.0 if there is nothing to divide by."""
+    """Return the number of tasks by the counts, slow or fast; -1.0 as long as they say nothing."""
     looks = me.memory[first + LOOKS] + me.memory[first + ALL_LOOKS]
     tasks = me.memory[first + TASKS] + me.memory[first + ALL_TASKS]
-    if looks < 1e-9:
+    by_ratio, others = uses_ratio(me.setting), robots_of(known, me) - 1
+    if looks < 1e-9 or (by_ratio and others == 0):
         return -1.0
-    if uses_ratio(me.setting):
-        return max(tasks, 0.0) * (robots_of(known, me) - 1) / looks
+    if by_ratio:
+        return max(tasks, 0.0) * others / looks
     return max(tasks, 0.0) / (looks * share_in_sight(me.setting))
 
 
@@ -257,14 +260,14 @@ def judge(known, me):
     for first in range(0, 2 * OF_FAST, OF_FAST):
         for k in range(first + LOOKS, first + ALL_TASKS + 1):
             me.memory[k] *= me.memory[first + FADE]
-    if tasks < 0.0 or robots_of(known, me) == 1:
+    if tasks < 0.0:
         return -1
     return 1 if tasks <= robots_of(known, me) + 0.5 else 0
 
 
 def is_old(came, me):
     """Return whether a row that came in a step, counted from 1, is from a robot that may have left since."""
-    return came > 0 and me.step + 1 - came > steps_for(2.0, 1, me.setting)
+    return came > 0 and me.step + 1 - came > steps_for(3.0, 1, me.setting)
 
 
 def gap(known, me):
