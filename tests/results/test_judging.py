@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from feasibee import Scenario
+from feasibee import FeasibeeError, Scenario, simulate
 from feasibee.model.record import Record
 from feasibee.results.judging import decided_right, ended_agreed, ended_right, mean_bits, robot_steps
+from feasibee.studies.comparison import compare
 
 CHANGING = Scenario(run={"steps": 3}, events=[{"step": 2, "tasks": 5}])
 
@@ -49,3 +51,11 @@ def test_in_a_world_that_stays_the_truth_is_that_of_the_scenario():
         assert ended_right(record, scenario).tolist() == right
         np.testing.assert_array_equal(ended_agreed(record, scenario), [True, True, False])
     assert mean_bits(record, Scenario()) == 1000 / (20 * 1000)
+
+
+def test_truths_of_too_many_runs_and_steps_are_refused_before_any_is_simulated():
+    long = CHANGING.replace({"run.steps": 1_000_000})
+    with pytest.raises(FeasibeeError, match=r"truths of 10000 runs .* simulate at most 2147 runs per call$"):
+        simulate(long, runs=10_000)
+    with pytest.raises(FeasibeeError, match="truths of 10000 runs"):
+        compare({"long": long}, (), runs=10_000)
