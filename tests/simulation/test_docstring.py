@@ -10,7 +10,8 @@ from declaring import declaring
 from feasibee import Scenario, simulate
 
 RETURNS = re.sub(r"\s+", " ", simulate.__doc__.split("Returns\n")[1].split("Examples\n")[0])
-VARIABLES, CURVES, ATTRIBUTES, OF_VARIABLES = re.split("With curves|Attributes:|of variables", RETURNS)
+PARTS = re.split("With curves|In a world that changes|Attributes:|of variables", RETURNS)
+VARIABLES, CURVES, TRACES, ATTRIBUTES, OF_VARIABLES = PARTS
 COMMITTING = {"commit": {"rounds": 1, "heard": 1}}
 
 
@@ -34,6 +35,12 @@ def test_the_docstring_names_all_variables_and_dimensions(results):
     assert named(CURVES) == with_steps | {"run", "step"} == with_steps | set(results[0].sizes)
     plain = simulate(Scenario(robots={"count": 4}, run={"steps": 3}))
     assert set(plain.sizes) == {"run"}
+
+
+def test_the_docstring_names_what_worlds_that_change_have():
+    changing = {"robots": {"count": 4}, "run": {"steps": 3}, "events": [{"step": 2, "tasks": 1}]}
+    with_steps = {name for name, each in simulate(Scenario(**changing)).items() if "step" in each.dims}
+    assert named(TRACES) == with_steps
 
 
 def test_the_docstring_names_all_attributes(results):

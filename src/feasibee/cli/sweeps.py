@@ -349,7 +349,7 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     points = [each for each in found if each.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
-    points = [each for each in points if (each.measured if show in TRACKED else show in each.counts)]
+    points = [each for each in points if (each.run_counts if show in TRACKED else show in each.counts)]
     if not points:
         lacks = "no world" if show in TRACKED else "no robots"
         does = "changes" if show in TRACKED else "declare"

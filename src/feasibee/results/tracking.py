@@ -65,7 +65,7 @@ class Tracking(NamedTuple):
         }
 
 
-class Measured(NamedTuple):
+class RunCounts(NamedTuple):
     """What is counted of runs in a world that changes; runs of several scenarios can be joined."""
 
     steps: NDArray[np.int64]
@@ -103,15 +103,15 @@ def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking 
     .. [1] Page, "Continuous inspection schemes", Biometrika 1954.
     .. [2] Basseville, Nikiforov, "Detection of Abrupt Changes: Theory and Application", 1993.
     """
-    found = measured(results, first_step) if scenario.dynamic else None
+    found = counts_of(results, first_step) if scenario.dynamic else None
     return None if found is None or not found.steps.sum() else summarised([found])
 
 
-def measured(results: Any, first_step: int = 1) -> Measured:
+def counts_of(results: Any, first_step: int = 1) -> RunCounts:
     """Return what is counted of runs in a world that changes; the arguments are those of `tracking`."""
     truth, held = np.asarray(results.truth), np.asarray(results.held)
     changes = changes_of(truth, held, first_step)
-    return Measured(
+    return RunCounts(
         steps_of(truth, first_step),
         right_steps_of(truth, held, first_step),
         false_alarms_of(truth, held, first_step),
@@ -120,7 +120,7 @@ def measured(results: Any, first_step: int = 1) -> Measured:
     )
 
 
-def summarised(parts: Sequence[Measured]) -> Tracking:
+def summarised(parts: Sequence[RunCounts]) -> Tracking:
     """Return the measures of some runs together, at least one of which has a step."""
     steps, right, alarms, delay, watched = (np.concatenate(each) for each in zip(*parts, strict=True))
     played, missed = steps > 0, int((delay < 0).sum())
@@ -168,6 +168,13 @@ def right_steps_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> ND
     """
     counts: NDArray[np.int64] = _is_right(truth, held)[:, first_step:].sum(axis=1)
     return counts
+
+
+def right_shares(results: Any, first_step: int = 1) -> NDArray[np.float64]:
+    """Return the share of steps at which each swarm held the truth of that step: shape (runs,)."""
+    steps = np.maximum(1, steps_of(results.truth, first_step))
+    shares: NDArray[np.float64] = right_steps_of(results.truth, results.held, first_step) / steps
+    return shares
 
 
 def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Changes:

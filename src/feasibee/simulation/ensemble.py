@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 STEPS_LIMIT = 2**31 - 1
 """Largest number of a step."""
 CURVES_LIMIT = 8 * 2**30
-"""Largest size in bytes of one curve of all runs of a call."""
+"""Largest size in bytes of one curve of all runs of a call, or of their truth at each step."""
 RUNS_LIMIT = 100_000_000
 """Largest number of runs of a call: their outcomes without curves take 4 GB."""
 THREADS_LIMIT = 1024
@@ -61,7 +61,8 @@ def simulate(
         ``infeasible_at_end``; if robots commit ``commit_step``, ``committed_feasible``,
         ``committed_infeasible``; if they declare ``declare_step``, ``declared_feasible``,
         ``declared_infeasible``. With curves, over ``run`` and ``step``: ``feasible_count``,
-        ``infeasible_count``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units``,
+        ``infeasible_count``. In a world that changes, always: ``truth``, ``held``, ``robots_present``,
+        ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units``,
         ``flag_values``, ``flag_meanings``.
 
     Examples
@@ -125,11 +126,12 @@ def _check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
     if not isinstance(curves, bool):
         raise FeasibeeError(f"curves = {quoted(curves)}: must be True or False; leave it out for False")
     needed = 4 * runs.count * (scenario.run.steps + 1)
-    if curves and needed > CURVES_LIMIT:
+    if (curves or scenario.dynamic) and needed > CURVES_LIMIT:
         most = max(1, CURVES_LIMIT // (4 * (scenario.run.steps + 1)))
+        what, instead = ("truths", "") if scenario.dynamic else ("curves", ", or leave curves out")
         raise FeasibeeError(
-            f"curves of {runs.count} runs x {scenario.run.steps} steps: need {needed / 2**30:.0f} GiB, above "
-            f"{CURVES_LIMIT // 2**30} per call; simulate at most {most} runs per call, or leave curves out"
+            f"{what} of {runs.count} runs x {scenario.run.steps} steps: need {needed / 2**30:.0f} GiB, above "
+            f"{CURVES_LIMIT // 2**30} per call; simulate at most {most} runs per call{instead}"
         )
 
 

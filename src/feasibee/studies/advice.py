@@ -55,7 +55,11 @@ def verdict_sentence(assessment: Findings) -> str:
         "" if tasks == assessment.outcome.tasks else f" with {tasks} tasks, where the truth is the opposite"
     )
     wanted = f"{100 * assessment.target:g} % are asked for"
-    text = f"{percent(right)} of such swarms are right after {steps}{other}; {wanted}."
+    text = (
+        f"{percent(right)} of such swarms are right after {steps}{other}; {wanted}."
+        if assessment.outcome.tracking is None
+        else f"such swarms are right in {percent(right)} of {steps}; {wanted}."
+    )
     return f"{shape} {WORDS[level]}: {text}"
 
 
@@ -74,10 +78,11 @@ def _expected(assessment: Findings) -> list[str]:
     lines = [
         _truth(assessment),
         f"With {assessment.scenario.decision.strategy}, of {outcome.runs} simulated swarms "
-        f"{', '.join(shares)}.",
+        f"{', '.join(shares)}{'' if outcome.tracking is None else ', at the end'}.",
         waiting,
         f"The first collective decision is right in {percent(outcome.first)} of the swarms.",
         *_declared(outcome, assessment.scenario),
+        *_tracking(outcome, assessment.scenario),
     ]
     other = assessment.opposite
     if other is not None:
@@ -89,6 +94,9 @@ def _expected(assessment: Findings) -> list[str]:
 
 def _truth(assessment: Findings) -> str:
     robots, truth = assessment.scenario.robots.count, assessment.truth
+    if assessment.outcome.tracking is not None:
+        answer = "feasible" if truth.feasible else "infeasible"
+        return f"The world changes. Before any change, the tasks are {answer}."
     if truth.violator is None:
         free = robots - sum(truth.assignment.values())
         left = "1 robot is" if free == 1 else f"{free} robots are"
@@ -108,6 +116,21 @@ def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
         else f"By {step_in_words(scenario, steps.p95)}, 95 % of the swarms have declared."
     )
     return [f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"]
+
+
+def _tracking(outcome: Outcome, scenario: Scenario) -> list[str]:
+    """Return how the swarms tracked the truth, in words."""
+    if outcome.tracking is None:
+        return []
+    _, delay, missed, changes, alarms = outcome.tracking
+    rate = f"{alarms.estimate:.3g} ({alarms.low:.3g} to {alarms.high:.3g}) false alarms per 1,000 steps."
+    if missed is None:
+        return [f"No swarm was right just before a change of truth. There are {rate}"]
+    half = "never" if delay.median is None else f"within {steps_in_words(scenario, delay.median)}"
+    return [
+        f"Of {changes:,} changes of truth just before which a swarm was right, it follows half {half}, and "
+        f"misses {percent(missed)}. There are {rate}"
+    ]
 
 
 def _sized(assessment: Findings) -> list[str]:
@@ -175,6 +198,8 @@ def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
 def _recommended(assessment: Findings) -> list[str]:
     found = assessment.recommended
     target = f"{100 * assessment.target:g} %"
+    if assessment.outcome.tracking is not None:
+        return _best_tracker(assessment)
     if found is None:
         return [
             f"No strategy is shown to be right in {target} of the swarms, here and at the opposite truth."
@@ -198,11 +223,25 @@ def _recommended(assessment: Findings) -> list[str]:
     return lines
 
 
+def _best_tracker(assessment: Findings) -> list[str]:
+    """Return the strategy that is right in most steps of a world that changes."""
+    own = assessment.scenario.decision.strategy
+    tried = {own: assessment.outcome, **{trial.name: trial.outcome for trial in assessment.strategies}}
+    name = max(tried, key=lambda each: tried[each].judged.estimate)
+    same = " (as it is)" if name == own else ""
+    found = tried[name]
+    return [
+        f"Of {len(tried)} strategies, {name}{same} is right in the most steps: {percent(found.judged)}; "
+        f"{found.bits.mean():.3g} bits per robot-step.",
+        *_tracking(found, assessment.scenario),
+    ]
+
+
 def _faults(assessment: Findings) -> list[str]:
     chosen = assessment.scenario if assessment.recommended is None else assessment.recommended.scenario
     name = chosen.decision.strategy
     return [
-        f"{name}, {trial.name}: {percent(trial.outcome.accuracy)} are right, {_gain(trial.difference)}."
+        f"{name}, {trial.name}: {_right(trial.outcome)}, {_gain(trial.difference)}."
         for trial in assessment.faults
     ]
 
@@ -230,8 +269,14 @@ def _strategy_in_words(trial: Trial, target: float) -> str:
 def _chosen(better: Sequence[Trial]) -> list[Trial]:
     """Return the three best of the Pareto front of bits and right swarms."""
     bits = [float(trial.outcome.bits.mean()) for trial in better]
-    best = pareto(bits, [trial.outcome.accuracy.estimate for trial in better])[-3:]
+    best = pareto(bits, [trial.outcome.judged.estimate for trial in better])[-3:]
     return [better[place] for place in sorted(best, key=bits.__getitem__)]
+
+
+def _right(outcome: Outcome) -> str:
+    """Return the share that judges an outcome, in words."""
+    share = percent(outcome.judged)
+    return f"{share} are right" if outcome.tracking is None else f"right in {share} of the steps"
 
 
 def _gain(difference: Interval) -> str:

@@ -8,12 +8,12 @@ from typing import Any, Final
 
 from feasibee.errors import ScenarioError
 from feasibee.results.crossing import Rule
-from feasibee.results.statistics import paired_difference, wilson
+from feasibee.results.statistics import wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.assessment import Assessment
-from feasibee.studies.comparison import Outcome, design_points, outcomes_of
+from feasibee.studies.comparison import Outcome, design_points, difference, outcomes_of
 from feasibee.studies.findings import Trial
 from feasibee.studies.needs import asked_of
 from feasibee.studies.recommend import TOLERATES, opposite_of, recommend_within, world_of
@@ -48,6 +48,9 @@ def assess(
     A swarm that always gave one answer would be right in all worlds of one truth. So the swarm, and the
     strategies that do better, are also simulated at the reciprocal ratio of robots to tasks.
 
+    In a world that changes, swarms are judged by the share of steps at which they are right. Neither numbers
+    of robots nor the opposite truth are searched then, and no strategy is recommended.
+
     Parameters
     ----------
     scenario : Scenario
@@ -59,7 +62,7 @@ def assess(
     execution : Execution, optional
         Where to compute and keep the runs; by default on threads, and in memory.
     right : float
-        Share of swarms that must be right.
+        Share of swarms that must be right; in a world that changes, share of steps.
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
     with Rounds(execution, EXPECTED * len(STRATEGIES) * runs) as rounds:
@@ -98,7 +101,7 @@ class _Assessing:
             split=wilson(self.runs - held, self.runs),
             wait=wait_for(base, self.right),
             asked=asked_of(scenario, self.seed),
-            sizing=size_within(self.rounds, scenario, rule, self.seed),
+            sizing=None if scenario.dynamic else size_within(self.rounds, scenario, rule, self.seed),
             limits=_trials(changed, outcomes, base),
             strategies=[_with_opposite(trial, opposite) for trial in strategies],
             opposite=opposite.get(AS_IT_IS),
@@ -117,6 +120,8 @@ class _Assessing:
     def _recommended(self) -> tuple[Recommendation, Candidate | None]:
         """Return which strategies reach the target, and of these the scenario's, or else the first."""
         own, constraints = self.scenario.decision.strategy, Constraints(self.right)
+        if self.scenario.dynamic:
+            return Recommendation(self.scenario, constraints, [], {}, (), self.seed), None
         found = recommend_within(
             self.rounds,
             self.scenario,
@@ -134,9 +139,7 @@ class _Assessing:
         kinds = {AS_IT_IS: chosen, **faults_of(chosen)}
         outcomes = self._outcomes(kinds)
         base = outcomes.pop(AS_IT_IS)
-        return [
-            Trial(name, each, paired_difference(each.right, base.right)) for name, each in outcomes.items()
-        ]
+        return [Trial(name, each, difference(each, base)) for name, each in outcomes.items()]
 
 
 def _with_opposite(trial: Trial, opposite: Mapping[str, Outcome]) -> Trial:
@@ -145,14 +148,12 @@ def _with_opposite(trial: Trial, opposite: Mapping[str, Outcome]) -> Trial:
 
 def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
     """Return the scenarios at the reciprocal ratio, where the truth is the opposite, as far as possible."""
-    turned = {name: opposite_of(scenario) for name, scenario in kinds.items()}
+    turned = {name: None if each.dynamic else opposite_of(each) for name, each in kinds.items()}
     return {name: each for name, each in turned.items() if each is not None}
 
 
 def _trials(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Outcome) -> list[Trial]:
-    trials = [
-        Trial(name, outcomes[name], paired_difference(outcomes[name].right, base.right)) for name in names
-    ]
+    trials = [Trial(name, outcomes[name], difference(outcomes[name], base)) for name in names]
     return sorted(trials, key=lambda trial: (-trial.difference.estimate, trial.outcome.bits.mean()))
 
 

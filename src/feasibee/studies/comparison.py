@@ -18,6 +18,7 @@ from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
 from feasibee.results.declarations import Declarations, declarations
 from feasibee.results.judging import decided_right, ended_agreed, ended_right, robot_steps
+from feasibee.results.replicates import mean_difference
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
@@ -25,7 +26,7 @@ from feasibee.results.statistics import (
     paired_difference,
     wilson,
 )
-from feasibee.results.tracking import Tracking, tracking
+from feasibee.results.tracking import Tracking, right_shares, tracking
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.runs import Runs
@@ -62,6 +63,8 @@ class Outcome:
         Whether the first collective decision was right.
     agreed : bool array, shape (runs,)
         Whether that share of them held either opinion.
+    right_steps : float64 array, shape (runs,)
+        Share of the steps at which the swarm was right; empty in a world that doesn't change.
     right_at : int64 array, shape (steps + 1,)
         Number of runs that were right at each step.
     decision : int8 array, shape (runs,)
@@ -89,6 +92,7 @@ class Outcome:
     right: NDArray[np.bool_]
     first_right: NDArray[np.bool_]
     agreed: NDArray[np.bool_]
+    right_steps: NDArray[np.float64]
     right_at: NDArray[np.int64]
     decision: NDArray[np.int8]
     decision_step: NDArray[np.int32]
@@ -109,6 +113,11 @@ class Outcome:
     def accuracy(self) -> Interval:
         """Share of the runs that were right at the last step, with its interval."""
         return wilson(int(self.right.sum()), self.runs)
+
+    @property
+    def judged(self) -> Interval:
+        """Share that judges it: of runs right at the last step; in a world that changes, of steps."""
+        return self.accuracy if self.tracking is None else self.tracking.right_share
 
     @property
     def first(self) -> Interval:
@@ -263,6 +272,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         right=ended_right(record, scenario),
         first_right=decided_right(record, scenario),
         agreed=ended_agreed(record, scenario),
+        right_steps=right_shares(record) if scenario.dynamic else np.empty(0),
         right_at=_right_at(record, scenario, feasible),
         decision=record.decision,
         decision_step=record.decision_step,
@@ -323,10 +333,20 @@ def overall(group: Sequence[Outcome]) -> Interval:
 
 
 def overall_difference(group: Sequence[Outcome], baseline: Sequence[Outcome]) -> Interval:
-    """Return a contender's share of right runs less that of the baseline, paired by run."""
+    """Return a contender's share of right runs less that of the baseline, paired by run; else of steps."""
+    if group[0].tracking is not None:
+        return mean_difference(
+            np.concatenate([each.right_steps for each in group]),
+            np.concatenate([each.right_steps for each in baseline]),
+        )
     return paired_difference(
         np.concatenate([each.right for each in group]), np.concatenate([each.right for each in baseline])
     )
+
+
+def difference(one: Outcome, other: Outcome) -> Interval:
+    """Return by how much one outcome's share that judges it exceeds that of another, paired by run."""
+    return overall_difference([one], [other])
 
 
 def mean_bits(group: Sequence[Outcome]) -> float:

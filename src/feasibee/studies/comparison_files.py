@@ -13,37 +13,39 @@ from feasibee.figures.style import looks, save_both
 from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time
 from feasibee.files import write_csv
 from feasibee.results.declarations import Declarations
-from feasibee.results.statistics import decision_times, paired_difference
+from feasibee.results.statistics import decision_times
 from feasibee.results.tracking import Tracking
-from feasibee.studies.comparison import Outcome, by_contender, declared_of, mean_bits, overall
+from feasibee.studies.comparison import Outcome, by_contender, declared_of, difference, mean_bits, overall
 
 
 def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
     """Write ``compare.csv`` and its figures into a folder, as PNG and PDF.
 
-    In a world that changes, the figures are those of `tracking_figures` at each number of tasks. In others,
+    In a world that changes, the figures are those of `tracking_figures`, for each number of tasks. In others,
     they show accuracy by ratio, by step and by bits, and declarations if robots declare.
     """
-    groups = by_contender(outcomes)
-    figures = tracking_figures(outcomes) if outcomes[0].tracking is not None else _figures(groups)
+    if outcomes[0].tracking is None:
+        figures = _figures(by_contender(outcomes))
+    else:
+        figures = _figures_by_tasks(outcomes)
     for name, drawn in figures.items():
         save_both(drawn, folder / name)
     _write_rows(folder / "compare.csv", outcomes)
 
 
-def tracking_figures(outcomes: Sequence[Outcome]) -> dict[str, Figure]:
-    """Return figures of a world that changes, by name: right swarms by step, bits, and delay against bits."""
+def _figures_by_tasks(outcomes: Sequence[Outcome]) -> dict[str, Figure]:
+    """Return the figures of a world that changes, for each number of tasks."""
     numbers = list(dict.fromkeys(each.tasks for each in outcomes))
     figures: dict[str, Figure] = {}
     for number in numbers:
         same = {each.contender: each for each in outcomes if each.tasks == number}
         suffix = f"_{number}" if len(numbers) > 1 else ""
-        figures |= {f"compare_{name}{suffix}": drawn for name, drawn in _tracking_figures(same).items()}
+        figures |= {f"compare_{name}{suffix}": drawn for name, drawn in tracking_figures(same).items()}
     return figures
 
 
-def _tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
-    """Return the figures of contenders at one number of tasks."""
+def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
+    """Return figures of contenders in one world that changes: right swarms by step and by bits, and delay."""
     tracked = {name: each.tracking for name, each in same.items() if each.tracking is not None}
     bits = {name: float(each.bits.mean()) for name, each in same.items()}
     before = looks({name: each.right_share.estimate for name, each in tracked.items()})
@@ -122,7 +124,7 @@ def _row(each: Outcome, baseline: Outcome) -> list[object]:
         each.runs,
         *each.accuracy,
         *each.first,
-        *paired_difference(each.right, baseline.right),
+        *difference(each, baseline),
         *("" if value is None else f"{value:.6g}" for value in numbers),
         *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
         *_declared_cells(each.declared),

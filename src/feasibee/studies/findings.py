@@ -7,10 +7,10 @@ from importlib.metadata import version
 from typing import Any, Final, NamedTuple
 
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.statistics import Interval, paired_difference
+from feasibee.results.statistics import Interval
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.comparison import Outcome
+from feasibee.studies.comparison import Outcome, difference
 from feasibee.studies.needs import Asked
 from feasibee.studies.recommendation import Candidate, Recommendation
 from feasibee.studies.shares import wait_for
@@ -32,7 +32,8 @@ class Trial:
     outcome : Outcome
         Outcome of its runs.
     difference : Interval
-        Share of swarms that are right at the end, less that share without the change.
+        Share of swarms that are right at the end, less that share without the change; in a world that
+        changes, share of steps.
     opposite : Outcome, optional
         Outcome at the reciprocal ratio, where the truth is the opposite.
     """
@@ -49,7 +50,7 @@ class Judged(NamedTuple):
     level: str
     """``"ready"``, ``"uncertain"`` or ``"not ready"``."""
     right: Interval
-    """Share of swarms that are right, of the two worlds in the one where it is smaller."""
+    """Share of swarms that are right, of the two worlds in the one where it is smaller; or share of steps."""
     tasks: int
     """Number of tasks of that world."""
 
@@ -142,7 +143,7 @@ class Findings:
     @property
     def verdict(self) -> Judged:
         """Whether the swarm can be deployed: judged in its world and at the opposite truth."""
-        worlds = [(self.right, self.outcome.tasks)]
+        worlds = [(self.outcome.judged, self.outcome.tasks)]
         if self.opposite is not None:
             worlds.append((self.opposite.accuracy, self.opposite.tasks))
         worst, tasks = min(worlds, key=lambda world: world[0].estimate)
@@ -164,6 +165,7 @@ class Findings:
             "bits_per_robot_and_step": float(self.outcome.bits.mean()),
             "asked": self.asked._asdict(),
             "declared": _declared_as_dict(self.outcome),
+            **_tracking_as_dict(self.outcome),
             "opposite": _opposite_as_dict(self.opposite),
             "size": None if self.sizing is None else self.sizing.to_dict(),
             "recommended": self._recommended_as_dict(),
@@ -191,12 +193,18 @@ class Findings:
             "right_from_step": wait_for(trial.outcome, self.target),
             "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
             "declared": _declared_as_dict(trial.outcome),
+            **_tracking_as_dict(trial.outcome),
             "opposite": _opposite_as_dict(trial.opposite),
         }
 
 
 def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
-    return one is not None and other is not None and paired_difference(one.right, other.right).high < 0
+    return one is not None and other is not None and difference(one, other).high < 0
+
+
+def _tracking_as_dict(outcome: Outcome) -> dict[str, Any]:
+    """Return how the swarms tracked the truth; nothing in a world that doesn't change."""
+    return {} if outcome.tracking is None else outcome.tracking.to_dict()
 
 
 def _declared_as_dict(outcome: Outcome) -> dict[str, Any] | None:

@@ -26,6 +26,7 @@ from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_sc
 from feasibee.simulation.loading import load_engine
 from feasibee.simulation.swarm import Swarm
 from feasibee.studies import oracle
+from feasibee.studies.suitable import check_stays
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -133,6 +134,7 @@ def limits(
     69
     """
     scenario, which = check_scenario(scenario), Runs(runs, seed)
+    check_stays(scenario, "limits")
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     check_progress(progress)
     world = oracle_world(scenario, check_integer("cells_per_range", cells_per_range, 1, 64))

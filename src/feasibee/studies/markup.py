@@ -22,7 +22,9 @@ def table_of(title: str, trials: Sequence[Trial]) -> str:
         return ""
     turned = {trial.opposite.tasks for trial in trials if trial.opposite}
     columns: dict[str, Callable[[Trial], str]] = {
-        "right at the end": lambda trial: percent(trial.outcome.accuracy),
+        "right at the end" if trials[0].outcome.tracking is None else "right in the steps": lambda trial: (
+            percent(trial.outcome.judged)
+        ),
         "difference": lambda trial: points(trial.difference),
         **{f"right with {tasks} tasks": _opposite_share for tasks in turned},
         "bits": lambda trial: f"{trial.outcome.bits.mean():.3g}",

@@ -15,7 +15,7 @@ from feasibee.model.record import Record
 from feasibee.results.judging import ended_right
 from feasibee.results.replicates import mean_difference, mean_of, mean_share
 from feasibee.results.statistics import Interval, paired_difference, wilson
-from feasibee.results.tracking import PER, changes_of, false_alarms_of, right_steps_of, steps_of
+from feasibee.results.tracking import PER, changes_of, false_alarms_of, right_shares, steps_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Rounds
@@ -114,12 +114,6 @@ def _alarms(record: Record, scenario: Scenario) -> float:
     return PER * float(alarms.sum()) / max(1, int(steps.sum()))
 
 
-def right_shares(record: Record, scenario: Scenario) -> Values:
-    """Return the share of steps at which each swarm held the truth: shape (runs,)."""
-    shares: Values = right_steps_of(record.truth, record.held) / scenario.run.steps
-    return shares
-
-
 def _mean_delays(record: Record, scenario: Scenario) -> Values:
     """Return the mean delay of each run over its changes; a missed one counts as long as it was watched.
 
@@ -148,7 +142,13 @@ MEASURES: Final[Mapping[str, Measure]] = {
         1,
         "right swarms (%)",
     ),
-    RIGHT_SHARE: Measure(right_shares, mean_share, mean_difference, 1, "steps at which swarms are right (%)"),
+    RIGHT_SHARE: Measure(
+        lambda record, scenario: right_shares(record),
+        mean_share,
+        mean_difference,
+        1,
+        "steps at which swarms are right (%)",
+    ),
     DELAY: Measure(
         _mean_delays,
         lambda values: mean_of(_known(values)),

@@ -21,7 +21,7 @@ from feasibee.studies.recommendation import (
     Relaxation,
     ranked,
 )
-from feasibee.studies.suitable import all_strategies, strategy_change
+from feasibee.studies.suitable import all_strategies, check_stays, strategy_change
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -65,6 +65,7 @@ def recommend(
     FeasibeeError
         If the constraints contradict each other or the scenario.
     """
+    check_stays(scenario, "recommend")
     constraints = constraints or Constraints()
     names = list(strategies or all_strategies(scenario))
     check_distinct(names)

@@ -19,12 +19,21 @@ from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.units import steps_in_words
 from feasibee.studies.advice import WORDS, sections
+from feasibee.studies.comparison_files import tracking_figures
 from feasibee.studies.findings import SIGNS, Findings
 from feasibee.studies.markup import excluded_as_html, section_as_html, table_of
 from feasibee.studies.shares import percent
 from feasibee.studies.sizing import panels_of, sentences
 
 OWN = "this swarm"
+
+
+TRACKING = {
+    "time": "Share of right swarms at each step, with each strategy; grey: the tasks are infeasible",
+    "bits": "Share of steps at which swarms are right against bits on the air",
+    "delay": "Delay of detection against bits on the air",
+}
+"""Titles of the figures of a world that changes."""
 
 
 class Shown(NamedTuple):
@@ -67,11 +76,15 @@ def _verdict(assessment: Findings) -> str:
     scenario, target = assessment.scenario, 100 * assessment.target
     steps = steps_in_words(scenario, scenario.run.steps)
     world = f"{scenario.robots.count} robots, {tasks} tasks"
+    what = (
+        f"of the swarms are right after {steps} ({world})"
+        if assessment.outcome.tracking is None
+        else f"of {steps}, these swarms are right ({world} before any change)"
+    )
     return (
         f'<section class="verdict {colour}"><p class="level"><span aria-hidden="true">{shape}</span> '
         f'{WORDS[level]}</p><p class="number">{middle:.1f} %</p>'
-        f"<p>of the swarms are right after {steps} ({world}). "
-        f"95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
+        f"<p>{what}. 95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
     )
 
 
@@ -88,6 +101,10 @@ def _figures(assessment: Findings) -> Iterator[Shown]:
         OWN: assessment.outcome,
         **{trial.name: trial.outcome for trial in assessment.strategies},
     }
+    if assessment.outcome.tracking is not None:
+        for name, drawn in tracking_figures(outcomes).items():
+            yield Shown(TRACKING[name], _best_in_words(assessment), drawn)
+        return
     shares = {name: each.right_at[None, :] / each.runs for name, each in outcomes.items()}
     yield Shown(
         "Share of right swarms at each step, with each strategy",
@@ -104,8 +121,9 @@ def _figures(assessment: Findings) -> Iterator[Shown]:
 
 def _best_in_words(assessment: Findings) -> str:
     """Return the shares at the end of this swarm and of the best other strategies, in words."""
-    best = [f"{trial.name} {percent(trial.outcome.accuracy)}" for trial in assessment.strategies[:4]]
-    return f"At the end: {OWN} {percent(assessment.right)}; {'; '.join(best)}."
+    best = [f"{trial.name} {percent(trial.outcome.judged)}" for trial in assessment.strategies[:4]]
+    when = "At the end" if assessment.outcome.tracking is None else "Of the steps"
+    return f"{when}: {OWN} {percent(assessment.outcome.judged)}; {'; '.join(best)}."
 
 
 def _figure(shown: Shown) -> str:

@@ -13,6 +13,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import right_at_end
 from feasibee.studies.sizing import ROBOTS, Band, Edge, Sizing, in_words
 from feasibee.studies.space import ladder, valid_values
+from feasibee.studies.suitable import check_stays
 from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -61,6 +62,7 @@ def size(
         If the field can't be searched.
     """
     rule = rule or Rule(0.95)
+    check_stays(scenario, "size")
     scenario = scenario.replace({"run.stop_at_decision": False})
     path = over.partition("=")[0]
     field = _robots(scenario, over, REACH) if path == ROBOTS else ladder(scenario, over)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from feasibee.errors import ScenarioError
+from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
@@ -43,3 +43,12 @@ def strategy_change(scenario: Scenario, name: str) -> dict[str, Any]:
 def all_strategies(scenario: Scenario) -> list[str]:
     """Return the names of the built-in strategies, of those of installed packages, and the scenario's own."""
     return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
+
+
+def check_stays(scenario: Scenario, question: str) -> None:
+    """Raise an error if the world of a scenario changes: then there is no single truth to be right about."""
+    if scenario.dynamic:
+        raise FeasibeeError(
+            f"{question}: needs a world that stays, but the world of this scenario changes; leave out events "
+            "and rates, or use feasibee compare or feasibee assess"
+        )

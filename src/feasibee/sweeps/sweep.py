@@ -17,6 +17,7 @@ from typing import Self
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record
+from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT
 from feasibee.simulation.loading import load_engine
 from feasibee.sweeps.executors import WorkerPool, threads
@@ -126,7 +127,7 @@ class Rounds:
             At Ctrl-C; it says how many runs are in the journal.
         """
         for point in study.points:
-            _check_curves(study, point.scenario.run.steps)
+            _check_curves(study, point.scenario)
         once = {(point.scenario.hash, point.first_run): point for point in study.points}
         schedule = self._complete(replace(study, points=list(once.values())), (0, 1))
         numbers = dict(zip(once, schedule.numbers, strict=True))
@@ -221,9 +222,10 @@ def _journal_in(folder: str | Path | None) -> Journal:
     return journal
 
 
-def _check_curves(study: Study, steps: int) -> None:
-    if study.curves and 4 * study.runs * (steps + 1) > CURVES_LIMIT:
+def _check_curves(study: Study, scenario: Scenario) -> None:
+    steps, what = scenario.run.steps, "truths" if scenario.dynamic else "curves"
+    if (study.curves or scenario.dynamic) and 4 * study.runs * (steps + 1) > CURVES_LIMIT:
         raise FeasibeeError(
-            f"curves of {study.runs} runs x {steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; use fewer "
+            f"{what} of {study.runs} runs x {steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; use fewer "
             "runs or fewer steps"
         )

@@ -30,7 +30,7 @@ from feasibee.results.statistics import (
     decision_times,
     wilson,
 )
-from feasibee.results.tracking import Measured, Tracking, measured, summarised
+from feasibee.results.tracking import RunCounts, Tracking, counts_of, summarised
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import Entry
 from feasibee.sweeps.stored import StoredPoint, stored_point
@@ -54,7 +54,7 @@ class Summary(NamedTuple):
     """None if the robots can't declare."""
     bits: float
     """Bits per robot-step."""
-    measured: Measured | None = None
+    run_counts: RunCounts | None = None
     """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
 
     def share(self, show: str) -> Interval | None:
@@ -64,7 +64,7 @@ class Summary(NamedTuple):
     @property
     def tracking(self) -> Tracking | None:
         """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
-        return summarised([self.measured]) if self.runs and self.measured else None
+        return summarised([self.run_counts]) if self.runs and self.run_counts else None
 
     @property
     def declared(self) -> Declarations | None:
@@ -115,7 +115,7 @@ def _summary(row: StoredPoint, results: SimpleNamespace) -> Summary:
         decision_times(step),
         declare_times(results.declare_step) if scenario.manifest.declares else None,
         mean_bits(results, scenario),
-        measured(results) if scenario.dynamic else None,
+        counts_of(results) if scenario.dynamic else None,
     )
 
 
@@ -205,14 +205,14 @@ def share_of(group: Sequence[Summary], show: str) -> Interval:
     The interval of a delay of detection is from its lower to its upper quartile.
     """
     if show in TRACKED:
-        return _tracked([each.measured for each in group if each.measured and each.runs], show)
+        return _tracked([each.run_counts for each in group if each.run_counts and each.runs], show)
     counted = [each for each in group if each.runs and show in each.counts]
     if not counted:
         return Interval(math.nan, math.nan, math.nan)
     return share(counted, sum(each.counts[show] for each in counted))
 
 
-def _tracked(parts: Sequence[Measured], show: str) -> Interval:
+def _tracked(parts: Sequence[RunCounts], show: str) -> Interval:
     """Return a measure of the runs of some points together; NaN where it is unknown, or never."""
     found = getattr(summarised(parts), show) if parts else None
     if found is None:

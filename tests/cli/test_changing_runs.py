@@ -1,0 +1,123 @@
+"""feasibee run, sweep and plot in worlds that change."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from commands import invoke, refused_in_a_line
+
+from feasibee import Scenario, open_results
+from feasibee.results.judging import decided_right, mean_bits
+from feasibee.results.tracking import measures_of_runs, tracking
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+
+TOML = """
+[arena]
+side = 12.0
+[robots]
+count = 10
+[tasks]
+count = 5
+[run]
+steps = 240
+[decision]
+strategy = "census"
+[[events]]
+step = 120
+tasks = 20
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "changing.toml"
+    path.write_text(TOML)
+    return path
+
+
+@pytest.fixture(scope="module")
+def record():
+    return simulate_record(Scenario.from_toml(TOML), Runs(30, 4))
+
+
+def test_a_run_has_its_measures_with_intervals_and_the_truth_that_runs_share(file, record):
+    said = json.loads(invoke("run", file, "--runs", 30, "--seed", 4, "--json").stdout)
+    scenario = Scenario.from_toml(TOML)
+    found = tracking(record, scenario).to_dict()
+    assert {name: said[name] for name in found} == json.loads(json.dumps(found))
+    assert set(said["detection_delay"]) == {"median", "q25", "q75", "changes"}
+    for name in ("right_share", "missed", "false_alarms"):
+        assert set(said[name]) == {"estimate", "low", "high"}
+    assert said["truth_intervals"] == [
+        {"first": 0, "last": 119, "truth": "feasible"},
+        {"first": 120, "last": 240, "truth": "infeasible"},
+    ]
+    assert said["accuracy"]["estimate"] == pytest.approx(decided_right(record, scenario).mean())
+    assert said["bits_per_robot_and_step"] == mean_bits(record, scenario)
+
+
+def test_a_run_says_when_the_truth_changes_and_how_it_is_followed(file, record):
+    said = invoke("run", file, "--runs", 30, "--seed", 4).stdout
+    assert "Truth: feasible in steps 0 to 119, infeasible in steps 120 to 240." in said
+    found = tracking(record, Scenario.from_toml(TOML))
+    assert f"Changes: {found.changes}. Followed: a quarter within" in said
+    assert f"Right: in {found.right_share.estimate:.1%}" in said
+    assert "(true)" not in said
+
+
+def test_a_truth_that_differs_between_runs_is_told(file):
+    words = ("run", file, "--set", "tasks.arrival_rate=0.05", "--set", "tasks.lifetime=100.0", "--runs", 5)
+    assert "The truth changes at other steps in each run." in invoke(*words).stdout
+    assert json.loads(invoke(*words, "--json").stdout)["truth_intervals"] is None
+
+
+def test_a_world_without_changes_of_truth_has_no_delays(file):
+    said = invoke("run", file, "--set", "events.0.tasks=1", "--runs", 5).stdout
+    assert "Changes: none just before which a swarm was right." in said
+
+
+def test_a_run_in_a_world_that_stays_has_none_of_this():
+    said = json.loads(invoke("run", "--runs", 2, "--steps", 5, "--json").stdout)
+    assert not said.keys() & {"right_share", "detection_delay", "missed", "false_alarms", "truth_intervals"}
+
+
+def test_results_are_saved_with_their_truth_and_their_measures(file, record, tmp_path):
+    words = ("run", file, "--runs", 30, "--seed", 4, "--save")
+    assert invoke(*words, tmp_path / "a.nc", "--plot", tmp_path / "a.png").exit_code == 0
+    opened = open_results(tmp_path / "a.nc")
+    np.testing.assert_array_equal(opened["held"], record.held)
+    assert opened["truth"].attrs["flag_meanings"] == "infeasible feasible"
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    assert invoke(*words, tmp_path / "a.csv").exit_code == 0
+    with (tmp_path / "a.csv").open(newline="") as table:
+        rows = list(csv.DictReader(table))
+    for name, values in measures_of_runs(record).items():
+        assert [int(row[name]) for row in rows] == values.tolist()
+
+
+def test_a_sweep_is_drawn_by_its_measures(file, tmp_path):
+    study = tmp_path / "study.toml"
+    study.write_text(
+        "runs = 10\nseed = 1\n[scenario]\ndecision = {strategy = 'census'}\nrobots = {count = 10}\n"
+        "tasks = {count = 5}\narena = {side = 12.0}\nrun = {steps = 200}\n[[scenario.events]]\nstep = 100\n"
+        "tasks = 10\n[sweep]\n'events.0.tasks' = [10, 20]\n'decision.strategy' = ['census', 'dmmd']\n"
+    )
+    out = tmp_path / "out"
+    assert invoke("sweep", study, "--out", out, "--workers", 1).exit_code == 0
+    said = invoke("status", out).stdout
+    assert "steps right" in said or "of the steps" in said
+    assert "changes" in said
+    for show in ("right_share", "detection_delay", "missed", "false_alarms"):
+        words = ("plot", out, "--x", "events.0.tasks", "--show", show, "--out", tmp_path / "a.png")
+        assert invoke(*words, "--hue", "decision.strategy").exit_code == 0
+        assert invoke(*words, "--y", "decision.strategy").exit_code == 0
+        assert invoke(*words).exit_code == 0
+    plain = tmp_path / "plain.toml"
+    plain.write_text("runs = 2\nseed = 1\n[scenario]\nrun = {steps = 5}\n[sweep]\n'tasks.count' = [3]\n")
+    invoke("sweep", plain, "--out", tmp_path / "other", "--workers", 1)
+    words = ("plot", tmp_path / "other", "--x", "tasks.count", "--show", "missed")
+    assert "no world of" in refused_in_a_line(*words)

@@ -1,0 +1,237 @@
+"""Studies of worlds that change: contenders, tuned parameters and assessments are judged by the steps."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+
+import numpy as np
+import pytest
+from commands import invoke, refused_in_a_line
+
+from feasibee import FeasibeeError, Scenario
+from feasibee.model.record import Record
+from feasibee.results.replicates import mean_difference, mean_of
+from feasibee.results.statistics import paired_difference
+from feasibee.results.tracking import tracking
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.advice import sections
+from feasibee.studies.assess import assess
+from feasibee.studies.comparison import compare, contenders_of, difference
+from feasibee.studies.comparison_files import write_comparison
+from feasibee.studies.limits import limits
+from feasibee.studies.objectives import MEASURES, Scored, objective_for
+from feasibee.studies.recommend import recommend
+from feasibee.studies.report import write_report
+from feasibee.studies.size import size
+
+CHANGING = Scenario(
+    arena={"side": 12.0},
+    robots={"count": 10},
+    tasks={"count": 5},
+    run={"steps": 240},
+    events=[{"step": 120, "tasks": 20}],
+)
+TOML = """
+[arena]
+side = 12.0
+[robots]
+count = 10
+[tasks]
+count = 5
+[run]
+steps = 240
+[[events]]
+step = 120
+tasks = 20
+"""
+MEASURED = {"right_share", "detection_delay", "missed", "false_alarms"}
+
+
+@pytest.fixture(scope="module")
+def outcomes():
+    return compare(contenders_of(CHANGING, ["dmmd", "census"]), (), runs=20, seed=3)
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "changing.toml"
+    path.write_text(TOML)
+    return path
+
+
+# --- Comparisons ---
+
+
+def test_contenders_are_measured_by_the_truth_of_each_step(outcomes):
+    for outcome in outcomes:
+        scenario = CHANGING.replace({"decision.strategy": outcome.contender})
+        record = simulate_record(scenario, Runs(20, 3))
+        assert outcome.tracking == tracking(record, scenario)
+        assert outcome.judged == outcome.tracking.right_share
+        np.testing.assert_array_equal(outcome.right_at, (record.held == record.truth).sum(axis=0))
+        np.testing.assert_array_equal(outcome.infeasible_at, [0.0] * 120 + [1.0] * 121)
+        np.testing.assert_allclose(outcome.bits, record.bits_sent / 2400)
+        np.testing.assert_array_equal(outcome.right, record.held[:, -1] == record.truth[:, -1])
+        assert outcome.to_dict().keys() >= MEASURED
+
+
+def test_census_sees_tasks_appear_and_dmmd_does_not(outcomes):
+    dmmd, census = outcomes
+    assert census.tracking.missed.estimate < 0.2
+    assert dmmd.tracking.missed.estimate > 0.8
+    gain = difference(census, dmmd)
+    assert gain == mean_difference(census.right_steps, dmmd.right_steps)
+    assert gain.low > 0
+
+
+def test_a_comparison_writes_its_measures_and_figures(outcomes, tmp_path):
+    write_comparison(tmp_path, outcomes)
+    assert {path.name for path in tmp_path.glob("*.png")} == {
+        "compare_time.png",
+        "compare_bits.png",
+        "compare_delay.png",
+    }
+    with (tmp_path / "compare.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row, outcome in zip(rows, outcomes, strict=True):
+        found = outcome.tracking
+        assert float(row["right_share"]) == found.right_share.estimate
+        median = found.detection_delay.median
+        assert row["detection_delay_median"] == ("" if median is None else str(median))
+        assert (float(row["missed_high"]), int(row["changes"])) == (found.missed.high, found.changes)
+        assert float(row["false_alarms_low"]) == found.false_alarms.low
+
+
+def test_numbers_of_tasks_have_figures_of_their_own(tmp_path):
+    few = compare(contenders_of(CHANGING, ["dmmd"]), (4, 5), runs=2, seed=3)
+    write_comparison(tmp_path, few)
+    assert len(list(tmp_path.glob("compare_delay_*.png"))) == 2
+
+
+def test_a_comparison_is_printed_with_delays(file, tmp_path):
+    words = ("compare", file, "--strategies", "dmmd,census", "--runs", 20, "--seed", 3, "--out", tmp_path)
+    printed = invoke(*words).stdout
+    assert "How swarms track the truth, 20 runs each" in printed
+    assert "Swarms that are right at the end" not in printed
+    table = json.loads(invoke(*words, "--json").stdout)["outcomes"]
+    assert [each["contender"] for each in table] == ["dmmd", "census"]
+    assert {each["tasks"] for each in table} == {5}
+    assert all(each.keys() >= MEASURED for each in table)
+
+
+# --- Tuning ---
+
+
+def scored(values, alarms=0.0):
+    return Scored(np.array(values, float), alarms)
+
+
+def test_a_score_is_larger_if_better_and_worst_if_it_must_not_be_chosen():
+    share = objective_for(CHANGING)
+    assert share.measure == "right_share"
+    assert share.score(scored([0.5, 0.75])) == 0.625
+    delay = objective_for(CHANGING, "detection_delay", 0.5)
+    assert delay.score(scored([40, np.nan, 60], 0.5)) == -50
+    assert delay.score(scored([40, 60], 0.51)) == -math.inf
+    assert delay.score(scored([np.nan])) == -math.inf
+    assert objective_for(Scenario()).measure == "right_at_end"
+
+
+def test_gains_are_positive_if_better():
+    now, before = np.array([50.0, 70.0, np.nan, 40.0]), np.array([60.0, 100.0, 90.0, np.nan])
+    assert MEASURES["detection_delay"].gain(now, before) == mean_of([10.0, 30.0])
+    assert MEASURES["right_share"].gain(np.array([0.9, 0.8]), np.array([0.5, 0.6])).estimate == pytest.approx(
+        0.3
+    )
+    ones = np.array([1.0, 1.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    assert MEASURES["right_at_end"].gain(*ones) == paired_difference(*ones)
+
+
+def test_delays_of_a_run_are_averaged_and_a_missed_change_counts_as_long_as_it_was_watched():
+    """Run 0 follows after 2 steps and misses a change for 3 steps; run 1 was never right."""
+    record = Record.empty(0, 2, 0, 9)
+    record.truth[:] = [1, 1, 0, 0, 0, 0, 1, 1, 1]
+    record.held[0] = [1, 1, 1, 1, 0, 0, 0, 0, 0]
+    record.held[1] = [0, 0, 1, 1, 1, 1, 0, 0, 0]
+    assert MEASURES["detection_delay"].values(record, CHANGING).tolist()[0] == (2 + 3) / 2
+    assert math.isnan(MEASURES["detection_delay"].values(record, CHANGING)[1])
+    assert MEASURES["right_share"].values(record, CHANGING).tolist() == [3 / 8, 0.0]
+
+
+def test_measures_of_worlds_that_change_are_refused_in_others(tmp_path):
+    for measure, alarms in (("right_share", None), ("detection_delay", None), (None, 0.1)):
+        with pytest.raises(FeasibeeError, match="needs a world that changes; add"):
+            objective_for(Scenario(), measure, alarms)
+    with pytest.raises(FeasibeeError, match="choose from right_at_end, right_share"):
+        objective_for(CHANGING, "speed")
+    words = ("tune", "--over", "decision.gain", "--for", "right_share", "--out", tmp_path / "none")
+    assert "needs a world that changes" in refused_in_a_line(*words)
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_search_finds_parameters_that_follow_changes_sooner(file, tmp_path):
+    pytest.importorskip("optuna")
+    words = ("--over", "decision.gain=1:60,decision.exploration=2:60", "--trials", 8, "--runs", 10)
+    more = ("--set", "decision.strategy=census", "--set", "decision.gain=60.0", "--out", tmp_path)
+    delay = ("--for", "detection_delay", "--false-alarms", 5)
+    found = json.loads(invoke("tune", file, *words, *more, *delay, "--json").stdout)
+    assert (found["measure"], found["clear_gain"]) == ("detection_delay", True)
+    assert found["best"]["estimate"] < found["start"]["estimate"]
+    assert found["gain"]["low"] > 0
+    assert found["false_alarms"] <= 5
+    said = invoke("tune", file, *words, *more, *delay).stdout
+    assert "steps sooner" in said
+    assert "false alarms per 1,000 steps" in said
+    shares = invoke("tune", file, "--over", "decision.gain", "--trials", 2, "--runs", 3, "--out", tmp_path)
+    assert "Right, of 240 steps: " in shares.stdout
+
+
+def test_fields_are_correlated_with_the_share_of_right_steps(file):
+    words = ("--over", "decision.exploration=2:100", "--points", 12, "--runs", 4, "--json")
+    (found,) = json.loads(invoke("sensitivity", file, "--set", "decision.strategy=census", *words).stdout)
+    assert found["correlation"]["high"] < 0
+
+
+# --- Assessments ---
+
+
+@pytest.fixture(scope="module")
+def assessment():
+    return assess(CHANGING.replace({"decision.strategy": "census"}), runs=8, seed=2)
+
+
+def test_an_assessment_judges_by_the_share_of_right_steps(assessment):
+    assert assessment.verdict.right == assessment.outcome.tracking.right_share
+    assert (assessment.sizing, assessment.opposite, assessment.recommended) == (None, None, None)
+    table = assessment.to_dict()
+    assert table.keys() >= MEASURED
+    assert all(each.keys() >= MEASURED for each in (*table["strategies"], *table["limits"]))
+    trial = assessment.strategies[0]
+    assert trial.difference == difference(trial.outcome, assessment.outcome)
+
+
+def test_an_assessment_says_how_swarms_track_the_truth(assessment, tmp_path):
+    said = {each.title: " ".join(each.lines) for each in sections(assessment)}
+    share = f"{100 * assessment.verdict.right.estimate:.1f} %"
+    assert f"such swarms are right in {share}" in said["Verdict"]
+    assert "is right in the most steps" in said["Recommended"]
+    assert "The world changes. Before any change, the tasks are feasible." in said["What to expect"]
+    assert "false alarms per 1,000 steps" in said["What to expect"]
+    assert "of the steps" in said["If something fails"]
+    write_report(assessment, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert page.count("<figure>") == 3
+    assert "these swarms are right (10 robots, 5 tasks before any change)" in page
+    assert "right in the steps" in page
+
+
+# --- Questions of one truth ---
+
+
+@pytest.mark.parametrize(("ask", "name"), [(size, "size"), (recommend, "recommend"), (limits, "limits")])
+def test_questions_of_one_truth_are_refused(ask, name):
+    with pytest.raises(FeasibeeError, match=f"{name}: needs a world that stays"):
+        ask(CHANGING)
