@@ -11,7 +11,7 @@ from feasibee import Scenario
 from feasibee.engine import runner
 from feasibee.engine.compile import on_compile
 from feasibee.simulation import loading
-from feasibee.simulation.loading import FAST, load_engine
+from feasibee.simulation.loading import load_engine
 
 
 @pytest.fixture
@@ -19,17 +19,17 @@ def slow_engine(monkeypatch):
     """An engine for walls that isn't on disk: it compiles until the event is set."""
     ready, done = runner.engine_functions, Event()
 
-    def compile_slowly(strategy, fast, few):
+    def compile_slowly(strategy, fast, *form):
         if not fast:
             with global_compiler_lock:
                 on_compile.get()("advance_general")
                 assert done.wait(30)
-        return ready(strategy, fast, few)
+        return ready(strategy, fast, *form)
 
     for boundary in ("torus", "walls"):
         load_engine(Scenario(arena={"boundary": boundary}))
     monkeypatch.setattr(runner, "engine_functions", compile_slowly)
-    monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[0] == FAST})
+    monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[1]})
     yield done
     done.set()
 

@@ -22,7 +22,7 @@ VALUES = {
 
 def test_the_form_has_every_field_once():
     found = [field["path"] for part in form() for field in part["fields"]]
-    assert found == ["preset", *fields()]
+    assert found == ["preset", "events", *fields()]
     kinds = {field["path"]: field for part in form() for field in part["fields"]}
     assert kinds["preset"]["choices"] == list(PRESETS)
     assert kinds["sensing.count_self"]["kind"] == "boolean"

@@ -22,8 +22,8 @@ def path(request):
     return request.param
 
 
-def test_there_are_three_and_the_readme_names_them():
-    assert [path.stem for path in FILES] == ["field", "search", "spill"]
+def test_there_are_four_and_the_readme_names_them():
+    assert [path.stem for path in FILES] == ["changing", "field", "search", "spill"]
     assert set(re.findall(r"\((?:\./)?(\w+)\.toml\)", (FOLDER / "README.md").read_text())) == {
         path.stem for path in FILES
     }
@@ -50,6 +50,13 @@ def test_engine_and_reference_agree(path):
     )
     for name in ("decision", "decision_step", "feasible_count"):
         np.testing.assert_array_equal(getattr(engine, name), getattr(plain, name), err_msg=name)
+
+
+def test_the_truth_of_the_changing_world_changes_as_the_comment_says():
+    scenario = Scenario.read(FOLDER / "changing.toml").replace({"run.steps": 12_000})
+    record = simulate_record(scenario.replace({"decision.strategy": "dmmd"}), Runs(60, 1))
+    changes = (np.diff(record.truth[:, 2000:]) != 0).sum()
+    assert 400 < 60 * 10_000 / changes < 600
 
 
 def test_it_runs_to_a_decision(path):

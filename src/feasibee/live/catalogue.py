@@ -16,6 +16,15 @@ from feasibee.strategies import STRATEGIES
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.stored import StoredPoint
 
+STREAM: Final[Mapping[str, Any]] = {
+    "robots.count": 20,
+    "tasks.count": 20,
+    "tasks.arrival_rate": 0.0114,
+    "tasks.lifetime": 1800.0,
+    "decision.strategy": "census",
+    "run.steps": 2500,
+}
+"""A world whose truth changes every 500 steps on average: `examples/changing.toml`, as the form's preset."""
 PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 LISTED: Final = 500
 """Most runs of a sweep that a page lists."""
@@ -95,6 +104,7 @@ class Catalogue:
         return {
             "title": self.title,
             "strategies": self.strategies,
+            "stream": dict(STREAM),
             "seed": str(self.seed),
             "run": str(self.run),
             "point": self.replays[0].point if self.replays else None,

@@ -10,6 +10,8 @@ from typing import Any, Final
 from feasibee.scenario.paths import read_value
 from feasibee.scenario.scenario import Scenario
 
+EVENTS: Final = "events"
+"""The only field that is no part of a section, and a list."""
 BOUNDS: Final = {
     "minimum": "min",
     "exclusiveMinimum": "min",
@@ -32,6 +34,7 @@ def form() -> list[dict[str, Any]]:
     sections: list[dict[str, Any]] = [
         {"name": "controller", "fields": [_field("preset", schema["properties"]["preset"])]}
     ]
+    sections.append({"name": EVENTS, "fields": [_field(EVENTS, schema["properties"][EVENTS])]})
     for name, each in schema["properties"].items():
         found = _resolved(each, parts).get("properties")
         if found:

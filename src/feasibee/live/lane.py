@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final, NamedTuple
 
-from feasibee.live.form import shown
+from feasibee.live.form import EVENTS, shown
 from feasibee.live.messages import encode_frame, encode_tasks
 from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
@@ -105,18 +105,18 @@ class Lane:
             "toml": scenario.to_toml(),
             "truth": verdict.feasible,
             "proof": _proof(verdict.violator, scenario),
+            "changes": scenario.dynamic,
             "robots": scenario.robots.count,
+            "numbers": self.swarm.present.size,
             "tasks": scenario.tasks.count,
-            "robotClasses": [[each.name, each.count] for each in scenario.robots.classes],
-            "taskClasses": [[each.name, each.count] for each in scenario.tasks.classes],
+            "robotClasses": [each.name for each in scenario.robots.classes],
+            "kinds": self.swarm.robot_kinds.tolist() if scenario.robots.classes else [],
             "size": [width, height],
             "walls": scenario.arena.boundary == "walls",
             "diameter": scenario.robots.diameter,
             "sight": scenario.sensing.range,
             "radio": scenario.radio.range,
             "threshold": scenario.decision.threshold,
-            "counted": [scenario.counted(0), scenario.counted(scenario.faults.stop_step)],
-            "stopStep": scenario.faults.stop_step,
             "commits": scenario.decision.commit is not None,
             "declares": scenario.manifest.declares,
             "step": self.swarm.step,
@@ -126,9 +126,10 @@ class Lane:
 def _fields(scenario: Scenario) -> dict[str, Any]:
     """Return the values of the fields by dotted path, for the form; not those too long to edit."""
     tables = scenario.to_dict()
+    events = {EVENTS: tables.pop(EVENTS, "")}
     fields = {f"{section}.{key}": value for section, table in tables.items() for key, value in table.items()}
     counts = {"robots.count": scenario.robots.count, "tasks.count": scenario.tasks.count}
-    found = {path: shown(value) for path, value in (fields | counts).items()}
+    found = {path: shown(value) for path, value in (fields | counts | events).items()}
     return {path: value for path, value in found.items() if len(str(value)) <= LONGEST}
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from feasibee.simulation.snapshot import FLAGS
 
-PROTOCOL: Final = 3
+PROTOCOL: Final = 4
 """Version of the messages; raise it when a page of the previous version could not read them."""
 MODULE: Final = Path(__file__).parent / "static" / "frames.js"
 END: Final = "// End of the generated part.\n"
@@ -66,7 +66,7 @@ FRAME: Final = Layout(
         ("protocol", "B"),
         ("kind", "B"),
         ("generation", "H"),
-        ("robots", "I"),
+        ("robots", "I"),  # number of numbers that robots may have
         ("step", "I"),
         ("first", "I"),  # first step of the counts
         ("length", "i"),  # number of steps of the counts
@@ -83,15 +83,24 @@ FRAME: Final = Layout(
         ("committed", "I"),
         ("declared_feasible", "I"),  # counted robots only
         ("declared_infeasible", "I"),
+        ("there", "I"),  # robots at this step
+        ("tasks", "I"),  # tasks at this step
+        ("placed", "I"),  # tasks whose positions follow: all in a world that changes, else none
+        ("truth", "I"),  # at this step
         ("bits", "Q"),  # sent so far
+        ("robot_steps", "Q"),  # number of robots, summed over the steps so far
     ),
     (
         ("feasible_counts", "<i4", "length"),
         ("infeasible_counts", "<i4", "length"),
+        ("counted_counts", "<i4", "length"),
         ("x", "<u2", "robots"),
         ("y", "<u2", "robots"),
+        ("flags", "<u2", "robots"),
+        ("task_x", "<u2", "placed"),
+        ("task_y", "<u2", "placed"),
         ("heading", "u1", "robots"),
-        ("flags", "u1", "robots"),
+        ("truths", "u1", "length"),
     ),
 )
 """One step of a swarm."""
@@ -101,7 +110,7 @@ TASKS: Final = Layout(
     (("protocol", "B"), ("kind", "B"), ("generation", "H"), ("count", "I")),
     (("x", "<u2", "count"), ("y", "<u2", "count")),
 )
-"""Positions of the tasks."""
+"""Positions of the tasks at the start."""
 
 
 def javascript() -> str:

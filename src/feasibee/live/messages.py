@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, Final, Literal
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
@@ -74,7 +73,9 @@ class Look(_Message):
     """Robot whose changes are looked for."""
     lane: int = Field(0, ge=0, le=1)
     first: int = Field(0, ge=0)
-    """Number of changes that the page has."""
+    """Number of changes of the robot that the page has."""
+    seen: int = Field(0, ge=0)
+    """Number of changes of the world that the page has."""
 
 
 Request = Open | Advance | Seek | Inspect | Look
@@ -113,13 +114,14 @@ def encode_frame(swarm: Swarm, generation: int, first: int, *, lane: int = 0, ju
     decision, decision_step = swarm.first_decision
     declared_feasible, declared_infeasible = swarm.declared_counts
     feasible, infeasible = swarm.feasible_counts[first:], swarm.infeasible_counts[first:]
-    bits = np.bincount(shown.flags, minlength=256)
-    having = {name: int(bits[np.arange(256) >> bit & 1 == 1].sum()) for bit, name in enumerate(FLAGS)}
+    having = {name: int((shown.flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
+    x, y = swarm.task_places()
+    placed = x.size if swarm.scenario.dynamic else 0
     return FRAME.encode(
         generation=generation & 0xFFFF,
         lane=lane,
         jump=jump,
-        robots=swarm.scenario.robots.count,
+        robots=shown.x.size,
         step=swarm.step,
         first=first,
         length=feasible.size,
@@ -129,12 +131,20 @@ def encode_frame(swarm: Swarm, generation: int, first: int, *, lane: int = 0, ju
         feasible=swarm.feasible_count,
         infeasible=swarm.infeasible_count,
         counted=int(swarm.counted.sum()),
-        **{name: having[name] for name in ("disseminating", "working", "committed")},
+        **{name: having[name] for name in ("disseminating", "working", "committed", "there")},
         declared_feasible=declared_feasible,
         declared_infeasible=declared_infeasible,
+        tasks=x.size,
+        placed=placed,
+        truth=swarm.truth,
         bits=swarm.bits_sent,
+        robot_steps=int(swarm.robot_counts[1:].sum()),
         feasible_counts=feasible,
         infeasible_counts=infeasible,
+        counted_counts=swarm.counted_counts[first:],
+        truths=swarm.truths[first:],
+        task_x=x[:placed],
+        task_y=y[:placed],
         **shown._asdict(),
     )
 

@@ -1,4 +1,4 @@
-"""What lies ahead in a run: its decision, its declaration, and the phases of one robot.
+"""What lies ahead in a run: its decision, its declaration, changes of its world, and the phases of one robot.
 
 A second swarm of the same run goes ahead of the one that the page shows, a little at a time. Since it is the
 same run, what it finds is what the page will show.
@@ -9,25 +9,30 @@ from __future__ import annotations
 import time
 from typing import Any, Final
 
+import numpy as np
+
 from feasibee.live.timeline import Timeline
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.simulation.swarm import Swarm
 
 CHANGES_LIMIT: Final = 5000
-"""Most changes of a robot that are sent: more than a seek bar has pixels."""
+"""Most changes of a robot, or of the world, that are sent: more than a seek bar has pixels."""
 SHOWN: Final = sum(
-    1 << FLAGS.index(name) for name in ("feasible", "neutral", "disseminating", "declared", "working")
+    1 << FLAGS.index(name)
+    for name in ("feasible", "neutral", "disseminating", "declared", "working", "there")
 )
 """Flags whose change is a change of the robot."""
 
 
-def nothing_ahead(robot: int | None, first: int, problem: str) -> dict[str, Any]:
+def nothing_ahead(robot: int | None, first: int, seen: int, problem: str) -> dict[str, Any]:
     """Return the message for a run in which no swarm can look ahead, and why."""
     return {
         "type": "outlook",
         "robot": robot,
         "first": first,
         "changes": [],
+        "seen": seen,
+        "world": [],
         "decision": -1,
         "declaration": -1,
         "done": True,
@@ -52,7 +57,8 @@ class Outlook:
         self._last = last
         self._robot: int | None = None
         self._changes: list[tuple[int, int]] = []
-        self._seen = -1
+        self._seen = self._noted = -1
+        self._world: list[tuple[int, int, int, int]] = []
         self._decision = self._declaration = -1
 
     @property
@@ -85,13 +91,23 @@ class Outlook:
             chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
         return self.done
 
-    def to_dict(self, first: int) -> dict[str, Any]:
-        """Return what is found as a message, with the changes of the robot from the ``first``-th on."""
+    def to_dict(self, first: int, seen: int = 0) -> dict[str, Any]:
+        """Return what is found as a message.
+
+        Parameters
+        ----------
+        first : int
+            Number of changes of the robot that are left out.
+        seen : int
+            Number of changes of the world that are left out.
+        """
         return {
             "type": "outlook",
             "robot": self._robot,
             "first": first,
             "changes": self._changes[first:],
+            "seen": seen,
+            "world": self._world[seen:],
             "decision": self._decision,
             "declaration": self._declaration,
             "done": self.done,
@@ -102,6 +118,8 @@ class Outlook:
         if self._robot is None or len(self._changes) >= CHANGES_LIMIT:
             return chunk
         scenario, step = self._swarm.scenario, self._swarm.step
+        if scenario.dynamic or scenario.manifest.judges:
+            return 1  # it may leave, or change its opinion, in any step
         robot = self._swarm.robot(self._robot)
         is_sure = robot.flags >> FLAGS.index("declared") & 1
         if scenario.manifest.declares and not is_sure:
@@ -115,7 +133,23 @@ class Outlook:
         self._seen = swarm.step
         self._decision = max(self._decision, swarm.first_decision[1])
         self._declaration = max(self._declaration, swarm.declaration_step)
+        if swarm.scenario.dynamic:
+            self._note_world()
         if self._robot is not None and len(self._changes) < CHANGES_LIMIT:
-            flags = swarm.robot(self._robot).flags & SHOWN
+            flags = swarm.robot(self._robot).flags & SHOWN if swarm.present[self._robot] else 0
             if not self._changes or self._changes[-1][1] != flags:
                 self._changes.append((swarm.step, flags))
+
+    def _note_world(self) -> None:
+        """Add the steps at which the numbers of robots or tasks, or the truth, change: with the new ones."""
+        swarm, start = self._swarm, max(self._noted, 0)
+        if swarm.step <= self._noted:
+            return
+        curves = (each[start:] for each in (swarm.robot_counts, swarm.task_counts, swarm.truths))
+        rows = np.stack([each.astype(np.int64) for each in curves], axis=1)
+        differs = np.flatnonzero((rows[1:] != rows[:-1]).any(axis=1)) + 1
+        if self._noted < 0:
+            differs = np.concatenate([[0], differs])
+        found = [(start + each, *rows[each].tolist()) for each in differs.tolist()]
+        self._world += found[: max(0, CHANGES_LIMIT - len(self._world))]
+        self._noted = swarm.step

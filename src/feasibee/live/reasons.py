@@ -39,6 +39,8 @@ class Prospect(NamedTuple):
 
 def reasons_of(swarm: Swarm, number: int) -> dict[str, Any]:
     """Return what a robot knows at this step as pairs of a title and a text, and its numbers."""
+    if not swarm.present[number]:
+        return {"flags": 0, "left": 0, "reasons": [["Phase", "no robot has this number at this step"]]}
     state = swarm.robot(number)
     return {
         "flags": state.flags,
@@ -167,7 +169,6 @@ def controller_of(
     """Return the controller of a robot with what the robot knows at this step."""
     scenario = swarm.scenario
     decision = scenario.decision
-    kinds = [kind for kind, each in enumerate(scenario.robots.classes) for _ in range(each.count)]
     controller = Controller(
         scenario.strategy,
         opinion=opinion_of(state),
@@ -182,7 +183,7 @@ def controller_of(
         parameters=list(decision.parameters.values()),
         stubborn=_has(state, "stubborn"),
         sets=hall_sets(scenario),
-        me=(state.id, kinds[number] if kinds else 0, state.hash),
+        me=(state.id, state.kind, state.hash),
         place=state.place,
         setting=scenario.setting,
     )

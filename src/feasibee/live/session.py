@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.catalogue import Catalogue
-from feasibee.live.form import typed
+from feasibee.live.form import EVENTS, typed
 from feasibee.live.lane import ROOM, Lane, RunRequest, last_step
 from feasibee.live.messages import Look, Open
 from feasibee.live.outlook import nothing_ahead
 from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
+from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies import STRATEGIES
@@ -51,14 +52,7 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
         scenario = base.replace(allowed)
     except ScenarioError as error:
         raise ScenarioError([*problems, *error.problems]) from None
-    for path, count, limit in (
-        ("robots.count", scenario.robots.count, ROBOTS_LIMIT),
-        ("tasks.count", scenario.tasks.count, TASKS_LIMIT),
-    ):
-        if count > limit:
-            problems.append(
-                Problem(path, count, f"must be ≤ {limit} on this page", "use feasibee run for more")
-            )
+    problems.extend(_too_many(scenario))
     if problems:
         raise ScenarioError(problems)
     second = None if asked.against is None else second_of(base, scenario, allowed, asked.against)
@@ -95,6 +89,24 @@ def second_of(base: Scenario, scenario: Scenario, changes: Mapping[str, Any], st
     raise ScenarioError(each._replace(path=AGAINST) if each.path == STRATEGY else each for each in problems)
 
 
+def _too_many(scenario: Scenario) -> Iterator[Problem]:
+    """Yield a problem if there are, or may be in a run, more robots or tasks than a page shows."""
+    most = scenario.most
+    for section, count, limit in (("robots", most.robots, ROBOTS_LIMIT), ("tasks", most.tasks, TASKS_LIMIT)):
+        start = scenario.get(f"{section}.count")
+        joining = sum(max(0, getattr(each, section)) for each in scenario.events)
+        if start > limit:
+            rule = f"must be ≤ {limit} on this page"
+            yield Problem(f"{section}.count", start, rule, "use feasibee run for more")
+        elif start + joining > limit:
+            rule = f"let {start + joining} {section} appear in a run, above {limit} on this page"
+            yield Problem(EVENTS, f"{len(scenario.events)} in all", rule, "use feasibee run for more")
+        elif count > limit:
+            path = f"{section}.arrival_rate"
+            rule = f"lets up to {count} {section} appear in a run, above {limit} on this page"
+            yield Problem(path, scenario.get(path), rule, "lower it, or run.steps")
+
+
 def _forbidden(asked: Open) -> Any:
     """Yield a problem per change that would open a file or whose path isn't a field's."""
     strategies = [*STRATEGIES, *registered()]
@@ -110,7 +122,7 @@ def _forbidden(asked: Open) -> Any:
                 rule,
                 "to use a file, run feasibee watch --set decision.strategy=FILE.py",
             )
-        elif "." not in path and path != "preset":
+        elif "." not in path and path not in ("preset", EVENTS):
             yield Problem(
                 path, value, "must be the path of a field", "write section.field, such as tasks.count"
             )
@@ -127,6 +139,11 @@ def _number(name: str, value: str | int | float, limit: int, problems: list[Prob
         return number
     problems.append(Problem(name, value, f"must be a whole number from 0 to {limit - 1}", "use 0"))
     return 0
+
+
+def check_number(swarm: Swarm, robot: int) -> None:
+    """Raise if no robot of this swarm can have a number; at this step, the number may be free."""
+    check_integer("robot", robot, 0, swarm.present.size - 1)
 
 
 class Session:
@@ -194,7 +211,7 @@ class Session:
             If there is no such robot.
         """
         if robot is not None:
-            self.swarm.robot(robot)
+            check_number(self.swarm, robot)
         self._inspected = robot
 
     def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
@@ -217,13 +234,13 @@ class Session:
         """Look ahead in a run for a limited time, and return what is found."""
         lane = self.lane(asked.lane)
         if asked.robot is not None:
-            lane.swarm.robot(asked.robot)
+            check_number(lane.swarm, asked.robot)
         try:
             lane.outlook.follow(asked.robot)
             lane.outlook.look(seconds)
-            found = lane.outlook.to_dict(asked.first)
+            found = lane.outlook.to_dict(asked.first, asked.seen)
         except FeasibeeError as error:  # it needs too much memory, or the strategy fails later in the run
-            found = nothing_ahead(asked.robot, asked.first, str(error))
+            found = nothing_ahead(asked.robot, asked.first, asked.seen, str(error))
         return self._marked({"lane": asked.lane, **found})
 
     def _marked(self, message: dict[str, Any]) -> dict[str, Any]:

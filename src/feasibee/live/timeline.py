@@ -34,7 +34,7 @@ class Timeline:
 
     def __init__(self, swarm: Swarm, room: int = ROOM) -> None:
         self.swarm = swarm
-        self.spacing = max(LEAST, WORK // swarm.scenario.robots.count)
+        self.spacing = max(LEAST, WORK // swarm.present.size)
         self._room = room
         self._saved = [swarm.save()]
 

@@ -25,7 +25,7 @@ except ModuleNotFoundError as error:
     raise FeasibeeError(f"anywidget: not installed; {how_to_install('widget')}") from None
 
 STATIC: Final = Path(__file__).parent / "static"
-MODULES: Final = ("frames", "crowd", "sprites", "arena", "player", "widget")
+MODULES: Final = ("frames", "comings", "crowd", "sprites", "ground", "arena", "player", "widget")
 """Modules of the page that the widget uses, each after those that it imports."""
 SWARMS_LIMIT: Final = 8
 """Most swarms in memory, one per view and restart; a dropped one is simulated again when it is needed."""
@@ -111,7 +111,9 @@ def _world_of(scenario: Scenario) -> dict[str, Any]:
         "sight": scenario.sensing.range,
         "radio": scenario.radio.range,
         "robots": scenario.robots.count,
+        "numbers": scenario.most.robots,
         "tasks": scenario.tasks.count,
+        "changes": scenario.dynamic,
         "truth": truth(scenario),
         "last": scenario.run.steps,
         "declares": scenario.manifest.declares,

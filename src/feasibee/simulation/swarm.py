@@ -193,9 +193,8 @@ class Swarm:
         """The ground truth of this step with its proof, as `feasibee.scenario.feasibility.explain` gives."""
         if not self._changes:
             return explain(self.scenario)
-        class_of, robots = self._state.tables.class_of, np.flatnonzero(self.present)
-        tasks = self._params.robots.count + self.task_numbers
-        return explain_kinds(self.scenario, class_of[robots].tolist(), class_of[tasks].tolist())
+        tasks = self._state.tables.class_of[self._params.robots.count + self.task_numbers]
+        return explain_kinds(self.scenario, self.robot_kinds[self.present].tolist(), tasks.tolist())
 
     @property
     def opinions(self) -> NDArray[np.int8]:
@@ -237,9 +236,9 @@ class Swarm:
             return self._counted[: self.step + 1]
         if self._changes:
             return self.robot_counts
-        counted = [self.scenario.counted(each) for each in (0, self.scenario.faults.stop_step)]
-        stopped = np.arange(self.step + 1) >= self.scenario.faults.stop_step
-        return np.where(stopped, *counted[::-1]).astype(np.int32)
+        stop, counts = self.scenario.faults.stop_step, np.empty(self.step + 1, np.int32)
+        counts[:stop], counts[stop:] = self.scenario.counted(0), self.scenario.counted(stop)
+        return counts
 
     @property
     def robot_counts(self) -> NDArray[np.int32]:
@@ -346,6 +345,12 @@ class Swarm:
     def counted(self) -> NDArray[np.bool_]:
         """Whether each robot counts in the decision, honest and still working: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.Set.COUNTED]).astype(np.bool_)
+
+    @property
+    def robot_kinds(self) -> NDArray[np.int32]:
+        """Number of each robot's class, 0 without classes: int32, shape (robots,)."""
+        kinds: NDArray[np.int32] = self._state.tables.class_of[: self._params.robots.count]
+        return kinds
 
     @property
     def headings(self) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ export function readAddress() {
   /** @type {Record<string, unknown>} */
   const changes = {};
   for (const [path, text] of kept) {
-    if (!path.includes(".") && path !== "preset") continue;
+    if (!path.includes(".") && !["preset", "events"].includes(path)) continue;
     try {
       changes[path] = JSON.parse(text);
     } catch {

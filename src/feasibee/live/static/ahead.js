@@ -37,8 +37,8 @@ export class Ahead {
     const lane = this.lanes().find((each) => each.world && !each.outlook.done);
     if (!lane) return;
     if (isBusy()) return this.lookSoon(isBusy);
-    const { robot, changes } = lane.outlook;
-    this.send({ type: "look", robot, lane: lane.number, first: changes.length });
+    const { robot, changes, world } = lane.outlook;
+    this.send({ type: "look", robot, lane: lane.number, first: changes.length, seen: world.length });
   }
 
   /** @param {() => boolean} isBusy */

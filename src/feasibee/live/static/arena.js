@@ -1,14 +1,16 @@
 // The arena on a canvas: ground and tasks on a layer of their own, robots as small pictures drawn once.
 
+import { Comings } from "./comings.js";
 import { Crowd, contextOf } from "./crowd.js";
-import { DISSEMINATING, WORKING } from "./frames.js";
+import { DISSEMINATING, THERE, WORKING } from "./frames.js";
+import { drawGround } from "./ground.js";
 import { LOOKS, drawSprite } from "./sprites.js";
 
 const TURN = 65536; // units of a position along the longer side
 const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no copies beyond the edge
 const FLASH = 700; // milliseconds
 
-/** @import { Frame, Tasks } from "./frames.js" */
+/** @import { Frame, Places } from "./frames.js" */
 
 /**
  * The world of a swarm, from the server.
@@ -18,9 +20,11 @@ const FLASH = 700; // milliseconds
  * @property {number} diameter
  * @property {number} sight
  * @property {number} radio
- * @property {number} robots
- * @property {number} tasks
- * @property {boolean} truth
+ * @property {number} robots At the start.
+ * @property {number} numbers That robots may have.
+ * @property {number} tasks At the start.
+ * @property {boolean} truth At the start.
+ * @property {boolean} changes Whether robots or tasks may come and go.
  * @property {number} last
  * @property {boolean} declares
  */
@@ -29,8 +33,8 @@ const FLASH = 700; // milliseconds
  * A run that has begun, from the server; see opened() in session.py.
  * @typedef {World & {
  *   generation: number, seed: string, run: string, fields: Record<string, string | number | boolean>,
- *   toml: string, proof: string, robotClasses: [string, number][], threshold: number,
- *   counted: [number, number], stopStep: number, commits: boolean, lane: number, strategy: string, swarms: number,
+ *   toml: string, proof: string, robotClasses: string[], kinds: number[], threshold: number, commits: boolean,
+ *   lane: number, strategy: string, swarms: number,
  * }} Opened
  */
 
@@ -59,9 +63,10 @@ export class Arena {
     this.canvas = canvas;
     this.context = contextOf(canvas, { alpha: false });
     this.colours = colours;
-    /** @type {Tasks | null} */
+    /** @type {Places | null} */
     this.tasks = null;
     this.crowd = new Crowd();
+    this.comings = new Comings();
     /** @type {Map<number, number>} */
     this.flashes = new Map(); // start time, by robot
     /** @type {Map<number, HTMLCanvasElement>} */
@@ -70,6 +75,7 @@ export class Arena {
     this.before = null;
     this.px = new Float32Array(0);
     this.py = new Float32Array(0);
+    this.flags = new Uint16Array(0); // of the frame that is drawn
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
     this.calm = false;
     this.pointed = this.chosen = -1;
@@ -83,11 +89,12 @@ export class Arena {
     this.tasks = null;
     this.pointed = -1;
     this.flashes.clear();
+    this.comings = new Comings();
     this.before = null;
     this.layout();
   }
 
-  /** @param {Tasks} tasks */
+  /** @param {Places} tasks */
   setTasks(tasks) {
     this.tasks = tasks;
     this.paintGround();
@@ -122,62 +129,14 @@ export class Arena {
   }
 
   paintGround() {
-    const { width, height, colours, scale, ratio } = this;
+    const { width, height } = this;
     const ground = (this.ground = document.createElement("canvas"));
     ground.width = width;
     ground.height = height;
-    const crowded = this.world.robots > DETAILED;
+    const crowded = this.world.numbers > DETAILED;
     const context = contextOf(ground, { alpha: false, willReadFrequently: crowded });
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
-    context.strokeStyle = colours.line;
-    context.lineWidth = ratio;
-    context.beginPath();
-    const gap =
-      10 ** Math.ceil(Math.log10(this.longer / 15)) /
-      (this.longer / 10 ** Math.floor(Math.log10(this.longer)) < 3 ? 2 : 1);
-    for (let at = gap; at * scale < Math.max(width, height) - 1; at += gap) {
-      const x = Math.round(at * scale) + 0.5,
-        y = Math.round(height - at * scale) + 0.5;
-      context.moveTo(x, 0);
-      context.lineTo(x, height);
-      context.moveTo(0, y);
-      context.lineTo(width, y);
-    }
-    context.stroke();
-    if (this.tasks) this.paintTasks(context, this.tasks);
-    if (this.world.walls) {
-      context.strokeStyle = colours.ink;
-      context.lineWidth = 6 * ratio; // half of it is outside
-      context.strokeRect(0, 0, width, height);
-    }
+    drawGround(context, this);
     if (crowded) this.crowd.reset(ground);
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} context
-   * @param {Tasks} tasks
-   */
-  paintTasks(context, { x, y }) {
-    const size = Math.max(1.5 * this.ratio, Math.min(0.42 * this.scale, 9 * this.ratio));
-    context.fillStyle = this.colours.task;
-    if (size < 4 * this.ratio) context.globalAlpha = 0.5; // many tasks would hide the robots
-    context.beginPath();
-    for (let i = 0; i < x.length; i++) {
-      const left = x[i] * this.unit,
-        top = this.height - y[i] * this.unit;
-      context.moveTo(left, top - size);
-      context.lineTo(left + 0.92 * size, top + 0.66 * size);
-      context.lineTo(left - 0.92 * size, top + 0.66 * size);
-      context.closePath();
-    }
-    context.fill();
-    context.globalAlpha = 1;
-    if (size > 4 * this.ratio) {
-      context.strokeStyle = this.colours.ground;
-      context.lineWidth = 0.8 * this.ratio;
-      context.stroke();
-    }
   }
 
   /**
@@ -188,8 +147,9 @@ export class Arena {
   draw({ now, next, between }, time) {
     const { context } = this;
     this.place(now, next, between);
+    this.flags = now.flags;
     if (now !== this.before) this.notice(now, time);
-    const shadowed = [this.pointed, this.chosen].filter((each) => each >= 0 && each < now.robots);
+    const shadowed = [this.pointed, this.chosen].filter((each) => this.has(each));
     if (now.robots > DETAILED) {
       this.crowd.draw(context, this.px, this.py, now.flags, LOOKS, (looks) => this.sprite(looks));
       for (const each of shadowed) this.shadow(each);
@@ -200,9 +160,19 @@ export class Arena {
       this.robots(now);
       if (this.radius > 2.5 * this.ratio) this.ticks(now);
     }
-    if (this.chosen >= 0 && this.chosen < now.robots) this.ring(this.chosen);
+    if (this.has(this.chosen)) this.ring(this.chosen);
+    context.strokeStyle = this.colours.ink;
+    this.comings.draw(context, this, time);
     this.canvas.dataset.drawn = String(++this.drawn); // for tests and benchmarks
-    return this.flashes.size > 0;
+    return this.flashes.size > 0 || this.comings.rings.length > 0;
+  }
+
+  /**
+   * Return whether a robot has a number in the frame that is drawn.
+   * @param {number} robot
+   */
+  has(robot) {
+    return Boolean(this.flags[robot] & THERE);
   }
 
   /**
@@ -227,6 +197,7 @@ export class Arena {
       halfX = width / 2,
       halfY = height / 2;
     for (let i = 0; i < count; i++) {
+      if (!(now.flags[i] & next.flags[i] & THERE)) continue;
       let dx = (next.x[i] - now.x[i]) * unit,
         dy = (now.y[i] - next.y[i]) * unit;
       if (wraps) {
@@ -241,7 +212,7 @@ export class Arena {
   }
 
   /**
-   * Start a flash for each robot that has begun to disseminate.
+   * Start a flash for each robot that has begun to disseminate, and rings around what has come or gone.
    * @param {Frame} now
    * @param {number} time
    */
@@ -250,7 +221,11 @@ export class Arena {
     if (old && !this.calm && now.step > old.step && now.robots <= DETAILED / 4) {
       for (let i = 0; i < now.robots; i++)
         if (now.flags[i] & ~old.flags[i] & DISSEMINATING) this.flashes.set(i, time);
+      if (this.world.changes) this.comings.notice(old, now, time);
     }
+    const { taskX: x, taskY: y } = now;
+    if (this.world.changes && !(this.tasks && isSame(this.tasks.x, x) && isSame(this.tasks.y, y)))
+      this.setTasks({ x, y });
     this.before = now;
   }
 
@@ -260,6 +235,7 @@ export class Arena {
       { flags, robots } = now;
     const reach = 1.7 * radius;
     for (let i = 0; i < robots; i++) {
+      if (!this.has(i)) continue;
       const sprite = this.sprite(flags[i] & LOOKS);
       const half = sprite.width / 2,
         x = px[i],
@@ -308,7 +284,7 @@ export class Arena {
     context.lineWidth = this.ratio;
     for (const [i, begun] of this.flashes) {
       const age = (time - begun) / FLASH;
-      if (age >= 1) {
+      if (age >= 1 || !this.has(i)) {
         this.flashes.delete(i);
         continue;
       }
@@ -382,7 +358,7 @@ export class Arena {
       nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
     for (let i = 0; i < this.px.length; i++) {
       const squared = (this.px[i] - x) ** 2 + (this.py[i] - y) ** 2;
-      if (squared < nearest) [nearest, found] = [squared, i];
+      if (squared < nearest && this.has(i)) [nearest, found] = [squared, i];
     }
     return found;
   }
@@ -395,4 +371,12 @@ export class Arena {
   placeOf(i) {
     return [this.px[i] / this.ratio, this.py[i] / this.ratio];
   }
+}
+
+/**
+ * @param {Uint16Array} one
+ * @param {Uint16Array} other
+ */
+function isSame(one, other) {
+  return one.length === other.length && one.every((each, k) => each === other[k]);
 }

@@ -1,6 +1,8 @@
 // Drawing thousands of robots pixel by pixel. In a browser without a graphics card, 10,000 robots take a few
 // milliseconds; drawing a picture per robot took 50.
 
+import { THERE } from "./frames.js";
+
 /**
  * The pixels that a picture adds around its position.
  * @typedef {object} Stamp
@@ -89,7 +91,7 @@ export class Crowd {
    * @param {CanvasRenderingContext2D} context
    * @param {Float32Array} px
    * @param {Float32Array} py
-   * @param {Uint8Array} flags
+   * @param {Uint16Array} flags
    * @param {number} mask
    * @param {(looks: number) => HTMLCanvasElement} picture
    */
@@ -97,6 +99,7 @@ export class Crowd {
     const { pixels, width, height } = this;
     pixels.set(this.ground);
     for (let i = 0; i < flags.length; i++) {
+      if (!(flags[i] & THERE)) continue;
       const looks = flags[i] & mask,
         stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
       const { half, offsets, colours, stays } = stamp,

@@ -1,5 +1,5 @@
 // Made by `python -m feasibee.live.layout`. A test compares it with that module.
-export const PROTOCOL = 3;
+export const PROTOCOL = 4;
 export const FEASIBLE = 1,
   NEUTRAL = 2,
   DISSEMINATING = 4,
@@ -7,7 +7,8 @@ export const FEASIBLE = 1,
   DECLARED = 16,
   WORKING = 32,
   BYZANTINE = 64,
-  STUBBORN = 128;
+  STUBBORN = 128,
+  THERE = 256;
 const FRAME = 1;
 
 /**
@@ -16,7 +17,8 @@ const FRAME = 1;
  */
 function frame(buffer, view) {
   const length = view.getInt32(16, true),
-    robots = view.getUint32(4, true);
+    robots = view.getUint32(4, true),
+    placed = view.getUint32(68, true);
   return {
     kind: /** @type {const} */ ("frame"),
     generation: view.getUint16(2, true),
@@ -36,13 +38,22 @@ function frame(buffer, view) {
     committed: view.getUint32(48, true),
     declaredFeasible: view.getUint32(52, true),
     declaredInfeasible: view.getUint32(56, true),
-    bits: Number(view.getBigUint64(60, true)),
-    feasibleCounts: new Int32Array(buffer, 68, length),
-    infeasibleCounts: new Int32Array(buffer, 68 + 4 * length, length),
-    x: new Uint16Array(buffer, 68 + 8 * length, robots),
-    y: new Uint16Array(buffer, 68 + 8 * length + 2 * robots, robots),
-    heading: new Uint8Array(buffer, 68 + 8 * length + 4 * robots, robots),
-    flags: new Uint8Array(buffer, 68 + 8 * length + 5 * robots, robots),
+    there: view.getUint32(60, true),
+    tasks: view.getUint32(64, true),
+    placed,
+    truth: view.getUint32(72, true),
+    bits: Number(view.getBigUint64(76, true)),
+    robotSteps: Number(view.getBigUint64(84, true)),
+    feasibleCounts: new Int32Array(buffer, 92, length),
+    infeasibleCounts: new Int32Array(buffer, 92 + 4 * length, length),
+    countedCounts: new Int32Array(buffer, 92 + 8 * length, length),
+    x: new Uint16Array(buffer, 92 + 12 * length, robots),
+    y: new Uint16Array(buffer, 92 + 12 * length + 2 * robots, robots),
+    flags: new Uint16Array(buffer, 92 + 12 * length + 4 * robots, robots),
+    taskX: new Uint16Array(buffer, 92 + 12 * length + 6 * robots, placed),
+    taskY: new Uint16Array(buffer, 92 + 12 * length + 6 * robots + 2 * placed, placed),
+    heading: new Uint8Array(buffer, 92 + 12 * length + 6 * robots + 4 * placed, robots),
+    truths: new Uint8Array(buffer, 92 + 12 * length + 7 * robots + 4 * placed, length),
   };
 }
 
@@ -63,7 +74,8 @@ function tasks(buffer, view) {
 // End of the generated part.
 
 /** @typedef {ReturnType<typeof frame> & {beside?: Frame}} Frame One step of a swarm, and of that beside it. */
-/** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks. */
+/** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks at the start. */
+/** @typedef {{x: Uint16Array, y: Uint16Array}} Places Of tasks. */
 
 /**
  * @param {ArrayBuffer} buffer

@@ -18,12 +18,13 @@ import { $, announce } from "./elements.js";
 const DIRECTIONS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
- * Return the nearest robot in a direction, within 45 degrees of it; the same robot if there is none.
+ * Return the nearest robot in a direction, within 45 degrees of it; the same number if there is none.
  * @param {Arena} arena
  * @param {number} from
  * @param {string} key Of an arrow.
  */
-export function neighbour({ px, py }, from, key) {
+export function neighbour(arena, from, key) {
+  const { px, py } = arena;
   const [right, down] = DIRECTIONS[key];
   let found = from,
     nearest = Infinity;
@@ -33,9 +34,25 @@ export function neighbour({ px, py }, from, key) {
       along = dx * right + dy * down,
       across = Math.abs(dx * down) + Math.abs(dy * right),
       squared = dx * dx + dy * dy;
-    if (i !== from && along > 0 && across <= along && squared < nearest) [nearest, found] = [squared, i];
+    if (i !== from && along > 0 && across <= along && squared < nearest && arena.has(i))
+      [nearest, found] = [squared, i];
   }
   return found;
+}
+
+/**
+ * Return the first number from one on that a robot has, in steps of 1 or -1; the same if there is no other.
+ * @param {Arena} arena
+ * @param {number} from
+ * @param {number} by
+ * @param {number} robots
+ */
+function following(arena, from, by, robots) {
+  for (let k = 0; k < robots; k++) {
+    const robot = (from + k * by + robots * robots) % robots;
+    if (arena.has(robot)) return robot;
+  }
+  return from;
 }
 
 export class Inspector {
@@ -84,10 +101,11 @@ export class Inspector {
    */
   press(key, arena) {
     if (!this.robots) return false; // no run is open yet
-    const { robot, robots, focus } = this;
+    const { robot, robots } = this,
+      focus = following(arena, this.focus, 1, robots);
     if (key in DIRECTIONS) this.pick(robot < 0 ? focus : neighbour(arena, robot, key));
-    else if (key === "PageDown") this.pick(robot < 0 ? focus : (robot + 1) % robots);
-    else if (key === "PageUp") this.pick(robot < 0 ? focus : (robot + robots - 1) % robots);
+    else if (key === "PageDown") this.pick(robot < 0 ? focus : following(arena, robot + 1, 1, robots));
+    else if (key === "PageUp") this.pick(robot < 0 ? focus : following(arena, robot - 1, -1, robots));
     else if (key === "Enter") this.pick(robot < 0 ? focus : robot);
     else if (key === "Escape" && robot >= 0) this.pick(-1);
     else return false;

@@ -5,8 +5,10 @@ import { $, formatted } from "./elements.js";
 import { Plot } from "./plot.js";
 import { colours } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
+import { truthsOf } from "./truths.js";
 
 /** @import { Opened, View } from "./arena.js" */
+/** @import { Frame } from "./frames.js" */
 /** @import { Outlook } from "./seekbar.js" */
 
 /** @type {Record<number, string>} */
@@ -27,6 +29,7 @@ export class Lane {
     /** @type {Opened | null} */
     this.world = null;
     this.outlook = nothing(null);
+    this.there = { robots: 0, tasks: 0 }; // at the step that is shown
   }
 
   /** @param {Opened} world */
@@ -36,6 +39,7 @@ export class Lane {
     this.arena.open(world);
     this.plot.clear(world);
     this.outlook = nothing(null);
+    this.there = { robots: world.robots, tasks: world.tasks };
   }
 
   /**
@@ -43,34 +47,45 @@ export class Lane {
    * @param {number | null} robot
    */
   follow(robot) {
-    const { decision, declaration } = this.outlook;
-    this.outlook = { ...nothing(robot), decision, declaration };
+    const { world, decision, declaration } = this.outlook;
+    this.outlook = { ...nothing(robot), world, decision, declaration };
   }
 
   /**
    * Add what the server has found; return whether it is of the robot that is followed.
-   * @param {Outlook & {first: number}} found
+   * @param {Outlook & {first: number, seen: number}} found
    */
   foresee(found) {
-    if (found.robot !== this.outlook.robot || found.first !== this.outlook.changes.length) return false;
-    this.outlook = { ...found, changes: [...this.outlook.changes, ...found.changes] };
+    const { robot, changes, world } = this.outlook;
+    if (found.robot !== robot || found.first !== changes.length || found.seen !== world.length) return false;
+    this.outlook = {
+      ...found,
+      changes: [...changes, ...found.changes],
+      world: [...world, ...found.world],
+    };
     return true;
   }
 
-  /**
-   * Return the step of the last change of the robot before a step, or 0.
-   * @param {number} step
-   */
-  changeBefore(step) {
-    return this.outlook.changes.findLast(([each]) => each < step)?.[0] ?? 0;
+  // Steps at which the inspected robot changes; without a robot, those at which the truth does.
+  get changes() {
+    const { robot, changes, world } = this.outlook;
+    return robot === null ? truthsOf(world).map(([step]) => step) : changes.map(([step]) => step);
   }
 
   /**
-   * Return the step of the next change of the robot after a step, or that step.
+   * Return the step of the last change before a step, or 0.
+   * @param {number} step
+   */
+  changeBefore(step) {
+    return this.changes.findLast((each) => each < step) ?? 0;
+  }
+
+  /**
+   * Return the step of the next change after a step, or that step.
    * @param {number} step
    */
   changeAfter(step) {
-    return this.outlook.changes.find(([each]) => each > step)?.[0] ?? step;
+    return this.changes.find((each) => each > step) ?? step;
   }
 
   repaint() {
@@ -87,13 +102,9 @@ export class Lane {
     if (!this.world) return false;
     const moves = this.arena.draw(view, time);
     showTooltip(this, this.world, view.now);
-    const { feasible, infeasible, firstDecision, decisionStep } = view.now;
-    const right = (firstDecision === 1) === this.world.truth ? "right" : "wrong";
-    const decided =
-      firstDecision < 0
-        ? "undecided"
-        : `${WORDS[firstDecision]} at step ${formatted(decisionStep)}: ${right}`;
-    const text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided}`;
+    const { feasible, infeasible, there, tasks } = view.now;
+    this.there = { robots: there, tasks };
+    const text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided(view.now, this.world)}`;
     const [name, said] = /** @type {HTMLCollectionOf<HTMLElement>} */ (this.caption.children);
     if (said.textContent !== text) said.textContent = text;
     if (name.textContent !== this.world.strategy) name.textContent = this.world.strategy;
@@ -102,9 +113,9 @@ export class Lane {
 
   /** @param {string} now What the clock does, in words. */
   describe(now) {
-    const { world } = this;
+    const { world, there } = this;
     const label =
-      world && `The arena: ${world.robots} robots and ${world.tasks} tasks, ${world.strategy}, ${now}`;
+      world && `The arena: ${there.robots} robots and ${there.tasks} tasks, ${world.strategy}, ${now}`;
     const text = `${label || "The arena"}. Arrow keys go from robot to robot.`;
     if (this.canvas.getAttribute("aria-label") !== text) this.canvas.setAttribute("aria-label", text);
   }
@@ -116,5 +127,17 @@ export class Lane {
  * @returns {Outlook}
  */
 function nothing(robot) {
-  return { robot, changes: [], decision: -1, declaration: -1, done: false };
+  return { robot, changes: [], world: [], decision: -1, declaration: -1, done: false };
+}
+
+/**
+ * Return in words what a swarm has decided: first, or in a world that changes, at this step.
+ * @param {Frame} frame
+ * @param {Opened} world
+ */
+function decided({ decision, firstDecision, decisionStep, truth }, { changes }) {
+  const opinion = changes ? decision : firstDecision;
+  if (opinion < 0) return "undecided";
+  const when = changes ? "" : ` at step ${formatted(decisionStep)}`;
+  return `${WORDS[opinion]}${when}: ${opinion === truth ? "right" : "wrong"}`;
 }

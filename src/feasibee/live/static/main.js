@@ -13,6 +13,7 @@ import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
 import { buildMore } from "./more.js";
 import { Player, SPEEDS } from "./player.js";
+import { RateOfChange } from "./rate.js";
 import { Readings } from "./readings.js";
 import { listReplays, markReplay } from "./replays.js";
 import { SeekBar } from "./seekbar.js";
@@ -52,6 +53,10 @@ const readings = new Readings(lanes.map((each) => each.plot));
 const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
 const seekBar = new SeekBar((step) => seek(step));
 const inspector = new Inspector(inspect);
+const change = new RateOfChange(controls, (stream) => {
+  startAfter = player.playing || stream;
+  begin(0);
+});
 const ahead = new Ahead(seekBar, shownLanes, (message) => connection.send(message));
 const veil = new Veil();
 
@@ -130,6 +135,7 @@ const answers = {
     if (!$("more-fields").childElementCount)
       for (const input of buildMore(message.form, (path) => controls.inputs.has(path))) controls.add(input);
     controls.strategies(message.strategies);
+    change.stream = message.stream;
     $("title").textContent = message.title;
     document.title = message.title ? `${message.title}: feasibee` : "feasibee: live arena";
     listReplays(message, (replay) => {
@@ -153,7 +159,8 @@ const answers = {
     player.asked = true; // the first frame comes without a request
     seeker.reset();
     seekBar.open(message.last);
-    inspector.open(message.robots);
+    inspector.open(message.numbers);
+    change.open(message);
     document.body.dataset.swarms = message.swarms;
     readings.open(message);
     controls.show(message);

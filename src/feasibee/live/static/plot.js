@@ -1,12 +1,15 @@
 // The plot of opinions over time, by uPlot, with the swarm's threshold and the step of its decision.
 
+import { drawTruth } from "./truths.js";
+
 const FIRST_SPAN = 100;
+const BAND = 6; // height of the band of the truth, in CSS pixels
 
 /** @import { World } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
 
 /** @typedef {Record<"line" | "ink" | "muted" | "feasible" | "infeasible", string>} PlotColours */
-/** @typedef {Pick<World, "last"> & {threshold: number, counted: [number, number], stopStep: number}} PlotWorld */
+/** @typedef {Pick<World, "last" | "changes"> & {threshold: number}} PlotWorld */
 
 export class Plot {
   /** @type {Chart} */
@@ -15,6 +18,7 @@ export class Plot {
   world;
   /** @type {Float64Array<ArrayBuffer>[]} */
   data = [];
+  truths = new Uint8Array(0);
   known = 0; // steps
   shown = -1;
   decided = -1;
@@ -26,7 +30,7 @@ export class Plot {
   constructor(element, colours) {
     this.element = element;
     this.colours = colours;
-    this.clear({ last: 1, threshold: 1, counted: [1, 1], stopStep: 0 });
+    this.clear({ last: 1, threshold: 1, changes: false });
   }
 
   /** @param {PlotWorld} world */
@@ -36,6 +40,7 @@ export class Plot {
     this.shown = -1;
     this.decided = -1;
     this.data = [0, 1, 2].map(() => new Float64Array(1024));
+    this.truths = new Uint8Array(1024);
     this.build();
   }
 
@@ -55,12 +60,15 @@ export class Plot {
         longer.set(old);
         return longer;
       });
+      const truths = new Uint8Array(2 * until);
+      truths.set(this.truths);
+      this.truths = truths;
     }
-    const { counted, stopStep } = this.world,
-      [steps, feasible, infeasible] = this.data;
+    const [steps, feasible, infeasible] = this.data;
     for (let k = 0; k < frame.feasibleCounts.length; k++) {
       const step = frame.first + k,
-        whole = Math.max(1, counted[step >= stopStep ? 1 : 0]);
+        whole = Math.max(1, frame.countedCounts[k]);
+      this.truths[step] = frame.truths[k];
       steps[step] = step;
       feasible[step] = (100 * frame.feasibleCounts[k]) / whole;
       infeasible[step] = (100 * frame.infeasibleCounts[k]) / whole;
@@ -127,11 +135,38 @@ export class Plot {
           { ...axis, size: 34, splits: () => [0, 25, 50, 75, 100] },
         ],
         series: [{}, series(colours.feasible), series(colours.infeasible, [6, 3])],
-        hooks: { draw: [(/** @type {Chart} */ chart) => this.mark(chart)] },
+        hooks: {
+          drawAxes: [(/** @type {Chart} */ chart) => this.band(chart)],
+          draw: [(/** @type {Chart} */ chart) => this.mark(chart)],
+        },
       },
       this.data.map((each) => each.subarray(0, 0)),
       this.element,
     );
+  }
+
+  /**
+   * Draw the truth of each step behind the opinions, in a world that changes: a band, and a shade below it.
+   * @param {Chart} chart
+   */
+  band(chart) {
+    const length = Math.min(this.known, this.shown + 1);
+    if (!this.world.changes || !length) return;
+    const pen = chart.ctx,
+      { top, height } = chart.bbox,
+      ratio = devicePixelRatio || 1;
+    for (let from = 0, step = 1; step <= length; step++) {
+      if (step < length && this.truths[step] === this.truths[from]) continue;
+      const x = chart.valToPos(from, "x", true),
+        width = chart.valToPos(step < length ? step : length - 1, "x", true) - x,
+        truth = this.truths[from] === 1;
+      drawTruth(pen, { x, y: top - BAND * ratio, width, height: BAND * ratio }, truth, this.colours, ratio);
+      pen.globalAlpha = 0.1;
+      pen.fillStyle = truth ? this.colours.feasible : this.colours.infeasible;
+      pen.fillRect(x, top, width, height);
+      pen.globalAlpha = 1;
+      from = step;
+    }
   }
 
   /** @param {Chart} chart */

@@ -15,7 +15,7 @@ export class Readings {
   /** @param {Plot[]} plots Of the swarms side by side. */
   constructor(plots) {
     this.plots = plots;
-    this.truth = false;
+    this.changes = false;
     this.step = -1; // shown
     this.seconds = 0; // per step, if the scenario says it
     /** @type {string | null} */
@@ -29,14 +29,15 @@ export class Readings {
    */
   open(world) {
     const { fields } = world;
-    this.truth = world.truth;
+    this.changes = world.changes;
     this.seconds = Number(fields["units.seconds"] ?? 0);
     this.step = -1;
     this.decision = null;
     $("toml").textContent = world.toml;
     $("last").textContent = formatted(world.last);
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
-    $("stopped-row").hidden = world.counted[0] === world.counted[1] && !fields["faults.stopped"];
+    $("legend-truth").hidden = !world.changes;
+    $("stopped-row").hidden = !fields["faults.stopped"];
     $("committed-row").hidden = $("legend-committed").hidden = !world.commits;
     $("declared-row").hidden = $("legend-declared").hidden = !world.declares;
     $("legend-stopped").hidden = !fields["faults.stopped"];
@@ -79,14 +80,14 @@ export class Readings {
       disseminating: frame.disseminating,
       committed: frame.committed,
       now: frame.step,
-      stopped: frame.robots - frame.working,
+      stopped: frame.there - frame.working,
     };
     for (const [id, value] of Object.entries(values)) $(id).textContent = formatted(value);
     $("time").textContent = this.seconds ? `, ${duration(frame.step * this.seconds)}` : "";
     const declared = [frame.declaredFeasible, frame.declaredInfeasible].map(formatted);
     $("declared").textContent =
       `${declared[0]} feasible, ${declared[1]} infeasible, of ${formatted(frame.counted)}`;
-    const bits = frame.step ? frame.bits / frame.robots / frame.step : 0;
+    const bits = frame.robotSteps ? frame.bits / frame.robotSteps : 0;
     $("bits").textContent = bits.toPrecision(3).replace(/\.?0+$/, "");
     $("undecided-row").hidden = $("legend-undecided").hidden =
       !undecided && !frame.flags.some((flags) => flags & NEUTRAL);
@@ -101,19 +102,39 @@ export class Readings {
    * @param {Frame} frame
    */
   showDecision(frame) {
+    if (this.changes) return this.showHeld(frame);
     const key = `${frame.firstDecision} ${frame.decision}`;
     if (key === this.decision) return;
     const first = WORDS[frame.firstDecision],
       now = WORDS[frame.decision],
       decided = frame.firstDecision >= 0,
       step = formatted(frame.decisionStep);
-    const word = decided && (frame.firstDecision === 1) === this.truth ? "right" : "wrong";
+    const word = decided && frame.firstDecision === frame.truth ? "right" : "wrong";
     $("decision").textContent = decided ? `${first}, since step ${step}` : "undecided";
     if (decided && now !== first) $("decision").textContent = `first ${first}, at step ${step}; now ${now}`;
     $("verdict").dataset.verdict = decided ? word : "";
     $("judgement").textContent = decided ? `The swarm's decision is ${word}.` : "";
     if (decided && this.decision?.startsWith("-1"))
       announce(`The swarm has decided at step ${frame.decisionStep}: ${first}. That is ${word}.`);
+    this.decision = key;
+  }
+
+  /**
+   * Show, in a world that changes, what the swarm holds and what is true at this step.
+   * @param {Frame} frame
+   */
+  showHeld(frame) {
+    const truth = WORDS[frame.truth],
+      held = frame.decision >= 0,
+      word = frame.decision === frame.truth ? "right" : "wrong",
+      key = `${frame.decision} ${truth}`;
+    $("truth").textContent = `${truth} (${formatted(frame.there)} robots, ${formatted(frame.tasks)} tasks)`;
+    if (key === this.decision) return;
+    $("decision").textContent = WORDS[frame.decision];
+    $("verdict").dataset.verdict = held ? word : "";
+    $("judgement").textContent = held ? `The swarm's decision is ${word} at this step.` : "";
+    if (this.decision && !this.decision.endsWith(` ${truth}`))
+      announce(`From step ${frame.step} on, the tasks are ${truth}`);
     this.decision = key;
   }
 }

@@ -2,19 +2,25 @@
 
 import { contextOf } from "./crowd.js";
 import { $, formatted } from "./elements.js";
-import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
+import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, THERE, WORKING } from "./frames.js";
+import { drawTruth, truthsOf } from "./truths.js";
 
 /** @import { Shade } from "./theme.js" */
+/** @import { Change } from "./truths.js" */
 
 const INSET = 8; // half of the slider's thumb, in CSS pixels
 const STRIP = 9; // height of a robot's strip
 const SIGNS = 9; // height of the signs above the strips
+const BAND = 6; // height of the band of the truth
+const TICKS = 4; // height of the ticks of a world that changes, below it
+const NAMED = 6; // most changes of the truth whose steps are said in words
 
 /**
  * What lies ahead in the run of a swarm; steps are -1 if not found.
  * @typedef {object} Outlook
  * @property {number | null} robot
  * @property {[number, number][]} changes Steps at which the robot changes, and its flags from there on.
+ * @property {Change[]} world Steps at which the numbers of robots or tasks, or the truth, change.
  * @property {number} decision
  * @property {number} declaration
  * @property {boolean} done
@@ -56,15 +62,17 @@ export class SeekBar {
     const ratio = devicePixelRatio || 1,
       strips = outlooks.filter((each) => each.robot !== null).length,
       width = Math.max(2 * INSET + 1, this.slider.clientWidth),
-      height = SIGNS + strips * (STRIP + 1);
+      top = SIGNS + (outlooks[0]?.world.length ? BAND + TICKS + 2 : 0),
+      height = top + strips * (STRIP + 1);
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
     this.canvas.style.height = `${height}px`;
     const pen = contextOf(this.canvas);
     pen.scale(ratio, ratio);
     const at = (/** @type {number} */ step) => INSET + ((width - 2 * INSET) * step) / this.last;
+    if (outlooks[0]?.world.length) this.band(pen, outlooks[0], at, colours); // both swarms are in one world
     for (const [lane, outlook] of outlooks.entries()) {
-      if (outlook.robot !== null) this.strip(pen, outlook, SIGNS + lane * (STRIP + 1), at, colours);
+      if (outlook.robot !== null) this.strip(pen, outlook, top + lane * (STRIP + 1), at, colours);
       pen.fillStyle = pen.strokeStyle = colours.ink;
       if (outlook.decision >= 0) sign(pen, at(outlook.decision), height, lane > 0);
       if (outlook.declaration >= 0) diamond(pen, at(outlook.declaration));
@@ -72,6 +80,25 @@ export class SeekBar {
     $("marks-text").textContent = outlooks
       .map((each, lane) => inWords(each, lane, outlooks.length))
       .join(" ");
+  }
+
+  /**
+   * Draw the truth as a band, and a tick at each change of the numbers of robots or tasks.
+   * @param {CanvasRenderingContext2D} pen
+   * @param {Outlook} outlook
+   * @param {(step: number) => number} at
+   * @param {Record<Shade, string>} colours
+   */
+  band(pen, { world, done }, at, colours) {
+    const truths = truthsOf(world),
+      known = done ? this.last : world[world.length - 1][0];
+    for (const [k, [step, truth]] of truths.entries()) {
+      const end = k + 1 < truths.length ? truths[k + 1][0] : known,
+        box = { x: at(step), y: SIGNS, width: Math.max(0.5, at(end) - at(step)), height: BAND };
+      drawTruth(pen, box, truth === 1, colours, 1);
+    }
+    pen.fillStyle = colours.muted;
+    for (const [step] of world.slice(1)) pen.fillRect(at(step) - 0.5, SIGNS + BAND + 1, 1, TICKS);
   }
 
   /**
@@ -85,6 +112,7 @@ export class SeekBar {
   strip(pen, { changes, done }, top, at, colours) {
     for (const [k, [step, flags]] of changes.entries()) {
       const end = k + 1 < changes.length ? changes[k + 1][0] : done ? this.last : step;
+      if (!(flags & THERE)) continue;
       const high = flags & DISSEMINATING ? STRIP : 3;
       pen.fillStyle =
         flags & NEUTRAL ? colours.undecided : flags & FEASIBLE ? colours.feasible : colours.infeasible;
@@ -135,7 +163,7 @@ function diamond(pen, x) {
  * @param {number} lane
  * @param {number} swarms
  */
-function inWords({ robot, changes, decision, declaration, done, problem }, lane, swarms) {
+function inWords({ robot, changes, world, decision, declaration, done, problem }, lane, swarms) {
   if (problem) return `No look ahead: ${problem}.`;
   const side = swarms === 1 ? "" : lane ? "Right: " : "Left: ",
     none = done ? "no decision" : "looking for the decision";
@@ -145,6 +173,29 @@ function inWords({ robot, changes, decision, declaration, done, problem }, lane,
     const more = done ? "" : " so far";
     words.push(`robot ${robot} changes ${formatted(Math.max(0, changes.length - 1))} times${more}`);
   }
+  if (world.length && !lane) words.push(...worldInWords(world, done));
   const text = words.join(", ");
   return `${side || text[0].toUpperCase()}${side ? text : text.slice(1)}.`;
+}
+
+/**
+ * Return in words how often the truth and the numbers of robots and tasks change.
+ * @param {Change[]} world
+ * @param {boolean} done
+ */
+function worldInWords(world, done) {
+  const more = done ? "" : " so far",
+    steps = truthsOf(world)
+      .slice(1)
+      .map(([step]) => formatted(step));
+  const listed = steps.length && steps.length <= NAMED ? `, at ${steps.join(", ")}` : "";
+  return [
+    `the world changes ${times(world.length - 1)}${more}`,
+    `the truth ${times(steps.length)}${listed}`,
+  ];
+}
+
+/** @param {number} count */
+function times(count) {
+  return count === 1 ? "once" : `${formatted(count)} times`;
 }

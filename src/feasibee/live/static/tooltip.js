@@ -8,6 +8,7 @@ import {
   FEASIBLE,
   NEUTRAL,
   STUBBORN,
+  THERE,
   WORKING,
 } from "./frames.js";
 
@@ -21,11 +22,7 @@ import {
  * @param {number} robot
  */
 function className(world, robot) {
-  for (const [name, count] of world.robotClasses) {
-    if (robot < count) return name;
-    robot -= count;
-  }
-  return "";
+  return world.robotClasses[world.kinds[robot]] ?? "";
 }
 
 /**
@@ -57,7 +54,7 @@ function describe(world, robot, flags) {
  */
 export function showTooltip({ arena, tip: box, canvas, frame: around }, world, frame) {
   const robot = arena.pointed;
-  box.hidden = robot < 0 || robot >= frame.robots;
+  box.hidden = !(frame.flags[robot] & THERE);
   if (box.hidden) return;
   const text = describe(world, robot, frame.flags[robot]);
   if (box.textContent !== text) box.textContent = text;

@@ -267,10 +267,12 @@ class WidgetView {
     }
     const first = OUTCOMES[frame.firstDecision],
       now = OUTCOMES[frame.decision],
-      truth = OUTCOMES[Number(this.world.truth)];
+      truth = OUTCOMES[frame.truth];
     const word = first === truth ? "right" : "wrong",
       since = `decided ${first} at step ${frame.decisionStep}: ${word}${now === first ? "" : `; now ${now}`}`;
-    this.say(".outcome", frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since);
+    const held = `decided ${now} (truth at this step: ${truth}; ${frame.there} robots, ${frame.tasks} tasks)`;
+    const outcome = frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since;
+    this.say(".outcome", this.world.changes ? held : outcome);
     this.say("[data-does=play]", this.player.playing ? "Pause" : "Play");
   }
 
