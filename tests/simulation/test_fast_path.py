@@ -71,6 +71,10 @@ OTHER_VALUES = {
     "faults.stubborn": 0.1,
     "run.steps": 50,
     "run.stop_at_decision": True,
+    "response.patience": 50,
+    "response.delay": 7,
+    "response.release": False,
+    "response.margin": 0,
     "units.metres": 0.5,
     "units.seconds": 2.0,
 }

@@ -42,6 +42,8 @@ FIRST = (
 """The strategies of the first corpus: the seed of each scenario is its number in it."""
 FIRST_ACCOUNT = ("bits_sent", "commit_step", "committed_feasible", "committed_infeasible")
 """The outcomes of the first corpus; the later ones follow from curves, unless robots declare."""
+DECLARING_ACCOUNT = tuple(COLUMNS)[: COLUMNS["calls"]]
+"""The outcomes of the corpus of robots that declare; in worlds that don't change, the later ones are 0."""
 HASHES = Path(__file__).parent / "same_bytes.json"
 TEAM = {
     "robots.classes": [
@@ -111,13 +113,13 @@ def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2
     """Return a hash of all that some runs leave behind."""
     record = simulate_record(scenario, Runs(runs, seed), curves=True, backend=backend)
     text = hashlib.sha256()
-    first = [COLUMNS[name] for name in FIRST_ACCOUNT]
+    kept = DECLARING_ACCOUNT if scenario.strategy.declares else FIRST_ACCOUNT
     for array in (
         record.decision,
         record.decision_step,
         record.feasible_count,
         record.infeasible_count,
-        record.account if scenario.strategy.declares else record.account[:, first],
+        record.account[:, [COLUMNS[name] for name in kept]],
     ):
         text.update(np.ascontiguousarray(array).tobytes())
     return text.hexdigest()[:16]

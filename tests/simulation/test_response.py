@@ -1,0 +1,339 @@
+"""Swarms that call for robots and release them (model.md 6.19), in engine and reference."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from test_equivalence import ARRAYS, SLOW, assert_equal, beyond, events
+
+from feasibee import Scenario, ScenarioError, reference
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+
+SEEING = '''\
+"""Robots that know which tasks they saw or heard of lately, and how many robots there were at the start."""
+
+BY_NAME = True
+PARAMETERS = {"lasts": 20.0, "said": 9.0}
+
+
+def quality(robots_known, tasks_known):
+    return robots_known / max(robots_known + tasks_known, 1)
+
+
+def dissemination(quality, gain):
+    return gain
+
+
+def decide(mind, inbox):
+    return mind.opinion
+
+
+def words(setting):
+    return setting.task_ids
+
+
+def observe(known, thing, me):
+    if not thing.is_robot:
+        known[thing.id] = int(me.setting.parameters[0])
+
+
+def merge(known, message, sender, me):
+    for k in range(len(known)):
+        known[k] = max(known[k], message[k])
+
+
+def present(row):
+    number = 0
+    for k in range(len(row)):
+        number += row[k] > 0
+    return number
+
+
+def count(known, counts, me):
+    counts[0], counts[me.setting.robot_classes] = me.setting.count, present(known)
+
+
+def bits(message, me):
+    return me.setting.id_bits + 40 * present(message)
+
+
+def judge(known, me):
+    for k in range(len(known)):
+        known[k] = max(known[k] - 1, 0)
+    return 1 if present(known) <= me.setting.count else 0
+
+
+def gap(known, me):
+    return present(known) - me.setting.count
+'''
+SAYING = SEEING.replace(
+    "return 1 if present(known) <= me.setting.count else 0",
+    "if me.setting.parameters[1] == 3.0:\n        return -1 if me.step % 5 else me.step // 5 % 2"
+    "\n    return 1 if me.setting.parameters[1] < 0.0 else 0",
+).replace(
+    "return present(known) - me.setting.count", "return int(me.setting.parameters[1]) + (7 * me.id) % 5 - 2"
+)
+"""What robots say doesn't depend on what they see: all hold one opinion, and their gaps are said -2 to +2."""
+
+
+@pytest.fixture(scope="module")
+def seeing(tmp_path_factory):
+    """Return the path of a strategy whose robots see how many tasks there are."""
+    path = tmp_path_factory.mktemp("seeing") / "seeing.py"
+    path.write_text(SEEING, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def saying(tmp_path_factory):
+    """Return the path of a strategy whose robots all hold one opinion from step 1 on."""
+    path = tmp_path_factory.mktemp("saying") / "saying.py"
+    path.write_text(SAYING, encoding="utf-8")
+    return str(path)
+
+
+def assert_response(scenario):
+    """See that engine and reference give the same run; return its record."""
+    records = [
+        simulate_record(scenario, Runs(1, 4), curves=True, backend=backend)
+        for backend in ("engine", "reference")
+    ]
+    for name in ARRAYS:
+        np.testing.assert_array_equal(*(getattr(record, name) for record in records), err_msg=name)
+    return records[0]
+
+
+def steady(path, said, **changes):
+    """Return a scenario whose five robots say so many, or hold *feasible* if that is negative."""
+    base = {
+        "robots.count": 5,
+        "tasks.count": 3,
+        "run.steps": 20,
+        "response.patience": 4,
+        "response.delay": 3,
+        "decision.strategy": str(path),
+        "decision.parameters": {"said": float(said)},
+    }
+    return Scenario().replace({**base, **changes})
+
+
+def joined(record):
+    """Return by how many the number of robots changes, by step."""
+    changes = np.diff(record.robots_present[0])
+    return {int(step) + 1: int(changes[step]) for step in np.flatnonzero(changes)}
+
+
+# --- Tiny cases, by hand ---
+
+
+def test_a_call_comes_after_patience_and_its_robots_after_the_delay(saying):
+    """Held from step 1 to 4, called at 5, there at 8; held from 8 to 11, called at 12, there at 15; then on.
+
+    Robots 0 to 4 say 2 + (-2, 0, 2, -1, 1): sorted 0, 1, 2, 3, 4, whose median is 2. With seven robots, 5 and
+    6 say 2 + (-2, 0), and the lower median of 0, 0, 1, 2, 2, 3, 4 is 2 again.
+    """
+    record = assert_response(steady(saying, 2, **{"robots.most": 50}))
+    assert record.held[0].tolist()[1:] == [0] * 20
+    assert joined(record) == {8: 2, 15: 2}
+    assert (record.calls[0], record.robots_called[0]) == (3, 6)  # the third at step 19
+    assert record.robots_released[0] == 0
+
+
+def test_the_median_is_the_lower_one_of_an_even_number(saying):
+    """Robots 0 to 3 say 9 + (-2, 0, 2, -1): 7, 8, 9, 11, whose lower median is 8."""
+    record = assert_response(steady(saying, 9, **{"robots.count": 4, "run.steps": 10, "robots.most": 50}))
+    assert joined(record) == {8: 8}
+
+
+def test_a_call_is_for_one_robot_at_least_and_at_most_for_all_numbers(saying):
+    low = assert_response(steady(saying, 0, **{"run.steps": 10}))
+    assert joined(low) == {8: 1}
+    high = assert_response(steady(saying, 40, **{"run.steps": 10, "robots.most": 8}))
+    assert joined(high) == {8: 3}
+    assert high.robots_called[0] == 8
+
+
+def test_without_a_delay_robots_come_at_once(saying):
+    record = assert_response(steady(saying, 2, **{"response.delay": 0, "run.steps": 9}))
+    assert joined(record) == {5: 2, 9: 2}
+
+
+def test_surplus_robots_leave_at_once_but_for_the_margin(saying):
+    """Median -4, margin 1: three of five leave at step 5. Those that are left say -4 or so, but one stays."""
+    record = assert_response(steady(saying, -4, **{"response.margin": 1, "run.steps": 12}))
+    assert joined(record) == {5: -3, 9: -1}
+    assert (record.calls[0], record.robots_released[0]) == (0, 4)
+
+
+@pytest.mark.parametrize("changes", [{"response.margin": 4}, {"response.release": False}])
+def test_robots_within_the_margin_stay(saying, changes):
+    record = assert_response(steady(saying, -4, **changes))
+    assert joined(record) == {}
+    assert record.robots_released[0] == 0
+
+
+def test_what_holds_for_less_than_the_patience_causes_nothing(saying):
+    """All hold 0 and 1 by turns, for five steps each, from step 1 on."""
+    record = assert_response(steady(saying, 3, **{"response.patience": 6, "run.steps": 40}))
+    assert set(record.held[0].tolist()[1:]) == {0, 1}
+    assert joined(record) == {}
+    record = assert_response(steady(saying, 3, **{"response.patience": 5, "run.steps": 40}))
+    assert record.calls[0] == 4
+
+
+def test_a_strategy_without_a_gap_calls_one_by_one_and_releases_none():
+    changes = {
+        "robots.count": 4,
+        "tasks.count": 30,
+        "arena.side": 6.0,
+        "response.patience": 10,
+        "response.delay": 5,
+    }
+    short = Scenario().replace({**changes, "run.steps": 300})
+    record = assert_response(short)
+    assert not short.response.release
+    assert set(joined(record).values()) == {1}
+    assert record.calls[0] == record.robots_called[0] > 2
+    idle = assert_response(short.replace({"tasks.count": 0}))
+    assert (idle.held[0] == 1).mean() > 0.5
+    assert idle.robots_released[0] == 0
+
+
+def test_liars_and_stopped_robots_are_not_asked(saying):
+    """Two of five lie and one stops at step 5, when the call comes: the lower median is that of two."""
+    faults = {"faults.byzantine": 0.4, "faults.stopped": 0.2, "faults.stop_step": 5, "run.steps": 8}
+    scenario = steady(saying, 9, **{**faults, "robots.most": 50})
+    record = assert_response(scenario)
+    swarm = reference.Swarm(scenario, 4, 0)
+    honest = [robot.number for robot in swarm.robots if robot.fault == "honest"]
+    said = sorted(9 + (7 * number) % 5 - 2 for number in honest)
+    assert len(said) == 2
+    assert joined(record) == {8: said[0]}
+
+
+def test_a_swarm_gets_the_robots_that_it_lacks(seeing):
+    """Three more tasks than robots from step 100 to 160; those called at about 120 come at about 180."""
+    scenario = Scenario().replace(
+        {
+            "decision.strategy": seeing,
+            "decision.gain": 5.0,
+            "arena.side": 8.0,
+            "robots.count": 6,
+            "tasks.count": 3,
+            "events": [{"step": 100, "tasks": 6}, {"step": 160, "tasks": -6}],
+            "response.patience": 15,
+            "response.delay": 60,
+            "response.margin": 6,
+            "run.steps": 400,
+        }
+    )
+    record = assert_response(scenario)
+    (first,) = joined(record)
+    assert 175 < first < 230
+    assert joined(record)[first] == 3
+    assert (record.calls[0], record.robots_called[0]) == (1, 3)
+
+
+# --- Engine and reference ---
+
+
+@st.composite
+def responding(draw, path):
+    """Scenarios beyond the paper in which robots are called and released (model.md 6.19)."""
+    scenario = draw(beyond())
+    assume(not scenario.manifest.declares)
+    known = draw(st.sampled_from(["", "seeing"]))
+    classes = scenario.robots.classes or scenario.tasks.classes
+    changes = {
+        "decision.commit": None,
+        "run.stop_at_decision": False,
+        "events": draw(st.lists(events(scenario.run.steps), max_size=2)),
+        "tasks.arrival_rate": draw(st.sampled_from([None, 0.3])),
+        "robots.failure_rate": draw(st.sampled_from([None, 0.05])),
+        "robots.most": scenario.robots.count + draw(st.integers(1, 40)),
+        "response.patience": draw(st.integers(1, 5)),
+        "response.delay": draw(st.integers(0, 6)),
+        "response.margin": draw(st.integers(0, 3)),
+    }
+    if known and not classes:
+        own = {"lasts": draw(st.floats(1, 30)), "said": 0.0}
+        changes |= {"decision.strategy": path, "decision.parameters": own, "decision.quality_floor": 0}
+        changes |= {"sensing.false_robots": 0.0, "sensing.false_tasks": 0.0}
+    try:
+        return scenario.replace(changes)
+    except ScenarioError:  # such as a patience longer than the run
+        assume(False)
+        raise AssertionError from None
+
+
+@settings(
+    max_examples=120,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=[*SLOW, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture],
+)
+@given(st.data(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 3))
+def test_engine_equals_reference_with_responses(seeing, data, seed, first_run):
+    assert_equal(data.draw(responding(seeing)), seed, runs=2, first_run=first_run)
+
+
+# --- The scenario ---
+
+
+def test_a_response_is_part_of_the_text_only_if_there_is_one(seeing):
+    assert "response" not in Scenario().to_dict()
+    scenario = Scenario(response={"patience": 60})
+    assert scenario.dynamic
+    assert scenario.to_dict()["response"] == {"patience": 60, "delay": 100, "release": False, "margin": 2}
+    assert Scenario.from_toml(scenario.to_toml()) == scenario
+    assert scenario.most.robots == 40
+    assert scenario.replace({"decision.strategy": seeing}).response.release
+    others = {"patience": 61, "delay": 99, "release": True, "margin": 3}
+    changed = [{"decision.strategy": seeing, f"response.{name}": others[name]} for name in others]
+    changed[2]["response.release"] = False
+    known = {scenario.replace(each).hash for each in [{}, {"decision.strategy": seeing}, *changed]}
+    assert len(known) == len(changed) + 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"response.delay": 5},
+            "response.delay = 5: needs response.patience: .*; set response.patience = 100",
+        ),
+        ({"response.release": True}, "response.release = True: needs response.patience"),
+        ({"response.patience": 0}, "response.patience = 0: must be ≥ 1"),
+        ({"response.patience": 9, "response.delay": -1}, "response.delay = -1: must be ≥ 0"),
+        (
+            {"response.patience": 9, "response.release": True},
+            "response.release = True: needs a strategy that defines gap; with dmmd, .*; leave it out",
+        ),
+        ({"response.patience": 1001}, "response.patience = 1001: is longer than a run, run.steps = 1000"),
+        (
+            {"response.patience": 9, "robots.most": 20},
+            "robots.most = 20: lets none join: 20 robots are there, and none leaves; set it to 21 or more",
+        ),
+        (
+            {"response.patience": 9, "decision.commit": {}},
+            "decision.commit = .*is for good, but the world of this scenario changes",
+        ),
+    ],
+)
+def test_a_response_that_can_not_be_is_told_with_a_remedy(changes, words):
+    with pytest.raises(ScenarioError) as caught:
+        Scenario().replace(changes)
+    assert re.search(words, str(caught.value)), caught.value
+
+
+def test_robots_that_are_released_make_room_for_those_called(seeing):
+    full = {"response.patience": 9, "robots.most": 20, "decision.strategy": seeing}
+    assert Scenario().replace(full).most.robots == 20
+    with pytest.raises(ScenarioError, match="lets none join"):
+        Scenario().replace({**full, "response.release": False})
