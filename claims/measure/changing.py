@@ -131,7 +131,7 @@ def scenario_of(name: str, case: tuple[int, int, int], changes: dict[str, Any]) 
     tasks, appear, join = case
     events = [{"step": CHANGE, "tasks": appear, "robots": join}] if appear or join else []
     usual = {
-        "decision.strategy": name.split(",")[0],
+        "decision.strategy": name.split(",", maxsplit=1)[0],
         "tasks.count": tasks,
         "run.steps": STEPS,
         "events": events,
