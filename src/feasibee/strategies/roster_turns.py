@@ -274,7 +274,7 @@ def lie(message, feasible, me):
 
 
 def hear_task(known, message, sender, me):
-    """Take the newer version of a task; tell an outdated one's sender of it."""
+    """Take the newer version of a task; send its own soon if the one heard is outdated."""
     entry = find(known, message[WHAT], me.setting)
     if entry < 0:
         return
