@@ -44,7 +44,7 @@ ONE_CLASS = True
 PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 NAME_BITS, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 ROBOT_QUIETS, NEWS_QUIETS, VANISHED_QUIETS = 6, 2, 4
-"""Timeout of robots, and for how long changes are news and vanished tasks told, in quiet times."""
+"""Timeout of robots, and for how long changes are news and vanished tasks are sent, in quiet times."""
 VERSIONS = 4
 VERSION_BITS = 2
 AGE_BITS = 12
@@ -56,12 +56,16 @@ Then the entries that changed last; the quiet time and the timeout of robots in 
 and of robots, if they are listed.
 """
 NAME, VERSION, NEWS, VAIN, SENDERS = 0, 1, 2, 3, 4
-"""Words of an entry: name; version + 1, or 0 if it doesn't count yet; step when it was news; looks in vain.
+"""Words of a name's entry: its name, its version, the step when it was news, and its looks in vain.
 
+The version is one more than that sent, or 0 as long as it doesn't count.
 Then come one more than the ids of at most f neighbours that sent the next version, and f the one after it.
 """
 KIND, WHAT, VALUE = 0, 1, 2
-"""Words of a message: 1 for a robot; name, or one more than its id, 0 if there is none; version or age."""
+"""Words of a message: 1 if it is about a robot, a name or one more than an id, and a version or age.
+
+The second is 0 in an empty message.
+"""
 
 quality = census.quality
 dissemination = census.dissemination
@@ -274,7 +278,7 @@ def lie(message, feasible, me):
 
 
 def hear_task(known, message, sender, me):
-    """Take the newer version of a task; tell an outdated one's sender of it."""
+    """Take the newer version of a task; send its own soon if the one heard is outdated."""
     entry = find(known, message[WHAT], me.setting)
     if entry < 0:
         return
