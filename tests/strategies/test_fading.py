@@ -246,14 +246,22 @@ def test_within_walls_the_share_in_sight_is_that_of_two_random_places():
     assert fading.share_in_sight(PAPER) == SHARE
 
 
+@pytest.mark.parametrize("name", ["fading", "fading-votes"])
+def test_a_sensor_that_misses_sees_a_smaller_share(name):
+    half = PAPER._replace(parameters=(0.0, 0.2, 0.0, 0.5, 0.0)[: len(STRATEGIES[name].parameters)])
+    assert fading.share_in_sight(half) == SHARE / 2
+    assert list(STRATEGIES[name].parameters)[fading.SEES] == "sees"
+
+
 def test_the_rule_for_tau_solves_its_equation():
     tau = fading.tau_of(PAPER)
     assert round(tau) == 107
     kappa, hears = 20 * 0.5 * 2 * 2 / 400, 4 / math.pi * 0.5 * 2 * 2 / 400
     pooled = 1.2 * 2.4**2 / (2 * kappa * 20 * 0.2**2)
     assert tau**2 * hears == pytest.approx(pooled * (1 + tau * hears))
-    tau = fading.tau_of(PAPER._replace(parameters=(0.0, 0.2, 1.0, 0.0)))
+    tau = fading.tau_of(PAPER._replace(parameters=(0.0, 0.2, 1.0, 1.0, 0.0)))
     assert round(tau) == 167
+    assert tau == fading.tau_of(PAPER._replace(walled=True))
     assert tau**2 * hears == pytest.approx(2 * pooled * (1 + tau * hears))
 
 
@@ -261,9 +269,9 @@ def test_the_rule_for_tau_solves_its_equation():
     ("changes", "tau"),
     [
         ({"speed": 0.0}, 1e6),
-        ({"parameters": (0.0, 0.0, 0.0, 0.0)}, 1e6),
-        ({"parameters": (0.3, 0.2, 0.0, 0.0)}, 1.0),
-        ({"parameters": (50.0, 0.2, 1.0, 0.0)}, 50.0),
+        ({"parameters": (0.0, 0.0, 0.0, 1.0, 0.0)}, 1e6),
+        ({"parameters": (0.3, 0.2, 0.0, 1.0, 0.0)}, 1.0),
+        ({"parameters": (50.0, 0.2, 1.0, 1.0, 0.0)}, 50.0),
         ({"knows_count": False}, 150.0),
     ],
 )

@@ -44,16 +44,20 @@ def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 
     A robot sweeps a strip of twice its range of sight while it explores, and one of twice its range of radio
-    while it disseminates; the rarer counts. Places near walls are seen more rarely: within walls, robots wait
-    twice as long.
+    while it disseminates; the rarer counts. Within walls robots wait twice as long.
     """
     exploring = setting.exploration / (setting.exploration + setting.dissemination)
     reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
     each_step = swept(reach, robots, setting)
-    area = setting.width * setting.height * (2.0 if setting.walled else 1.0)
+    area = room(setting)
     if each_step * NEVER <= sightings * area:
         return NEVER
     return math.ceil(sightings * area / each_step)
+
+
+def room(setting):
+    """Return the area of the arena; within walls twice that, since places near them are seen more rarely."""
+    return setting.width * setting.height * (2.0 if setting.walled else 1.0)
 
 
 def swept(reach, robots, setting):

@@ -8,9 +8,10 @@ A task is in sight in a share a = pi r**2 / area of the steps, so that the numbe
     m = (M + sum M_j) / (a (E + sum E_j))
 
 In each step the robot holds *feasible* if m <= n + 1/2, halfway to the first number that isn't. Within walls
-a is the mean share of the arena that is in sight. A robot that doesn't know n takes one more than the number
-of ids that it heard lately: at least once in the time in which it would see a given place three times. The n
-that robots know is that of the start; only those that don't know it notice robots that join or leave.
+a is the mean share of the arena that is in sight, and a sensor that misses a tenth needs ``sees`` = 0.9, by
+which a is multiplied. A robot that doesn't know n takes one more than the number of ids that it heard lately:
+at least once in the time in which it would see a given place three times. The n that robots know is that of
+the start; only those that don't know it notice robots that join or leave.
 
 With ``ratio`` = 1 robots need not know the area: the robots in sight, N, stand for E. A robot sees n - 1
 others, so that
@@ -22,8 +23,9 @@ differ from n + 1/2 by less than ``margin``, in natural logarithms: over T = 1.2
 steps all robots together see enough, where kappa = n s 2 r v / area is how often a task is visited in a step,
 and s the share of steps in which a robot explores. One that hears each other robot at a rate h has only a
 share tau h / (1 + tau h) of that. So tau solves tau**2 h = T (1 + tau h). With z = 2.4 it is 107 in the
-paper's world. With the ratio T is doubled, since two counts err, and tau is 167. Robots that also passed on
-each other's counts were hardly faster at the same accuracy.
+paper's world. T is doubled with the ratio, since two counts err, and within walls, near which tasks are seen
+more rarely: tau is 167. Robots that also passed on each other's counts were hardly faster at the same
+accuracy.
 
 With ``fast`` above 0, robots keep a second pair with this tau, and send both in turn. If the estimates differ
 by half or more, the fast one decides: large changes are noticed sooner.
@@ -42,12 +44,12 @@ Our own; counts that fade are exponential smoothing: Brown, "Statistical forecas
 import math
 
 from feasibee.strategies import tally
-from feasibee.strategies.certified import steps_for, swept
+from feasibee.strategies.certified import room, steps_for, swept
 
 NEEDS_IDS = True
 ONE_CLASS = True
-PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "fast": 0.0}
-TAU, MARGIN, RATIO, FAST = 0, 1, 2, 3
+PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0, "fast": 0.0}
+TAU, MARGIN, RATIO, SEES, FAST = 0, 1, 2, 3, 4
 MEMORY = 10
 FADE, LOOKS, TASKS, ALL_LOOKS, ALL_TASKS = 0, 1, 2, 3, 4
 """Numbers of a robot's memory: the share kept in a step, its own counts, and the sums of those heard."""
@@ -103,10 +105,10 @@ def tau_of(setting):
         return min(max(setting.parameters[TAU], 1.0), LONGEST_TAU)
     if not setting.knows_count:
         return UNKNOWN_TAU
-    area = setting.width * setting.height
     exploring = setting.exploration / (setting.exploration + setting.dissemination)
-    visits = swept(setting.sight * exploring, setting.count, setting) / area
-    meets = 4.0 / math.pi * swept(setting.radio * (1.0 - exploring), 1, setting) / area
+    visits = swept(setting.sight * exploring, setting.count, setting) / room(setting)
+    met = swept(setting.radio * (1.0 - exploring), 1, setting) / (setting.width * setting.height)
+    meets = 4.0 / math.pi * met
     seen = 2.0 * visits * setting.count * max(setting.parameters[MARGIN], 1e-3) ** 2
     if seen <= 0.0 or meets <= 0.0:
         return LONGEST_TAU
@@ -115,12 +117,12 @@ def tau_of(setting):
 
 
 def share_in_sight(setting):
-    """Return the mean share of the arena that a robot has in sight; within walls that of a random place."""
+    """Return the mean share of the arena that a robot sees; within walls that of a random place."""
     area, reach = setting.width * setting.height, setting.sight
     seen = math.pi * reach * reach
     if setting.walled:
         seen += reach**3 * (reach / 2.0 - 4.0 / 3.0 * (setting.width + setting.height)) / area
-    return min(max(seen / area, 1e-9), 1.0)
+    return min(max(seen / area * setting.parameters[SEES], 1e-9), 1.0)
 
 
 def observe(known, thing, me):

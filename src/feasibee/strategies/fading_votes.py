@@ -7,7 +7,7 @@ the latest vote that it heard directly from each id. Votes heard lose a share 1 
 step. In each step a robot holds what most of the weight is for, its own vote included; a tie keeps the
 opinion.
 
-``tau``, ``margin``, ``ratio`` and what a robot must know are those of `fading`.
+``tau``, ``margin``, ``ratio``, ``sees`` and what a robot must know are those of `fading`.
 
 A Byzantine robot votes for the lie.
 
@@ -23,7 +23,7 @@ from feasibee.strategies.fading import is_old, power, robots_of, share_in_sight,
 
 NEEDS_IDS = True
 ONE_CLASS = True
-PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0}
+PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0}
 MEMORY = 5
 FADE, LOOKS, TASKS, WEIGHTS = 0, 1, 2, 3
 """Numbers of a robot's memory: the share kept in a step, its own counts, and the weights against and for."""
