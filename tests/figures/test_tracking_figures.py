@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from feasibee import FeasibeeError, Scenario, plot_opinions, simulate
+from feasibee import FeasibeeError, Scenario, Swarm, plot_arena, plot_opinions, simulate
 from feasibee.figures.style import figure
 from feasibee.figures.tracking import (
     SHADE,
@@ -91,6 +91,13 @@ def test_right_steps_are_shares_of_the_runs():
     (line,) = ax.lines
     np.testing.assert_allclose(line.get_ydata(), [100.0] * 4 + [0.0] * 4 + [50.0] * 2)
     assert ax.get_xlim() == (0, 9)
+
+
+def test_robots_that_have_left_are_not_drawn():
+    swarm = Swarm(Scenario(robots={"count": 9}, run={"steps": 9}, events=[{"step": 4, "robots": -6}]), seed=1)
+    swarm.advance(5)
+    ax = plot_arena(swarm)
+    assert {int(text.get_text()) - 1 for text in ax.texts} == set(np.flatnonzero(swarm.present).tolist())
 
 
 def test_results_of_a_world_that_stays_are_told():
