@@ -69,6 +69,11 @@ def test_a_run_says_when_the_truth_changes_and_how_it_is_followed(file, record):
     assert "(true)" not in said
 
 
+def test_changes_that_few_swarms_follow_are_told(file):
+    words = ("run", file, "--set", "decision.strategy=dmmd", "--runs", 30)
+    assert "Followed: fewer than a quarter. Missed: " in invoke(*words).stdout
+
+
 def test_a_truth_that_differs_between_runs_is_told(file):
     words = ("run", file, "--set", "tasks.arrival_rate=0.05", "--set", "tasks.lifetime=100.0", "--runs", 5)
     assert "The truth changes at other steps in each run." in invoke(*words).stdout

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from feasibee import FeasibeeError, Scenario, plot_opinions, simulate
+from feasibee import FeasibeeError, Scenario, Swarm, plot_arena, plot_opinions, simulate
 from feasibee.figures.style import figure
 from feasibee.figures.tracking import (
     SHADE,
@@ -93,6 +93,13 @@ def test_right_steps_are_shares_of_the_runs():
     assert ax.get_xlim() == (0, 9)
 
 
+def test_robots_that_have_left_are_not_drawn():
+    swarm = Swarm(Scenario(robots={"count": 9}, run={"steps": 9}, events=[{"step": 4, "robots": -6}]), seed=1)
+    swarm.advance(5)
+    ax = plot_arena(swarm)
+    assert {int(text.get_text()) - 1 for text in ax.texts} == set(np.flatnonzero(swarm.present).tolist())
+
+
 def test_results_of_a_world_that_stays_are_told():
     with pytest.raises(FeasibeeError, match="no truth of each step"):
         plot_right_steps(simulate(Scenario(run={"steps": 2}), runs=2))
@@ -123,7 +130,8 @@ def test_the_front_of_delay_and_bits_is_highlighted_and_never_stands_at_the_top(
     assert colours[30.0] == colours[2.0] == "0.72"
     assert len({colours[5.0], colours[20.0], "0.72"}) == 3
     assert points[2.0].get_markerfacecolor() == "white"
-    assert {"cheap", "good", "beaten", "blind", "never"} <= set(names(ax))
+    assert {"cheap", "good", "beaten", "blind"} <= set(names(ax))
+    assert [text.get_text() for text in ax.get_yticklabels()][-1] == "never"
     assert "of 1,000" in ax.get_ylabel()
 
 

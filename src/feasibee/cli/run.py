@@ -240,6 +240,11 @@ def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
     ]
     if missed is None:
         return [*lines, "Changes: none just before which a swarm was right."]
+    if delay["q25"] is None:
+        return [
+            *lines,
+            f"Changes: {delay['changes']:,}. Followed: fewer than a quarter. Missed: {_share(missed)}.",
+        ]
     shown = {
         name: "never" if delay[name] is None else f"within {_counted(delay[name], 'step')}"
         for name in ("q25", "median", "q75")

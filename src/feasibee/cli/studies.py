@@ -36,10 +36,9 @@ SUMS_CAPTION = (
     "decided; bits: per robot-step"
 )
 TRACKING_CAPTION = (
-    "right: share of steps at which the swarm held the truth (%), with its 95 % interval; difference: from "
-    "{baseline}, in points, in the same runs; delay: steps until a quarter, half and three quarters of the "
-    "changes were followed; missed: changes that were not (%); alarms: false ones per 1,000 steps; bits: per "
-    "robot-step"
+    "right: share of steps at which the swarm held the truth (%), with its 95 % interval; delay: steps until "
+    "a quarter, half and three quarters of the changes were followed; missed: changes that were not (%); "
+    "alarms: false ones per 1,000 steps; bits: per robot-step"
 )
 DECLARED_CAPTION = (
     "in brackets: swarms with a robot that declared wrongly (%); below: steps by which more than the "
@@ -265,15 +264,13 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
     from rich.table import Table
 
     title = f"How swarms track the truth, {outcomes[0].runs} runs each"
-    caption = TRACKING_CAPTION.format(baseline=outcomes[0].contender)
     several = len({each.tasks for each in outcomes}) > 1
-    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption=caption)
+    table = Table(
+        title=title, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption=TRACKING_CAPTION
+    )
     table.add_column("strategy", no_wrap=True)
-    for column in ("m", "right", "interval", "difference", "delay", "missed", "alarms", "bits")[
-        not several :
-    ]:
+    for column in ("m", "right", "interval", "delay", "missed", "alarms", "bits")[not several :]:
         table.add_column(column, justify="right", no_wrap=True)
-    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
     found = [(each, each.tracking) for each in outcomes if each.tracking is not None]
     for each, tracked in sorted(found, key=lambda pair: -pair[1].right_share.estimate):
         _, low, high = tracked.right_share
@@ -282,23 +279,12 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
             *[str(each.tasks)] * several,
             f"{100 * tracked.right_share.estimate:.1f}",
             f"{100 * low:.1f} to {100 * high:.1f}",
-            _points(each, baseline[each.tasks]),
             _delays(tracked.detection_delay),
             "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
             f"{tracked.false_alarms.estimate:.2g}",
             f"{each.bits.mean():.3g}",
         )
     return table
-
-
-def _points(each: Outcome, baseline: Outcome) -> str:
-    """Return the difference of an outcome from that of the first contender, in points."""
-    from feasibee.studies.comparison import difference
-
-    if each is baseline:
-        return ""
-    _, low, high = difference(each, baseline)
-    return f"{100 * low:+.1f} to {100 * high:+.1f}"
 
 
 def _delays(steps: Sequence[int | None]) -> str:

@@ -134,6 +134,8 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
             rule = f"must lie between 0 and run.steps = {last}"
             raise FeasibeeError(f"steps = {start}:{end}: {rule}; such as 0:{last}")
         return start, end
+    if scenario.dynamic:
+        return 0, last  # what happens after the first decision matters as much
     record = simulate_record(scenario, run)
     decided = int(record.decision_step[0])
     return 0, last if record.decision[0] == UNDECIDED else min(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -12,7 +12,6 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
-from feasibee.scenario.feasibility import truth
 from feasibee.scenario.geometry import images
 from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
@@ -79,7 +78,7 @@ def draw_frame(
 
 
 class Painter:
-    """Draws the frames of one run; arena and tasks are drawn once.
+    """Draws the frames of one run; arena and tasks are drawn once, unless the world changes.
 
     Parameters
     ----------
@@ -105,8 +104,6 @@ class Painter:
     ) -> None:
         self.scenario, self.span = scenario, span
         self.theme = DARK if dark else LIGHT
-        self.truth = FEASIBLE if truth(scenario) else INFEASIBLE
-        self.counted = scenario.counted(0), scenario.counted(scenario.faults.stop_step)
         width, height = scenario.arena.size
         whole = DRAWN * (size + size % 2)
         self.margin = max(4 * DRAWN, whole // 40)
@@ -129,7 +126,7 @@ class Painter:
     def draw(self, swarm: Swarm) -> Image.Image:
         """Draw the present step of a swarm of this scenario."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
-        arena = self.ground.copy()
+        arena = self._ground(swarm.tasks) if self.scenario.dynamic else self.ground.copy()
         self._robots(arena, swarm)
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
@@ -141,7 +138,7 @@ class Painter:
 
     def _font(self, inner: int) -> ImageFont.FreeTypeFont:
         """Return the largest font in which the longest lines fit."""
-        robots = self.scenario.robots.count
+        robots = self.scenario.most.robots
         last = max(self.scenario.run.steps, 100)
         longest = (
             f"step {last}    decided infeasible at step {last}: wrong",
@@ -154,7 +151,7 @@ class Painter:
         return font
 
     def _ground(self, tasks: NDArray[np.float64]) -> Image.Image:
-        """Draw the arena with its tasks, which never move."""
+        """Draw the arena with tasks, which never move."""
         ground = Image.new("RGB", self.arena, self.theme.paper)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
         stamp = _task(round(8 * half) / 8, self.theme)
@@ -167,7 +164,8 @@ class Painter:
         flags = (swarm.opinions, swarm.disseminating, swarm.counted, swarm.declared >= 0)
         looks = list(zip(*(each.tolist() for each in flags), strict=True))
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
-        spots = self._images(swarm.positions, reach)
+        there = np.flatnonzero(swarm.present)
+        spots = [(x, y, there[k]) for x, y, k in self._images(swarm.positions[there], reach)]
         if self.radius >= DETAILED_RADIUS * DRAWN:
             self._noses(arena, spots, swarm.headings)
         radius = round(8 * self.radius) / 8
@@ -208,7 +206,7 @@ class Painter:
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
         pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
         pen.text((right, first), self._outcome(swarm), self.theme.ink, self.font, "rm")
-        pen.text((right, second), f"truth: {DECISIONS[self.truth]}", self.theme.ink, self.font, "rm")
+        pen.text((right, second), f"truth: {DECISIONS[int(swarm.truth)]}", self.theme.ink, self.font, "rm")
         counted = int(swarm.counted.sum())
         counts = {FEASIBLE: swarm.feasible_count, INFEASIBLE: swarm.infeasible_count}
         none = counted - sum(counts.values())
@@ -227,17 +225,22 @@ class Painter:
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
     def _outcome(self, swarm: Swarm) -> str:
-        """Return the decision and whether it is right; with a curve, the first decision and its step."""
-        decision, step = swarm.first_decision if self.span else (swarm.decision, -1)
+        """Return the decision and whether it is right; with a curve, the first decision and its step.
+
+        In a world that changes, return what the swarm holds at this step instead.
+        """
+        changes = self.scenario.dynamic
+        decision, step = swarm.first_decision if self.span and not changes else (swarm.decision, -1)
         if decision == UNDECIDED:
-            return "not decided"
-        verdict = "right" if decision == self.truth else "wrong"
-        return f"decided {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
+            return "not agreed" if changes else "not decided"
+        verdict = "right" if decision == swarm.truth else "wrong"
+        word = "holds" if changes else "decided"
+        return f"{word} {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
 
     def _curves(
         self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, start: int, end: int
     ) -> None:
-        """Draw the share of each opinion up to the present step, and the threshold."""
+        """Draw the share of each opinion up to the present step, the threshold, and the truth behind."""
         left, top, right, bottom = self.strip
 
         def place(step: int, share: float) -> tuple[float, float]:
@@ -245,6 +248,8 @@ class Painter:
                 bottom - top
             ) * share
 
+        if self.scenario.dynamic:
+            self._truths(pen, swarm, start, place)
         small = self.font.font_variant(size=0.8 * self.font.size)
         threshold = self.scenario.decision.threshold
         for share, colour in ((0.0, self.theme.faint), (1.0, self.theme.faint), (threshold, self.theme.ink)):
@@ -259,7 +264,7 @@ class Painter:
         pen.text((right, below), f"{end} steps", self.theme.ink, small, "rm")
         known = np.arange(start, swarm.step + 1)
         known = np.append(known[:: max(1, (swarm.step + 1) // (2 * self.size[0]))], known[-1:])
-        counted = np.where(known < self.scenario.faults.stop_step, *self.counted)
+        counted = swarm.counted_counts[known]
         radius = round(0.32 * self.font.size)
         for counts, opinion in ((swarm.infeasible_counts, INFEASIBLE), (swarm.feasible_counts, FEASIBLE)):
             colour = COLOURS[DECISIONS[opinion]]
@@ -269,6 +274,20 @@ class Painter:
                 pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
             if points:
                 _press(drawn, _robot(opinion, False, True, False, radius, self.theme), *points[-1])
+
+    def _truths(
+        self,
+        pen: ImageDraw.ImageDraw,
+        swarm: Swarm,
+        start: int,
+        place: Callable[[int, float], tuple[float, float]],
+    ) -> None:
+        """Shade the steps so far at which the tasks are infeasible."""
+        infeasible = np.concatenate([[False], ~swarm.truths[start:], [False]])
+        edges = np.flatnonzero(np.diff(infeasible)) + start
+        colour = _between(self.theme.paper, self.theme.faint, 1 / 3)
+        for first, after in edges.reshape(-1, 2).tolist():
+            pen.rectangle((*place(first, 1.0), *place(min(after, swarm.step), 0.0)), fill=colour)
 
 
 def _between(one: str, other: str, part: float) -> str:

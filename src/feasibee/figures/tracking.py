@@ -186,7 +186,8 @@ def draw_delay_against_bits(
         ax.set_ylim(0, 1.12 * never)
         if len(known) < len(contenders):
             ax.axhline(never, color="0.8", linewidth=0.8, linestyle=":", zorder=0)
-            ax.annotate("never", (0, never), (-4, 0), ("axes fraction", "data"), "offset points", ha="right")
+            steps_of = [tick for tick in ax.get_yticks() if tick < 0.95 * never]
+            ax.set_yticks([*steps_of, never], [*(f"{tick:g}" for tick in steps_of), "never"])
         _leave_room(ax, [each.bits for each in contenders.values()])
         label_points(ax, points)
     return drawn

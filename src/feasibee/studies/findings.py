@@ -143,7 +143,8 @@ class Findings:
     @property
     def verdict(self) -> Judged:
         """Whether the swarm can be deployed: judged in its world and at the opposite truth."""
-        worlds = [(self.outcome.judged, self.outcome.tasks)]
+        own = self.right if self.outcome.tracking is None else self.outcome.judged
+        worlds = [(own, self.outcome.tasks)]
         if self.opposite is not None:
             worlds.append((self.opposite.accuracy, self.opposite.tasks))
         worst, tasks = min(worlds, key=lambda world: world[0].estimate)

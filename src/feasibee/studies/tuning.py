@@ -20,6 +20,8 @@ from feasibee.studies.space import Dimension
 from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.sweep import Execution, Rounds
 
+RIGHT = Objective()
+"""By default, swarms are to be right at the last step."""
 WORST = -1e9
 """Score of parameters that must not be chosen, as Optuna takes it."""
 FINALISTS = 5
@@ -57,8 +59,8 @@ class Tuned:
     best: Interval
     gain: Interval
     trials: list[tuple[dict[str, Any], float]]
-    objective: Objective
-    false_alarms: float
+    objective: Objective = RIGHT
+    false_alarms: float = 0.0
 
     @property
     def gains(self) -> bool:

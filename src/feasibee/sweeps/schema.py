@@ -33,7 +33,8 @@ PLACES: Final = {name: place for place, name in enumerate(("run", *NAMES))}
 RUN_COLUMNS: Final = "\n".join(map(_column, OUTCOMES))
 TRACE_NAMES: Final = tuple(each.name for each in TRACES)
 TRACE_COLUMNS: Final = "\n".join(
-    f"    {each.name} BLOB NOT NULL, -- zlib of {each.dtype}: {each.words}" for each in TRACES
+    f"    {each.name} BLOB NOT NULL, -- zlib of {each.dtype}, little-endian: at each step from 0"
+    for each in TRACES
 )
 CURVE_COLUMNS: Final = "\n".join(f"    {name} BLOB NOT NULL," for name in CURVE_NAMES)
 ENCODING: Final = "         -- zlib of int32, little-endian: robots with opinion 1 at each step from 0"
