@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
-from feasibee.scenario.feasibility import truth
 from feasibee.scenario.geometry import images
 from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
@@ -75,18 +75,16 @@ def draw_frame(
         raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
     size = check_integer("size", size, 24, 8192)
     span = None if span is None else check_span("span", span)
-    return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm)
+    return Painter(swarm.scenario, size, dark, span).draw(swarm)
 
 
 class Painter:
-    """Draws the frames of one run; arena and tasks are drawn once.
+    """Draws the frames of one run; arena and tasks are drawn once, and again when tasks have changed.
 
     Parameters
     ----------
     scenario : Scenario
         The swarm's scenario.
-    tasks : float64 array, shape (tasks, 2)
-        Places of the tasks, in units.
     size : int
         Width of a frame, in pixels.
     dark : bool
@@ -98,15 +96,12 @@ class Painter:
     def __init__(
         self,
         scenario: Scenario,
-        tasks: NDArray[np.float64],
         size: int,
         dark: bool = False,
         span: tuple[int, int] | None = None,
     ) -> None:
         self.scenario, self.span = scenario, span
         self.theme = DARK if dark else LIGHT
-        self.truth = FEASIBLE if truth(scenario) else INFEASIBLE
-        self.counted = scenario.counted(0), scenario.counted(scenario.faults.stop_step)
         width, height = scenario.arena.size
         whole = DRAWN * (size + size % 2)
         self.margin = max(4 * DRAWN, whole // 40)
@@ -117,18 +112,20 @@ class Painter:
         self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
         self.font = self._font(inner)
         self.line = round(1.55 * self.font.size)
-        lines = 3 if scenario.manifest.declares else 2
+        lines = 3 if scenario.manifest.declares or scenario.dynamic else 2
         self.words = self.corner[1] + self.arena[1] + self.margin // 2
         below = self.words + lines * self.line + self.margin // 2
         label = int(self.font.getlength("100 % "))
         bottom = below + (whole // 7 + self.line if span else 0)
         self.strip = (self.margin + label, below + self.margin // 2, whole - self.margin, bottom - self.line)
         self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
-        self.ground = self._ground(tasks)
+        self.drawn_tasks: NDArray[np.int64] | None = None
 
     def draw(self, swarm: Swarm) -> Image.Image:
         """Draw the present step of a swarm of this scenario."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
+        if self.drawn_tasks is None or not np.array_equal(self.drawn_tasks, swarm.task_numbers):
+            self.ground, self.drawn_tasks = self._ground(swarm.tasks), swarm.task_numbers
         arena = self.ground.copy()
         self._robots(arena, swarm)
         drawn.paste(arena, self.corner)
@@ -154,7 +151,7 @@ class Painter:
         return font
 
     def _ground(self, tasks: NDArray[np.float64]) -> Image.Image:
-        """Draw the arena with its tasks, which never move."""
+        """Draw the arena with tasks, which never move."""
         ground = Image.new("RGB", self.arena, self.theme.paper)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
         stamp = _task(round(8 * half) / 8, self.theme)
@@ -164,12 +161,13 @@ class Painter:
 
     def _robots(self, arena: Image.Image, swarm: Swarm) -> None:
         """Paste the robots, with their copies beyond the edges of a torus."""
+        there = swarm.present
         flags = (swarm.opinions, swarm.disseminating, swarm.counted, swarm.declared >= 0)
-        looks = list(zip(*(each.tolist() for each in flags), strict=True))
+        looks = list(zip(*(each[there].tolist() for each in flags), strict=True))
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
-        spots = self._images(swarm.positions, reach)
+        spots = self._images(swarm.positions[there], reach)
         if self.radius >= DETAILED_RADIUS * DRAWN:
-            self._noses(arena, spots, swarm.headings)
+            self._noses(arena, spots, swarm.headings[there])
         radius = round(8 * self.radius) / 8
         for x, y, robot in spots:
             _press(arena, _robot(*looks[robot], radius, self.theme), x, y)
@@ -208,7 +206,7 @@ class Painter:
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
         pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
         pen.text((right, first), self._outcome(swarm), self.theme.ink, self.font, "rm")
-        pen.text((right, second), f"truth: {DECISIONS[self.truth]}", self.theme.ink, self.font, "rm")
+        pen.text((right, second), f"truth: {DECISIONS[swarm.truth]}", self.theme.ink, self.font, "rm")
         counted = int(swarm.counted.sum())
         counts = {FEASIBLE: swarm.feasible_count, INFEASIBLE: swarm.infeasible_count}
         none = counted - sum(counts.values())
@@ -222,16 +220,23 @@ class Painter:
             feasible, infeasible = swarm.declared_counts
             text = f"declared: {feasible} feasible, {infeasible} infeasible"
             pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
+        if self.scenario.dynamic:
+            text = f"{int(swarm.present.sum())} robots, {len(swarm.tasks)} tasks"
+            pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
         if none:
             _press(drawn, _robot(NO_OPINION, False, True, False, radius, self.theme), at + radius, second)
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
     def _outcome(self, swarm: Swarm) -> str:
-        """Return the decision and whether it is right; with a curve, the first decision and its step."""
-        decision, step = swarm.first_decision if self.span else (swarm.decision, -1)
+        """Return the decision and whether it is right.
+
+        With a curve, this is the first decision and its step; in a world that changes, that of this step.
+        """
+        first = self.span is not None and not self.scenario.dynamic
+        decision, step = swarm.first_decision if first else (swarm.decision, -1)
         if decision == UNDECIDED:
             return "not decided"
-        verdict = "right" if decision == self.truth else "wrong"
+        verdict = "right" if decision == swarm.truth else "wrong"
         return f"decided {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
 
     def _curves(
@@ -259,7 +264,10 @@ class Painter:
         pen.text((right, below), f"{end} steps", self.theme.ink, small, "rm")
         known = np.arange(start, swarm.step + 1)
         known = np.append(known[:: max(1, (swarm.step + 1) // (2 * self.size[0]))], known[-1:])
-        counted = np.where(known < self.scenario.faults.stop_step, *self.counted)
+        counted = swarm.counted_counts[known]
+        if self.scenario.dynamic:
+            ends = [*(np.flatnonzero(np.diff(swarm.truths[start:])) + start + 1).tolist(), swarm.step]
+            self._band(pen, [place(each, 1.0)[0] for each in (start, *ends)], bool(swarm.truths[start]))
         radius = round(0.32 * self.font.size)
         for counts, opinion in ((swarm.infeasible_counts, INFEASIBLE), (swarm.feasible_counts, FEASIBLE)):
             colour = COLOURS[DECISIONS[opinion]]
@@ -269,6 +277,15 @@ class Painter:
                 pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
             if points:
                 _press(drawn, _robot(opinion, False, True, False, radius, self.theme), *points[-1])
+
+    def _band(self, pen: ImageDraw.ImageDraw, ends: list[float], truth: bool) -> None:
+        """Draw the truth above the curves, from change to change: full if feasible, hollow if not."""
+        top, height = self.strip[1] - 5 * DRAWN, 4 * DRAWN
+        for left, right in pairwise(ends):
+            colour = COLOURS[DECISIONS[truth]]
+            box = (left, top, max(left, right), top + height - 1)
+            pen.rectangle(box, fill=colour if truth else None, outline=colour, width=DRAWN)
+            truth = not truth
 
 
 def _between(one: str, other: str, part: float) -> str:
