@@ -43,7 +43,7 @@ def close(one, other):
 
 def in_frame(swarm, size, place):
     """Return the pixel of a place in units, from the arena's corner and scale."""
-    painter = Painter(swarm.scenario, swarm.tasks, size)
+    painter = Painter(swarm.scenario, size)
     left, top = (each / DRAWN for each in painter.corner)
     height = painter.arena[1] / DRAWN
     scale = painter.scale / DRAWN
@@ -218,7 +218,7 @@ def test_a_gif_holds_every_frame_for_its_time(tmp_path):
     assert durations == [40, 40, 40, 2000]
     assert loop == 0
     swarm = Swarm(WORLDS["torus"], seed=1)
-    painter = Painter(swarm.scenario, swarm.tasks, 240, span=(4, 16))
+    painter = Painter(swarm.scenario, 240, span=(4, 16))
     for step in range(1, 17):
         swarm.advance()
         if step % 4 == 0:

@@ -69,6 +69,7 @@ def swarm_at(places, targets=((1.0, 2.0),), opinions=None, declared=None, **scen
     return SimpleNamespace(
         scenario=Scenario(**scenario),
         positions=np.array(places, float),
+        present=np.ones(len(places), bool),
         tasks=np.array(targets, float).reshape(-1, 2),
         opinions=np.array(opinions or [1] * len(places), np.int8),
         declared=np.array(declared or [-1] * len(places), np.int8),

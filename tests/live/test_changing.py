@@ -9,10 +9,13 @@ import pytest
 from serving import Page, serving_at
 
 from feasibee import Scenario, Swarm
-from feasibee.live.catalogue import STREAM, Catalogue
+from feasibee.live.catalogue import STREAM, Catalogue, read_catalogue
 from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
 from feasibee.simulation.snapshot import FLAGS
+from feasibee.sweeps import executors
+from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.sweep import sweep
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "changing.toml"
 EVENTS = [{"step": 20, "tasks": 6}, {"step": 40, "robots": -8}, {"step": 70, "tasks": -20, "robots": 3}]
@@ -165,3 +168,32 @@ def test_a_world_that_stays_sends_no_tasks_with_its_frames():
         assert frame["robot_steps"] == 100
         found = page.answer("outlook", type="look")
         assert found["world"] == []
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sweep")
+    tables = {
+        "runs": 40,
+        "seed": 5,
+        "scenario": {"run": {"steps": 130}, "events": [{"step": 40, "tasks": 6}, {"step": 90, "tasks": -9}]},
+        "sweep": {"tasks.count": [16, 20]},
+    }
+    sweep(study_of(tables, folder), folder / "results", executors.threads(1))
+    return folder / "results"
+
+
+def test_a_sweeps_runs_are_right_or_wrong_by_the_truth_of_their_decisions_step(results):
+    found = {pick: read_catalogue(results, pick) for pick in ("right", "wrong", "all")}
+    decided = [each for each in found["all"].replays if each.decision != -1]
+    assert found["right"].found + found["wrong"].found == len(decided)
+    assert {each.truth for each in decided} == {0, 1}
+    with serving_at(found["wrong"]) as at, Page(at) as page:
+        listed = page.welcome["replays"]
+        assert len(listed) == found["wrong"].found > 3
+        for each in listed[:8]:
+            frame = page.open(
+                point=each["point"], seed=each["seed"], run=each["run"], step=each["decision_step"]
+            )
+            assert frame["first_decision"] == frame["decision"] == 1 - frame["truth"]
+            assert each["truth"] == ("feasible" if frame["truth"] else "infeasible")

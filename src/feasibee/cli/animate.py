@@ -17,7 +17,7 @@ from feasibee.errors import FeasibeeError
 @click.option(
     "--steps",
     metavar="[FIRST:]LAST",
-    help="Steps to show; by default from 0 to 30 or more after the decision.",
+    help="Steps to show; by default to 30 or more after the decision, or all if the world changes.",
 )
 @click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Steps per frame.")
 @click.option(

@@ -60,6 +60,7 @@ def watch(
     Examples:
       feasibee watch
       feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
+      feasibee watch examples/changing.toml
       feasibee watch results --pick wrong
     """
     catalogue = _catalogue(source, changes, seed, run, pick, trust)

@@ -66,7 +66,8 @@ def animate(
     seed, run : int
         Seed, and number of the run.
     steps : tuple of int, optional
-        First and last step; by default from 0 to 30 steps or more after the decision.
+        First and last step; by default from 0 to 30 steps or more after the decision, and in a world that
+        changes to the end.
     every : int
         Number of steps per frame.
     fps : int
@@ -90,7 +91,7 @@ def animate(
     start, end = _span(scenario, one, steps)
     shown = _shown(path, start, end, every)
     swarm = Swarm(scenario, one.seed, one.first)
-    painter = Painter(scenario, swarm.tasks, size, dark, (start, shown[-1]))
+    painter = Painter(scenario, size, dark, (start, shown[-1]))
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
     with atomic_write(path) as temporary:
         write[path.suffix.lower()](temporary, _frames(swarm, painter, shown, progress), len(shown), fps)
@@ -135,7 +136,7 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
             raise FeasibeeError(f"steps = {start}:{end}: {rule}; such as 0:{last}")
         return start, end
     if scenario.dynamic:
-        return 0, last  # what happens after the first decision matters as much
+        return 0, last
     record = simulate_record(scenario, run)
     decided = int(record.decision_step[0])
     return 0, last if record.decision[0] == UNDECIDED else min(

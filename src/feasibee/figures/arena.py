@@ -17,7 +17,7 @@ from feasibee.simulation.swarm import Swarm
 
 
 def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
-    """Draw robots (numbered discs, shaded ranges) and tasks (triangles), as the paper's Fig. 1.
+    """Draw robots (numbered discs, shaded ranges) and tasks (triangles) of a step, as the paper's Fig. 1.
 
     Parameters
     ----------
@@ -52,11 +52,11 @@ def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
     reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
     walls = scenario.arena.boundary == "walls"
     names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
-    there = np.flatnonzero(np.isfinite(swarm.positions).all(axis=1))  # a robot that has left is nowhere
-    places, numbers = images(swarm.positions[there], max(reach, radius), scenario.arena.size, walls)
+    there = np.flatnonzero(swarm.present)
+    places, found = images(swarm.positions[there], max(reach, radius), scenario.arena.size, walls)
     declared = swarm.declared
     middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
-    for place, number in zip(map(tuple, places.tolist()), there[numbers].tolist(), strict=True):
+    for place, number in zip(map(tuple, places.tolist()), there[found].tolist(), strict=True):
         colour = COLOURS[names[int(swarm.opinions[number])]]
         ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
         rim = 0.9 if declared[number] >= 0 else 0.0  # points

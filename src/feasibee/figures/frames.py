@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -74,18 +75,16 @@ def draw_frame(
         raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
     size = check_integer("size", size, 24, 8192)
     span = None if span is None else check_span("span", span)
-    return Painter(swarm.scenario, swarm.tasks, size, dark, span).draw(swarm)
+    return Painter(swarm.scenario, size, dark, span).draw(swarm)
 
 
 class Painter:
-    """Draws the frames of one run; arena and tasks are drawn once, unless the world changes.
+    """Draws the frames of one run; arena and tasks are drawn once, and again when tasks have changed.
 
     Parameters
     ----------
     scenario : Scenario
         The swarm's scenario.
-    tasks : float64 array, shape (tasks, 2)
-        Places of the tasks, in units.
     size : int
         Width of a frame, in pixels.
     dark : bool
@@ -97,7 +96,6 @@ class Painter:
     def __init__(
         self,
         scenario: Scenario,
-        tasks: NDArray[np.float64],
         size: int,
         dark: bool = False,
         span: tuple[int, int] | None = None,
@@ -114,19 +112,21 @@ class Painter:
         self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
         self.font = self._font(inner)
         self.line = round(1.55 * self.font.size)
-        lines = 3 if scenario.manifest.declares else 2
+        lines = 3 if scenario.manifest.declares or scenario.dynamic else 2
         self.words = self.corner[1] + self.arena[1] + self.margin // 2
         below = self.words + lines * self.line + self.margin // 2
         label = int(self.font.getlength("100 % "))
         bottom = below + (whole // 7 + self.line if span else 0)
         self.strip = (self.margin + label, below + self.margin // 2, whole - self.margin, bottom - self.line)
         self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
-        self.ground = self._ground(tasks)
+        self.drawn_tasks: NDArray[np.int64] | None = None
 
     def draw(self, swarm: Swarm) -> Image.Image:
         """Draw the present step of a swarm of this scenario."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
-        arena = self._ground(swarm.tasks) if self.scenario.dynamic else self.ground.copy()
+        if self.drawn_tasks is None or not np.array_equal(self.drawn_tasks, swarm.task_numbers):
+            self.ground, self.drawn_tasks = self._ground(swarm.tasks), swarm.task_numbers
+        arena = self.ground.copy()
         self._robots(arena, swarm)
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
@@ -138,7 +138,7 @@ class Painter:
 
     def _font(self, inner: int) -> ImageFont.FreeTypeFont:
         """Return the largest font in which the longest lines fit."""
-        robots = self.scenario.most.robots
+        robots = self.scenario.robots.count
         last = max(self.scenario.run.steps, 100)
         longest = (
             f"step {last}    decided infeasible at step {last}: wrong",
@@ -161,13 +161,13 @@ class Painter:
 
     def _robots(self, arena: Image.Image, swarm: Swarm) -> None:
         """Paste the robots, with their copies beyond the edges of a torus."""
+        there = swarm.present
         flags = (swarm.opinions, swarm.disseminating, swarm.counted, swarm.declared >= 0)
-        looks = list(zip(*(each.tolist() for each in flags), strict=True))
+        looks = list(zip(*(each[there].tolist() for each in flags), strict=True))
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
-        there = np.flatnonzero(swarm.present)
-        spots = [(x, y, there[k]) for x, y, k in self._images(swarm.positions[there], reach)]
+        spots = self._images(swarm.positions[there], reach)
         if self.radius >= DETAILED_RADIUS * DRAWN:
-            self._noses(arena, spots, swarm.headings)
+            self._noses(arena, spots, swarm.headings[there])
         radius = round(8 * self.radius) / 8
         for x, y, robot in spots:
             _press(arena, _robot(*looks[robot], radius, self.theme), x, y)
@@ -206,7 +206,7 @@ class Painter:
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
         pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
         pen.text((right, first), self._outcome(swarm), self.theme.ink, self.font, "rm")
-        pen.text((right, second), f"truth: {DECISIONS[int(swarm.truth)]}", self.theme.ink, self.font, "rm")
+        pen.text((right, second), f"truth: {DECISIONS[swarm.truth]}", self.theme.ink, self.font, "rm")
         counted = int(swarm.counted.sum())
         counts = {FEASIBLE: swarm.feasible_count, INFEASIBLE: swarm.infeasible_count}
         none = counted - sum(counts.values())
@@ -220,27 +220,29 @@ class Painter:
             feasible, infeasible = swarm.declared_counts
             text = f"declared: {feasible} feasible, {infeasible} infeasible"
             pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
+        if self.scenario.dynamic:
+            text = f"{int(swarm.present.sum())} robots, {len(swarm.tasks)} tasks"
+            pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
         if none:
             _press(drawn, _robot(NO_OPINION, False, True, False, radius, self.theme), at + radius, second)
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
     def _outcome(self, swarm: Swarm) -> str:
-        """Return the decision and whether it is right; with a curve, the first decision and its step.
+        """Return the decision and whether it is right.
 
-        In a world that changes, return what the swarm holds at this step instead.
+        With a curve, this is the first decision and its step; in a world that changes, that of this step.
         """
-        changes = self.scenario.dynamic
-        decision, step = swarm.first_decision if self.span and not changes else (swarm.decision, -1)
+        first = self.span is not None and not self.scenario.dynamic
+        decision, step = swarm.first_decision if first else (swarm.decision, -1)
         if decision == UNDECIDED:
-            return "not agreed" if changes else "not decided"
+            return "not decided"
         verdict = "right" if decision == swarm.truth else "wrong"
-        word = "holds" if changes else "decided"
-        return f"{word} {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
+        return f"decided {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
 
     def _curves(
         self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, start: int, end: int
     ) -> None:
-        """Draw the share of each opinion up to the present step, the threshold, and the truth behind."""
+        """Draw the share of each opinion up to the present step, and the threshold."""
         left, top, right, bottom = self.strip
 
         def place(step: int, share: float) -> tuple[float, float]:
@@ -248,8 +250,6 @@ class Painter:
                 bottom - top
             ) * share
 
-        if self.scenario.dynamic:
-            self._truths(pen, swarm, start, place)
         small = self.font.font_variant(size=0.8 * self.font.size)
         threshold = self.scenario.decision.threshold
         for share, colour in ((0.0, self.theme.faint), (1.0, self.theme.faint), (threshold, self.theme.ink)):
@@ -265,6 +265,9 @@ class Painter:
         known = np.arange(start, swarm.step + 1)
         known = np.append(known[:: max(1, (swarm.step + 1) // (2 * self.size[0]))], known[-1:])
         counted = swarm.counted_counts[known]
+        if self.scenario.dynamic:
+            ends = [*(np.flatnonzero(np.diff(swarm.truths[start:])) + start + 1).tolist(), swarm.step]
+            self._band(pen, [place(each, 1.0)[0] for each in (start, *ends)], bool(swarm.truths[start]))
         radius = round(0.32 * self.font.size)
         for counts, opinion in ((swarm.infeasible_counts, INFEASIBLE), (swarm.feasible_counts, FEASIBLE)):
             colour = COLOURS[DECISIONS[opinion]]
@@ -275,19 +278,14 @@ class Painter:
             if points:
                 _press(drawn, _robot(opinion, False, True, False, radius, self.theme), *points[-1])
 
-    def _truths(
-        self,
-        pen: ImageDraw.ImageDraw,
-        swarm: Swarm,
-        start: int,
-        place: Callable[[int, float], tuple[float, float]],
-    ) -> None:
-        """Shade the steps so far at which the tasks are infeasible."""
-        infeasible = np.concatenate([[False], ~swarm.truths[start:], [False]])
-        edges = np.flatnonzero(np.diff(infeasible)) + start
-        colour = _between(self.theme.paper, self.theme.faint, 1 / 3)
-        for first, after in edges.reshape(-1, 2).tolist():
-            pen.rectangle((*place(first, 1.0), *place(min(after, swarm.step), 0.0)), fill=colour)
+    def _band(self, pen: ImageDraw.ImageDraw, ends: list[float], truth: bool) -> None:
+        """Draw the truth above the curves, from change to change: full if feasible, hollow if not."""
+        top, height = self.strip[1] - 5 * DRAWN, 4 * DRAWN
+        for left, right in pairwise(ends):
+            colour = COLOURS[DECISIONS[truth]]
+            box = (left, top, max(left, right), top + height - 1)
+            pen.rectangle(box, fill=colour if truth else None, outline=colour, width=DRAWN)
+            truth = not truth
 
 
 def _between(one: str, other: str, part: float) -> str:

@@ -8,8 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.results.judging import truth_of_decisions
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
@@ -38,6 +41,8 @@ class Replay:
     run: int
     decision: int
     decision_step: int
+    truth: int
+    """Whether the tasks were feasible at the step of the decision."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +123,7 @@ class Catalogue:
                     "values": {path: _text(value) for path, value in self.points[each.point].values.items()},
                     "decision": DECISIONS[each.decision],
                     "decision_step": each.decision_step,
-                    "truth": DECISIONS[int(self.points[each.point].truth)],
+                    "truth": DECISIONS[each.truth],
                 }
                 for each in self.replays
             ],
@@ -137,7 +142,8 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
     folder : path
         Folder of the sweep, with its journal.
     pick : str
-        One of `PICKS`; ``"wrong"`` selects runs whose first decision differs from the ground truth.
+        One of `PICKS`; ``"wrong"`` selects runs whose first decision differs from the ground truth of its
+        step.
     trust : bool
         Whether strategies may run from the text in the journal, where it isn't that of the user's own file.
 
@@ -151,8 +157,12 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
         chosen: dict[int, list[Replay]] = {}
         found = 0
         for row in points.values():
-            columns = journal.columns(row.id)[:, :3]
-            picked = columns[_is_picked(columns[:, 1], row.truth, pick)]
+            results = journal.results(row.id)
+            there = truth_of_decisions(results) if row.scenario.dynamic else int(row.truth)
+            runs = np.stack(
+                np.broadcast_arrays(results.run, results.decision, results.decision_step, there), axis=1
+            )
+            picked = runs[_is_picked(runs[:, 1], runs[:, 3], pick)]
             found += len(picked)
             if len(picked):
                 chosen[row.id] = [Replay(row.id, *numbers) for numbers in picked[:LISTED].tolist()]
@@ -174,7 +184,7 @@ def _trusted(row: StoredPoint) -> StoredPoint:
     return row._replace(scenario=row.scenario.with_trust())
 
 
-def _is_picked(decisions: Any, true: bool, pick: str) -> Any:
+def _is_picked(decisions: Any, true: Any, pick: str) -> Any:
     return {
         "wrong": (decisions != UNDECIDED) & (decisions != true),
         "right": decisions == true,

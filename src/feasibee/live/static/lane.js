@@ -29,7 +29,7 @@ export class Lane {
     /** @type {Opened | null} */
     this.world = null;
     this.outlook = nothing(null);
-    this.there = { robots: 0, tasks: 0 }; // at the step that is shown
+    this.there = { robots: 0, tasks: 0 }; // in the last frame
   }
 
   /** @param {Opened} world */
@@ -102,8 +102,7 @@ export class Lane {
     if (!this.world) return false;
     const moves = this.arena.draw(view, time);
     showTooltip(this, this.world, view.now);
-    const { feasible, infeasible, there, tasks } = view.now;
-    this.there = { robots: there, tasks };
+    const { feasible, infeasible } = view.now;
     const text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided(view.now, this.world)}`;
     const [name, said] = /** @type {HTMLCollectionOf<HTMLElement>} */ (this.caption.children);
     if (said.textContent !== text) said.textContent = text;

@@ -207,6 +207,7 @@ const answers = {
 function receive(frame) {
   lanes[frame.lane].plot.add(frame);
   if (!seeker.accepts(frame)) return;
+  lanes[frame.lane].there = { robots: frame.there, tasks: frame.tasks };
   if (frame.lane) {
     beside = frame;
     return;

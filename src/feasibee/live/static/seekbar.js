@@ -98,7 +98,7 @@ export class SeekBar {
       drawTruth(pen, box, truth === 1, colours, 1);
     }
     pen.fillStyle = colours.muted;
-    for (const [step] of world.slice(1)) pen.fillRect(at(step) - 0.5, SIGNS + BAND + 1, 1, TICKS);
+    for (const [step] of world.slice(1)) pen.fillRect(Math.round(at(step)), SIGNS + BAND + 1, 1, TICKS);
   }
 
   /**
@@ -189,10 +189,7 @@ function worldInWords(world, done) {
       .slice(1)
       .map(([step]) => formatted(step));
   const listed = steps.length && steps.length <= NAMED ? `, at ${steps.join(", ")}` : "";
-  return [
-    `the world changes ${times(world.length - 1)}${more}`,
-    `the truth ${times(steps.length)}${listed}`,
-  ];
+  return [`the world changes ${times(world.length - 1)}${more}`, `the truth ${times(steps.length)}${listed}`];
 }
 
 /** @param {number} count */

@@ -1,0 +1,87 @@
+"""Pictures of swarms in worlds that change: what is there at a step, and its truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image, ImageColor
+
+from feasibee import Scenario, Swarm, plot_arena
+from feasibee.figures.animation import _span, animate
+from feasibee.figures.frames import DRAWN, Painter, draw_frame
+from feasibee.model.codes import COLOURS, TASK
+from feasibee.scenario.runs import Runs
+
+SPOTS = ((4.0, 4.0), (10.0, 4.0), (16.0, 4.0))
+SCENARIO = Scenario(
+    robots={"placement": "points", "points": SPOTS, "speed": 0.0},
+    tasks={"placement": "points", "points": ((10.0, 16.0),)},
+    events=[{"step": 5, "robots": -2}, {"step": 10, "tasks": -1}, {"step": 15, "tasks": 2}],
+    run={"steps": 20},
+)
+
+
+def at_step(step):
+    swarm = Swarm(SCENARIO)
+    swarm.advance(step)
+    return swarm
+
+
+def colour_at(picture, place):
+    """Return the colour at a place in units, a little below the middle of what is there."""
+    painter = Painter(SCENARIO, picture.width)
+    left, top = (each / DRAWN for each in painter.corner)
+    scale = painter.scale / DRAWN
+    return picture.getpixel((int(left + place[0] * scale), int(top + (20 - place[1]) * scale + 2)))
+
+
+def is_close(one, name):
+    return max(abs(a - b) for a, b in zip(one, ImageColor.getrgb(name), strict=True)) < 25
+
+
+@pytest.mark.parametrize(("step", "robots", "tasks"), [(4, 3, 1), (5, 1, 1), (10, 1, 0), (15, 1, 2)])
+def test_a_frame_has_what_is_there(step, robots, tasks):
+    swarm = at_step(step)
+    picture = draw_frame(swarm, size=600)
+    assert (swarm.present.sum(), len(swarm.tasks)) == (robots, tasks)
+    for place, there in zip(SPOTS, swarm.present, strict=True):
+        above = colour_at(picture, (place[0], place[1] + 0.45))
+        assert is_close(above, "#FFFFFF") != there
+    assert is_close(colour_at(picture, (10.0, 16.0)), TASK) == (tasks > 0)
+
+
+def test_a_painter_of_a_run_draws_tasks_as_they_come_and_go():
+    painter, swarm = Painter(SCENARIO, 300, span=(0, 20)), at_step(0)
+    for step in (0, 4, 10, 14, 15):
+        swarm.advance(step - swarm.step)
+        alone = Painter(SCENARIO, 300, span=(0, 20)).draw(swarm)
+        assert painter.draw(swarm).tobytes() == alone.tobytes()
+
+
+def test_the_truth_is_a_band_above_the_curves():
+    swarm, painter = at_step(20), Painter(SCENARIO, 600, span=(0, 20))
+    drawn = np.asarray(painter.draw(swarm))
+    left, top, right, _ = (each / DRAWN for each in painter.strip)
+    row = drawn[round(top - 3)]
+    columns = [round(left + (right - left) * step / 20) for step in (3, 10, 17)]
+    assert swarm.truths[[3, 10, 17]].tolist() == [True, True, False]
+    assert is_close(row[columns[0]], COLOURS["feasible"])
+    assert is_close(row[columns[1]], COLOURS["feasible"])
+    assert is_close(row[columns[2]], "#FFFFFF")  # hollow
+    assert is_close(drawn[round(top - 5)][columns[2]], COLOURS["infeasible"])
+
+
+def test_the_whole_run_is_shown_by_default(tmp_path):
+    assert _span(SCENARIO, Runs.single(1, 0), None) == (0, 20)
+    animate(SCENARIO, tmp_path / "run.gif", size=240)
+    with Image.open(tmp_path / "run.gif") as film:
+        assert film.n_frames == 21
+
+
+def test_the_figure_of_the_arena_has_what_is_there():
+    swarm = at_step(5)
+    ax = plot_arena(swarm)
+    assert [text.get_text() for text in ax.texts] == [str(int(np.flatnonzero(swarm.present)[0]) + 1)]
+    (points,) = ax.collections
+    np.testing.assert_allclose(points.get_offsets(), [[10.0, 16.0]])
+    assert len(plot_arena(at_step(10)).collections[0].get_offsets()) == 0

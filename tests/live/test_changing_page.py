@@ -1,0 +1,223 @@
+"""A world that changes in a real browser: its truth, its marks, its preset, robots that leave."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from serving import serving_at
+from visiting import change, focus_nothing, step_of
+
+from feasibee import Scenario, Swarm
+from feasibee.live.catalogue import STREAM, Catalogue
+from feasibee.live.reasons import reasons_of
+
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+
+EVENTS = [{"step": 20, "tasks": 6}, {"step": 40, "robots": -8}, {"step": 70, "tasks": -20, "robots": 3}]
+SCENARIO = Scenario(events=EVENTS, decision={"strategy": "census"}, run={"steps": 120})
+TIMES = "\N{MULTIPLICATION SIGN}"
+
+
+@pytest.fixture(scope="module")
+def port():
+    with serving_at(Catalogue(SCENARIO, 5)) as at:
+        yield at
+
+
+@pytest.fixture(scope="module")
+def still():
+    with serving_at(Catalogue(Scenario())) as at:
+        yield at
+
+
+def at(page, step):
+    expect(page.locator("#now")).to_have_text(f"{step:,}")
+
+
+def swarm_at(step):
+    swarm = Swarm(SCENARIO, 5)
+    swarm.advance(step)
+    return swarm
+
+
+def test_the_truth_of_each_step_is_said_and_gone_to_by_keys(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    expect(page.locator("#marks-text")).to_contain_text(
+        "the world changes 3 times, the truth 2 times, at 20, 70"
+    )
+    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
+    for key, step, said in (
+        ("]", 20, "infeasible (20 robots, 26 tasks)"),
+        ("]", 70, "feasible (15 robots, 6 tasks)"),
+        ("]", 70, "feasible (15 robots, 6 tasks)"),
+        ("[", 20, "infeasible (20 robots, 26 tasks)"),
+        (",", 19, "feasible (20 robots, 20 tasks)"),
+    ):
+        page.keyboard.press(key)
+        at(page, step)
+        expect(page.locator("#truth")).to_have_text(said)
+    page.locator("#seek").fill("45")
+    at(page, 45)
+    expect(page.locator("#truth")).to_have_text("infeasible (12 robots, 26 tasks)")
+    held = {1: "feasible", 0: "infeasible", -1: "undecided"}[swarm_at(45).decision]
+    expect(page.locator("#decision")).to_have_text(held)
+    expect(page.locator("#arena")).to_have_attribute(
+        "aria-label",
+        "The arena: 12 robots and 26 tasks, census, at step 45. Arrow keys go from robot to robot.",
+    )
+
+
+def test_robots_and_tasks_are_drawn_while_they_are_there(visit, port):
+    """A page at a step looks the same whether it came from before or from after."""
+    page = visit(port, reduced_motion="reduce")
+    expect(page.locator("#marks-text")).to_contain_text("the truth 2 times")
+    focus_nothing(page)
+    page.mouse.move(1, 1)
+    seen = {}
+    for step in (19, 39, 41, 119, 71, 41, 39, 19):
+        page.locator("#seek").fill(str(step))
+        at(page, step)
+        page.wait_for_timeout(100)
+        picture = page.locator("#arena").screenshot()
+        assert seen.setdefault(step, picture) == picture
+    assert len(set(seen.values())) == 5
+
+
+def colours_of(page, selector):
+    return page.evaluate(
+        """selector => { const it = document.querySelector(selector), found = new Set();
+        const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
+        for (let k = 0; k < data.length; k += 4)
+            if (data[k + 3] === 255) found.add(data.slice(k, k + 3).join());
+        return [...found]; }""",
+        selector,
+    )
+
+
+def test_the_truth_is_a_band_on_the_seek_bar_and_behind_the_plot(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    expect(page.locator("#legend-truth")).to_be_visible()
+    expect(page.locator("#marks-text")).to_contain_text("the truth 2 times")
+    assert {"0,114,178", "98,103,109"} <= set(colours_of(page, "#marks"))  # the truth, and ticks
+    page.locator("#seek").fill("120")
+    at(page, 120)
+    focus_nothing(page)
+    page.wait_for_timeout(200)
+    rows = page.evaluate(
+        """() => { const it = document.querySelector("#plot canvas"), pen = it.getContext("2d");
+        const line = [...pen.getImageData(0, 7, it.width, 1).data], found = [];
+        for (let x = 0; x < it.width; x++) found.push(line.slice(4 * x, 4 * x + 3).join());
+        return found; }"""
+    )
+    full = [x for x, colour in enumerate(rows) if colour == "0,114,178"]
+    assert full
+    assert max(np.diff(full)) > len(rows) / 6  # the stretch where the tasks are infeasible is striped
+
+
+def test_a_robot_that_leaves_is_inspected_and_arrows_pass_over_it(visit, port):
+    before, after = swarm_at(39), swarm_at(41)
+    gone = int(np.flatnonzero(before.present & ~after.present)[0])
+    page = visit(port)
+    page.locator("#seek").fill("39")
+    at(page, 39)
+    page.locator("#robot").fill(str(gone))
+    page.keyboard.press("Tab")
+    expected = dict(reasons_of(before, gone)["reasons"])["Phase"]
+    expect(page.locator("#reasons-0 dd").first).to_have_text(expected)
+    focus_nothing(page)
+    page.keyboard.press(".")
+    at(page, 40)
+    expect(page.locator("#reasons-0 dd").first).to_have_text("no robot has this number at this step")
+    page.locator("#arena").focus()
+    page.keyboard.press("PageDown")
+    numbers = np.flatnonzero(after.present)
+    following = int(numbers[numbers > gone][0]) if (numbers > gone).any() else int(numbers[0])
+    expect(page.locator("#robot")).to_have_value(str(following))
+    for key in ("ArrowLeft", "ArrowUp", "ArrowRight", "PageUp"):
+        page.keyboard.press(key)
+        assert int(page.locator("#robot").input_value()) in numbers
+    page.keyboard.press("]")
+    expect(page.locator("#reasons-0")).to_be_visible()
+
+
+def test_the_preset_and_the_rate_of_change_by_keyboard(visit, still):
+    page = visit(still)
+    expect(page.locator("#legend-truth")).to_be_hidden()
+    expect(page.locator("#stream")).to_be_hidden()
+    page.locator("#changing summary").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#rate-row")).to_be_hidden()
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "stream"
+    page.keyboard.press("Enter")
+    expect(page.locator("#last")).to_have_text("2,500", timeout=60_000)
+    expect(page.locator("#play")).to_have_attribute("aria-label", "Pause")
+    expect(page.locator("[data-path='tasks.lifetime']")).to_have_value("1800")
+    expect(page.locator("#marks-text")).to_contain_text("the truth", timeout=30_000)
+    page.locator("#rate").focus()
+    for factor, rate, lifetime in ((2, "0.0228", "900"), (4, "0.0456", "450"), (8, "0.0912", "225")):
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("[data-path='tasks.arrival_rate']")).to_have_value(rate)
+        expect(page.locator("[data-path='tasks.lifetime']")).to_have_value(lifetime)
+        expect(page.locator("#rate-shown")).to_have_text(f"{TIMES} {factor}")
+        expect(page.locator("#rate")).to_have_attribute("aria-valuetext", f"{TIMES} {factor}")
+    page.keyboard.press("Home")
+    expect(page.locator("[data-path='tasks.lifetime']")).to_have_value("14400")
+    expect(page.locator("#rate-shown")).to_have_text("÷ 8")
+    change(page, "tasks.lifetime", "1000")  # a new middle
+    expect(page.locator("#rate-shown")).to_have_text(f"{TIMES} 1")
+    assert "tasks.lifetime=1000" in page.evaluate("location.hash")
+    page.reload()
+    expect(page.locator("[data-path='tasks.lifetime']")).to_have_value("1000")
+    page.get_by_role("button", name="Undo all changes").click()
+    expect(page.locator("#last")).to_have_text("1,000")
+    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
+    expect(page.locator("#rate-row")).to_be_hidden()
+
+
+def test_the_preset_simulates_what_the_example_does(visit, still):
+    page = visit(still, reduced_motion="reduce")
+    page.locator("#changing summary").click()
+    page.locator("#stream").click()
+    expect(page.locator("#last")).to_have_text("2,500", timeout=60_000)
+    page.keyboard.press("r")
+    page.locator("#seek").fill("2000")
+    at(page, 2000)
+    swarm = Swarm(Scenario().replace(STREAM))
+    swarm.advance(2000)
+    truth = "feasible" if swarm.truth else "infeasible"
+    expect(page.locator("#truth")).to_have_text(f"{truth} (20 robots, {len(swarm.tasks)} tasks)")
+    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
+
+
+def test_two_strategies_are_compared_in_one_changing_world(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    page.locator("#against").select_option("dmmd")
+    expect(page.locator("#caption-1")).to_contain_text("dmmd", timeout=60_000)
+    page.locator("#seek").fill("45")
+    at(page, 45)
+    expect(page.locator("#arena-1")).to_have_attribute(
+        "aria-label",
+        "The arena: 12 robots and 26 tasks, dmmd, at step 45. Arrow keys go from robot to robot.",
+    )
+    assert step_of(page) == 45
+
+
+def test_events_are_typed_on_the_page(visit, port):
+    page = visit(port)
+    change(page, "events", "[{ step = 5, tasks = 1 }]")
+    expect(page.locator("#marks-text")).to_contain_text("the world changes once, the truth once, at 5")
+    change(page, "events", "[{ step = 500, tasks = 1 }]")
+    expect(page.locator("#note-events")).to_contain_text("is after the end of a run")
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(360, "dark"), (900, "light"), (1440, "dark")])
+def test_it_fits_any_width(visit, port, width, scheme):
+    page = visit(port, width=width, color_scheme=scheme)
+    expect(page.locator("#marks-text")).to_contain_text("the truth 2 times")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.locator("#rate-row").is_hidden()
+    nameless = page.locator("button, input, select").evaluate_all(
+        "all => all.filter(it => !(it.ariaLabel || it.textContent.trim() || it.labels?.length)).length"
+    )
+    assert nameless == 0
