@@ -243,7 +243,7 @@ def test_a_swarm_gets_the_robots_that_it_lacks(seeing):
     (first,) = joined(record)
     assert 175 < first < 230
     assert joined(record)[first] == 9
-    assert (record.calls[0], record.robots_called[0]) == (1, 3)
+    assert (record.calls[0], record.robots_called[0]) == (1, 9)
 
 
 # --- Engine and reference ---
