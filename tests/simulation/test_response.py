@@ -116,6 +116,7 @@ def steady(path, said, **changes):
         "run.steps": 20,
         "response.patience": 4,
         "response.delay": 3,
+        "response.margin": 0,
         "decision.strategy": str(path),
         "decision.parameters": {"said": float(said)},
     }
@@ -142,6 +143,11 @@ def test_a_call_comes_after_patience_and_its_robots_after_the_delay(saying):
     assert joined(record) == {8: 2, 15: 2}
     assert (record.calls[0], record.robots_called[0]) == (3, 6)  # the third at step 19
     assert record.robots_released[0] == 0
+
+
+def test_a_call_adds_the_margin(saying):
+    record = assert_response(steady(saying, 2, **{"run.steps": 10, "response.margin": 3, "robots.most": 50}))
+    assert joined(record) == {8: 5}
 
 
 def test_the_median_is_the_lower_one_of_an_even_number(saying):
@@ -217,7 +223,7 @@ def test_liars_and_stopped_robots_are_not_asked(saying):
 
 
 def test_a_swarm_gets_the_robots_that_it_lacks(seeing):
-    """Three more tasks than robots from step 100 to 160; those called at about 120 come at about 180."""
+    """Three more tasks than robots from step 100 to 160; called at about 120, they come at about 180."""
     scenario = Scenario().replace(
         {
             "decision.strategy": seeing,
@@ -229,14 +235,15 @@ def test_a_swarm_gets_the_robots_that_it_lacks(seeing):
             "response.patience": 15,
             "response.delay": 60,
             "response.margin": 6,
+            "robots.most": 30,
             "run.steps": 400,
         }
     )
     record = assert_response(scenario)
     (first,) = joined(record)
     assert 175 < first < 230
-    assert joined(record)[first] == 3
-    assert (record.calls[0], record.robots_called[0]) == (1, 3)
+    assert joined(record)[first] == 9
+    assert (record.calls[0], record.robots_called[0]) == (1, 9)
 
 
 # --- Engine and reference ---

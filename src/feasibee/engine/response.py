@@ -44,9 +44,10 @@ def look(params, state, update, now):
         return int64(0)
     clock[Clock.HELD_FOR] = 0
     asked = ask(params, state, Asking(update), held) if params.response.asks else int64(0)
-    gap = lower_median(state, held, asked) if asked > 0 else int64(1)
+    gap = lower_median(state, held, asked) if asked > 0 else int64(0)
     if held == INFEASIBLE:
-        clock[Clock.AWAITED] = min(max(gap, 1), params.robots.count)
+        wanted = gap + params.response.margin if asked > 0 else int64(1)
+        clock[Clock.AWAITED] = min(max(wanted, 1), params.robots.count)
         clock[Clock.ARRIVES_AT] = now + params.response.delay
         clock[Clock.CALLS] += 1
         clock[Clock.ROBOTS_CALLED] += clock[Clock.AWAITED]

@@ -40,7 +40,7 @@ class Operator:
         self._steps = 0
         gap = self._gap([robot for robot in counted if robot.mind.opinion == held])
         if held == INFEASIBLE:
-            self._call(now, 1 if gap is None else gap)
+            self._call(now, 1 if gap is None else gap + response.margin)
         if held == FEASIBLE and response.release and gap is not None:
             return max(0, -gap - response.margin)
         return 0
@@ -49,8 +49,8 @@ class Operator:
         """Return how many called robots arrive at a step."""
         return self._awaited if now == self._arrives_at else 0
 
-    def _call(self, now: int, gap: int) -> None:
-        self._awaited = min(max(1, gap), self._scenario.most.robots)
+    def _call(self, now: int, robots: int) -> None:
+        self._awaited = min(max(1, robots), self._scenario.most.robots)
         self._arrives_at = now + self._scenario.response.delay
         self.calls += 1
         self.robots_called += self._awaited

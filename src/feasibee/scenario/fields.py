@@ -363,7 +363,10 @@ class Response(Section):
         description="Whether robots to spare are released; by default if the strategy defines `gap`.",
     )
     margin: int = Field(
-        2, ge=0, le=1_000_000, description="Robots to spare that stay when others are released."
+        2,
+        ge=0,
+        le=1_000_000,
+        description="Robots to spare that a call adds, and that stay when others are released.",
     )
 
 
