@@ -61,9 +61,8 @@ def simulate(
         ``infeasible_at_end``; if robots commit ``commit_step``, ``committed_feasible``,
         ``committed_infeasible``; if they declare ``declare_step``, ``declared_feasible``,
         ``declared_infeasible``. With curves, over ``run`` and ``step``: ``feasible_count``,
-        ``infeasible_count``. In a world that changes, always: ``truth``, ``held``, ``robots_present``,
-        ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units``,
-        ``flag_values``, ``flag_meanings``.
+        ``infeasible_count``. In a world that changes also ``truth``, ``held``, ``robots_present``,
+        ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units`` and flags.
 
     Examples
     --------
