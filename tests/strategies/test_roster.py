@@ -87,6 +87,16 @@ def test_what_was_given_up_stays_so_when_robots_leave_and_timeouts_grow():
         step(own, robot(1), explores=False)
         ages.append((age, *counted(own)))
     assert [own.words[k] > 400 for k in (0, 1)] == [True, True]
+    message = own.message()
+    assert [message[1 + number] for number in range(own.me.setting.robot_ids)] == [1, 3] + 48 * [0]
+    other = robot_of(number=1, robot_timeout=999.0, task_timeout=999.0)
+    step(other, robot(0), *map(robot, range(2, 20)), task(0), explores=False)
+    for _ in range(239):
+        step(other, explores=False)
+    assert counted(other) == (20, 1)
+    own.merge(other.message(), 1)
+    own.judge()
+    assert counted(own) == (2, 1)  # what it had given up was not seen later than that
     assert [robots for _, robots, _ in ages] == [20] * int(1.5 * QUIET + 1) + [2] * (238 - int(1.5 * QUIET))
 
 
@@ -118,6 +128,19 @@ def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(looks):
         step(own)
     assert counted(own) == (1, 0)
     assert entry_of(own, 0) == (1, False)
+
+
+def test_looks_in_vain_begin_anew_after_a_tombstone():
+    own = robot_of(step=100, looks=2.0)
+    step(own, task(0))
+    step(own)
+    step(own)
+    assert counted(own)[1] == 0
+    own.merge(reported(True, 1), 1)
+    step(own)
+    assert counted(own)[1] == 2 - 1
+    step(own)
+    assert counted(own)[1] == 0
 
 
 @pytest.mark.parametrize(
@@ -301,12 +324,23 @@ def test_one_tombstone_does_not_count_against_the_sightings_of_honest_robots():
     assert counted(own)[1] == 0
 
 
-def test_of_many_reports_the_latest_of_f_plus_1_senders_are_kept():
+@pytest.mark.parametrize(
+    "reports", [((1, 9), (2, 8), (3, 4), (4, 6), (1, 2), (3, 7)), ((1, 2), (1, 9), (3, 4)), ((3, 4), (1, 2))]
+)
+def test_of_many_reports_the_latest_of_f_plus_1_senders_are_kept(reports):
     own = robot_of(step=100, tolerates=1.0, place=(15.0, 15.0))
-    for sender, age in ((1, 9), (2, 8), (3, 4), (4, 6), (1, 2), (3, 7)):
+    for sender, age in reports:
         own.merge(reported(True, age), sender)
     own.judge()
     assert entry_of(own, 0) == (4, True)  # of 1 two steps ago, and of 3 four steps ago
+
+
+def test_a_sighting_and_a_tombstone_do_not_vouch_for_each_other():
+    own = robot_of(step=100, tolerates=1.0, place=(15.0, 15.0))
+    own.merge(reported(True, 5), 1)
+    own.merge(reported(False, 3), 2)
+    own.judge()
+    assert entry_of(own, 0) is None
 
 
 # --- Swarms ---

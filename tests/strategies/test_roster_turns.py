@@ -132,14 +132,16 @@ def test_a_task_has_vanished_after_so_many_looks_in_vain_in_a_row(looks):
 
 
 @pytest.mark.parametrize(
-    ("name_bits", "y", "tasks"), [(20, 6.85, 0), (20, 6.9, 1), (8, 5.7, 0), (8, 6.3, 1), (4, 5.0, 1)]
+    ("name_bits", "away", "tasks"),
+    [(20, 1.85, 0), (20, 1.9, 1), (10, 1.5, 1), (8, 0.7, 0), (8, 1.3, 1), (6, 0.2, 1), (4, 0.0, 1)],
 )
-def test_a_task_has_vanished_only_if_all_of_its_cell_is_in_sight(name_bits, y, tasks):
-    """Of 8 bits cells are 1.25 wide, of 4 bits 5: a robot never sees all of such a cell."""
-    own = robot_of(name_bits=float(name_bits))
-    step(own, task(5.0, y))
-    step(own)
-    assert counted(own)[1] == tasks
+def test_a_task_has_vanished_only_if_all_of_its_cell_is_in_sight(name_bits, away, tasks):
+    """Of 8 bits cells are 1.25 wide, of 6 bits 2.5: a robot seldom sees all of such a cell."""
+    for x, y in ((5.0 + away, 5.0), (5.0, 5.0 + away)):
+        own = robot_of(name_bits=float(name_bits))
+        step(own, task(x, y))
+        step(own)
+        assert counted(own)[1] == tasks
 
 
 # --- Names and turns ---
@@ -222,6 +224,7 @@ def test_robots_are_listed_with_ages_unless_n_is_known():
     for _ in range(15):
         step(own, explores=False)
     assert counted(own) == (2, 0)
+    assert {message[1] for message in (own.message() for _ in range(12))} == {0, 1 + 3}
     own.merge((ROBOT, 1 + 4, 32), 3)
     own.judge()
     assert counted(own) == (2, 0)  # the report is too old
