@@ -237,6 +237,16 @@ def test_the_truth_is_told():
     assert summary_of("--set", "tasks.count=21", "--runs", 1, "--steps", 1)["truth"] == "infeasible"
 
 
+def test_the_truth_is_that_of_a_step_if_the_world_changes():
+    events = ("truth", "--set", "events=[{step = 30, tasks = 5}]", "--json")
+    assert json.loads(invoke(*events, "--step", 29).stdout)["feasible"]
+    violator = json.loads(invoke(*events, "--step", 30).stdout)["violator"]
+    assert (violator["demand"], violator["robots"]) == (25, 20)
+    assert "robots left over" not in invoke(*events[:-1]).stdout
+    (line,) = refused(*events, "--step", 1001)
+    assert "step = 1001: must be a whole number from 0 to 1000" in line
+
+
 def test_threads_change_nothing():
     one, two = (
         invoke("run", "--json", "--runs", 50, "--seed", 3, "--threads", threads).stdout for threads in (1, 2)

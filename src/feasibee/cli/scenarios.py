@@ -1,4 +1,4 @@
-"""feasibee truth, scenario, schema: examine a scenario without simulating it."""
+"""feasibee truth, scenario, schema: examine a scenario."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import console, json_option, read_scenario, scenario_options
+from feasibee.cli.options import console, json_option, read_scenario, scenario_options, seed_option
 
 if TYPE_CHECKING:
     from feasibee.scenario.feasibility import Verdict
@@ -17,22 +17,30 @@ if TYPE_CHECKING:
 
 @click.command()
 @scenario_options
+@seed_option
+@click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the run.")
+@click.option("--step", type=int, default=0, show_default=True, help="Step, if the world changes.")
 @json_option
-def truth(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
+def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step: int, as_json: bool) -> None:
     """Compute whether the tasks are feasible, with a proof.
 
     If feasible, print an assignment of robots to tasks; if not, the skills that too few robots have. A robot
-    serves at most one place of a task.
+    serves at most one place of a task. In a world that changes, the truth is that of a step of a run.
 
     \b
     Examples:
       feasibee truth mine.toml
       feasibee truth --set robots.count=20 --set tasks.count=21 --json
+      feasibee truth examples/changing.toml --step 500 --seed 1
     """
     from feasibee.scenario.feasibility import explain
 
     scenario = read_scenario(file, changes)
     verdict = explain(scenario)
+    if scenario.dynamic or step:
+        from feasibee.simulation.truths import truth_at  # loads the engine
+
+        verdict = truth_at(scenario, step, seed, run)
     if as_json:
         click.echo(json.dumps(verdict.to_dict(), indent=2))
     else:
@@ -80,7 +88,8 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
         click.echo(f"Infeasible: {asking}: {demand}; {able}: {robots}.")
         return
     free = scenario.robots.count - sum(verdict.assignment.values())
-    click.echo(f"Feasible: each place has a robot of its own; robots left over: {free}.")
+    left = "" if scenario.dynamic else f"; robots left over: {free}"
+    click.echo(f"Feasible: each place has a robot of its own{left}.")
     table = Table("robots", "tasks", "skill")
     table.add_column("count", justify="right")
     for names, count in verdict.assignment.items():

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
@@ -24,7 +25,7 @@ STREAM: Final[Mapping[str, Any]] = {
     "tasks.count": 20,
     "tasks.arrival_rate": 0.0114,
     "tasks.lifetime": 1800.0,
-    "decision.strategy": "census",
+    "decision.strategy": next(name for name, each in STRATEGIES.items() if each.judges),
     "run.steps": 2500,
 }
 """A world whose truth changes every 500 steps on average: `examples/changing.toml`, as the form's preset."""
@@ -157,12 +158,7 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
         chosen: dict[int, list[Replay]] = {}
         found = 0
         for row in points.values():
-            results = journal.results(row.id)
-            there = truth_of_decisions(results) if row.scenario.dynamic else int(row.truth)
-            runs = np.stack(
-                np.broadcast_arrays(results.run, results.decision, results.decision_step, there), axis=1
-            )
-            picked = runs[_is_picked(runs[:, 1], runs[:, 3], pick)]
+            picked = _picked(row, journal.results(row.id), pick)
             found += len(picked)
             if len(picked):
                 chosen[row.id] = [Replay(row.id, *numbers) for numbers in picked[:LISTED].tolist()]
@@ -184,8 +180,11 @@ def _trusted(row: StoredPoint) -> StoredPoint:
     return row._replace(scenario=row.scenario.with_trust())
 
 
-def _is_picked(decisions: Any, true: Any, pick: str) -> Any:
-    return {
+def _picked(row: StoredPoint, results: Any, pick: str) -> NDArray[np.int64]:
+    """Return number, decision, its step and the truth of that step, of each run that matches ``pick``."""
+    true = truth_of_decisions(results) if row.scenario.dynamic else int(row.truth)
+    decisions = results.decision
+    chosen = {
         "wrong": (decisions != UNDECIDED) & (decisions != true),
         "right": decisions == true,
         "undecided": decisions == UNDECIDED,
@@ -193,3 +192,6 @@ def _is_picked(decisions: Any, true: Any, pick: str) -> Any:
         "infeasible": decisions == INFEASIBLE,
         "all": slice(None),
     }[pick]
+    runs = np.broadcast_arrays(results.run, decisions, results.decision_step, true)
+    picked: NDArray[np.int64] = np.stack(runs, axis=1).astype(np.int64)[chosen]
+    return picked
