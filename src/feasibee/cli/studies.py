@@ -40,6 +40,11 @@ TRACKING_CAPTION = (
     "a quarter, half and three quarters of the changes were followed; missed: changes that were not (%); "
     "alarms: false ones per 1,000 steps; bits: per robot-step"
 )
+SERVICE_CAPTION = (
+    "feasible: share of steps with enough robots (%); idle: robots in excess, mean; calls: per run; too many "
+    "and too few: robots per call, when they came; fixed: least fixed number of robots that is feasible as "
+    "often; oracle: share of steps if the operator knew the numbers (in brackets: idle)"
+)
 DECLARED_CAPTION = (
     "in brackets: swarms with a robot that declared wrongly (%); below: steps by which more than the "
     "threshold's share of the robots had declared, in half of the swarms and in 95 %"
@@ -211,6 +216,8 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     out = console()
     if outcomes[0].tracking is not None:
         out.print(_tracking_table(outcomes))
+    if outcomes[0].judgement is not None:
+        out.print(_service_table(outcomes))
         return
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
@@ -283,6 +290,34 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
             "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
             f"{tracked.false_alarms.estimate:.2g}",
             f"{each.bits.mean():.3g}",
+        )
+    return table
+
+
+def _service_table(outcomes: Sequence[Outcome]) -> Table:
+    """Return how well swarms that call and release robots were served, the most often feasible first."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    title = f"What asking gives, {outcomes[0].runs} runs each"
+    table = Table("strategy", title=title, box=SIMPLE_HEAD, pad_edge=False, caption=SERVICE_CAPTION)
+    for column in ("m", "feasible", "interval", "idle", "calls", "too many", "too few", "fixed", "oracle"):
+        table.add_column(column, justify="right")
+    found = [(each, each.judgement) for each in outcomes if each.judgement is not None]
+    for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate):
+        own, oracle = judged.own, judged.oracle
+        share, low, high = (100 * number for number in own.feasible_share)
+        table.add_row(
+            each.contender,
+            str(each.tasks),
+            f"{share:.1f}",
+            f"{low:.1f} to {high:.1f}",
+            f"{own.idle.estimate:.1f}",
+            f"{own.calls.estimate:.1f}",
+            f"{own.too_many:.1f}",
+            f"{own.too_few:.1f}",
+            f"{judged.robots} ({judged.as_often.idle.estimate:.1f})",
+            f"{100 * oracle.feasible_share.estimate:.1f} ({oracle.idle.estimate:.1f})",
         )
     return table
 

@@ -19,6 +19,7 @@ from feasibee.model.record import Record
 from feasibee.results.declarations import Declarations, declarations
 from feasibee.results.judging import decided_right, ended_agreed, ended_right, robot_steps
 from feasibee.results.replicates import mean_difference
+from feasibee.results.responding import Judgement, judgement
 from feasibee.results.statistics import (
     DecisionTimes,
     Interval,
@@ -81,6 +82,8 @@ class Outcome:
         Declarations of the robots; None if the strategy doesn't define ``declare``.
     tracking : Tracking or None
         How the swarms tracked the truth; None in a world that doesn't change.
+    judgement : Judgement or None
+        How well the swarms were served; None if nobody responds to what they hold.
     infeasible_at : float64 array, shape (steps + 1,)
         Share of the runs whose tasks are infeasible at each step.
     """
@@ -102,6 +105,7 @@ class Outcome:
     commit_step: NDArray[np.int64]
     declared: Declarations | None
     tracking: Tracking | None
+    judgement: Judgement | None
     infeasible_at: NDArray[np.float64]
 
     @property
@@ -143,6 +147,7 @@ class Outcome:
             "bits_per_robot_and_step": float(self.bits.mean()),
             "declared": None if self.declared is None else self.declared.to_dict(),
             **({} if self.tracking is None else self.tracking.to_dict()),
+            **({} if self.judgement is None else {"response": self.judgement.to_dict()}),
         }
 
 
@@ -282,6 +287,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         commit_step=record.commit_step,
         declared=declarations(record, scenario, feasible),
         tracking=tracking(record, scenario),
+        judgement=judgement(record, scenario),
         infeasible_at=(
             infeasible_share(record.truth)
             if scenario.dynamic

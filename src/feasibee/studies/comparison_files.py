@@ -9,10 +9,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
+from feasibee.figures.responding import draw_service
 from feasibee.figures.style import looks, save_both
 from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time
 from feasibee.files import write_csv
 from feasibee.results.declarations import Declarations
+from feasibee.results.responding import Judgement
 from feasibee.results.statistics import decision_times
 from feasibee.results.tracking import Tracking
 from feasibee.studies.comparison import Outcome, by_contender, declared_of, difference, mean_bits, overall
@@ -50,7 +52,9 @@ def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
     bits = {name: float(each.bits.mean()) for name, each in same.items()}
     before = looks({name: each.right_share.estimate for name, each in tracked.items()})
     some = next(iter(same.values()))
+    judged = {name: each.judgement for name, each in same.items() if each.judgement is not None}
     return {
+        **({"asking": draw_service(judged, before=before)} if judged else {}),
         "time": draw_right_over_time(
             {name: each.right_at / each.runs for name, each in same.items()},
             some.infeasible_at,
@@ -113,6 +117,9 @@ def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
         header += ["detection_delay_q25", "detection_delay_median", "detection_delay_q75"]
         header += ["missed", "missed_low", "missed_high", "changes"]
         header += ["false_alarms", "false_alarms_low", "false_alarms_high"]
+    if outcomes[0].judgement is not None:
+        header += _service_header("") + _service_header("oracle_")
+        header += ["fixed_robots", *_service_header("fixed_")]
     write_csv(path, header, (_row(each, baseline[each.tasks]) for each in outcomes))
 
 
@@ -129,7 +136,21 @@ def _row(each: Outcome, baseline: Outcome) -> list[object]:
         *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
         *_declared_cells(each.declared),
         *([] if each.tracking is None else _tracking_cells(each.tracking)),
+        *([] if each.judgement is None else _judgement_cells(each.judgement)),
     ]
+
+
+def _service_header(whose: str) -> list[str]:
+    names = [f"{name}{end}" for name in ("feasible_share", "idle", "calls") for end in ("", "_low", "_high")]
+    return [f"{whose}{name}" for name in (*names, "too_many_per_call", "too_few_per_call")]
+
+
+def _judgement_cells(found: Judgement) -> list[object]:
+    cells: list[list[object]] = [
+        [*each.feasible_share, *each.idle, *each.calls, each.too_many, each.too_few]
+        for each in (found.own, found.oracle, found.as_often)
+    ]
+    return [*cells[0], *cells[1], found.robots, *cells[2]]
 
 
 def _declared_cells(declared: Declarations | None) -> list[object]:
