@@ -134,8 +134,8 @@ class Robots(Placed):
         None,
         ge=1,
         le=1_000_000,
-        description="Most robots at a time, beyond which none joins; by default as many as events bring, and "
-        "twice those of the start if robots join by rate or call.",
+        description="Most robots at a time, beyond which none joins; by default as many as events bring, or "
+        "twice as many as at the start.",
     )
 
 
