@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import sys
 import weakref
-from types import SimpleNamespace
 
 import commands
 import imageio_ffmpeg
@@ -18,8 +17,8 @@ from PIL import Image, ImageColor
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
-from feasibee.figures.frames import DARK, DRAWN, LIGHT, Painter, _between
-from feasibee.model.codes import COLOURS, TASK
+from feasibee.figures.frames import DARK, DRAWN, LIGHT, Painter
+from feasibee.model.codes import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
 WORLDS = {
@@ -380,56 +379,6 @@ CHANGING = Scenario(
     run={"steps": 60},
     events=[{"step": 20, "tasks": 15}, {"step": 40, "robots": -4}],
 )
-
-
-def test_a_frame_shows_the_robots_and_tasks_of_its_step():
-    """Four robots leave at step 40, and fifteen tasks appear at step 20."""
-    swarm = Swarm(CHANGING, seed=3)
-    painter = Painter(CHANGING, swarm.tasks, 240, span=(0, 60))
-    pictures = {}
-    for step in (0, 20, 40):
-        swarm.advance(step - swarm.step)
-        pictures[step] = np.asarray(painter.draw(swarm))
-        for place in swarm.tasks:
-            left, top = in_frame(swarm, 240, place)
-            assert close(pictures[step][round(top), round(left)].tolist(), rgb(TASK)) or is_covered(
-                swarm, place
-            )
-    assert swarm.present.sum() == 6
-
-
-def is_covered(swarm, place):
-    """Return whether a robot, or the rim of another task, may lie over a place."""
-    things = np.concatenate([swarm.positions[swarm.present], swarm.tasks])
-    distances = np.hypot(*(things - place).T)
-    return np.sort(distances)[1] < 1.5
-
-
-def test_the_truth_is_shaded_behind_the_curves_and_named_below():
-    swarm = Swarm(CHANGING, seed=3)
-    painter = Painter(CHANGING, swarm.tasks, 240, span=(0, 60))
-    swarm.advance(60)
-    drawn = np.asarray(painter.draw(swarm))
-    left, top, right, bottom = (each / DRAWN for each in painter.strip)
-    shade = rgb(_between(LIGHT.paper, LIGHT.faint, 1 / 3))
-    shaded = [
-        any(close(pixel, shade) for pixel in drawn[round(top) : round(bottom), column].tolist())
-        for column in (round(left + (right - left) * step / 60) for step in (5, 30, 55))
-    ]
-    assert shaded == [False, True, True]
-
-
-def test_a_swarm_is_right_if_it_holds_the_truth_of_the_step():
-    painter = Painter(CHANGING, np.empty((0, 2)), 240, span=(0, 60))
-    said = {
-        (decision, true): painter._outcome(SimpleNamespace(decision=decision, truth=true))
-        for decision in (1, 0, -1)
-        for true in (True, False)
-    }
-    assert said[1, True] == "holds feasible: right"
-    assert said[0, True] == "holds infeasible: wrong"
-    assert said[0, False] == "holds infeasible: right"
-    assert said[-1, True] == said[-1, False] == "not agreed"
 
 
 def test_by_default_a_world_that_changes_is_shown_until_its_end(tmp_path):
