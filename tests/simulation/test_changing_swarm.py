@@ -83,6 +83,24 @@ def test_a_restored_step_is_the_same_in_all_that_is_seen(scenario):
     assert_equal_looks(look(swarm), end)
 
 
+@pytest.mark.parametrize("robots", [20, 40])
+def test_what_robots_see_after_a_restored_step_is_what_they_saw_before(robots):
+    scenario = Scenario(
+        robots={"count": robots},
+        events=[{"step": 30, "tasks": 60}, {"step": 60, "tasks": -70}],
+        decision={"strategy": "census"},
+    )
+    swarm = Swarm(scenario, seed=2)
+    swarm.advance(40)
+    saved = swarm.save()
+    swarm.advance(10)
+    expected = look(swarm)
+    swarm.advance(30)
+    swarm.restore(saved)
+    swarm.advance(10)
+    assert_equal_looks(look(swarm), expected)
+
+
 def test_numbers_without_a_robot_show_none():
     swarm = Swarm(SCENARIO, seed=2)
     swarm.advance(40)
