@@ -83,6 +83,31 @@ def test_robots_and_tasks_are_drawn_while_they_are_there(visit, port):
     assert len(set(seen.values())) == 5
 
 
+def test_robots_that_have_left_are_not_drawn(visit):
+    scenario = Scenario(tasks={"count": 0}, events=[{"step": 10, "robots": -19}], run={"steps": 20})
+    with serving_at(Catalogue(scenario, 5)) as port:
+        page = visit(port, reduced_motion="reduce")
+        shares = []
+        for step in (9, 10):
+            page.locator("#seek").fill(str(step))
+            at(page, step)
+            page.wait_for_timeout(200)
+            shares.append(
+                page.evaluate(
+                    """() => { const it = document.getElementById("arena");
+                    const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
+                    let found = 0;
+                    for (let k = 0; k < data.length; k += 4) {
+                        const parts = data.slice(k, k + 3);
+                        if (Math.max(...parts) - Math.min(...parts) > 40) found++;
+                    }
+                    return found; }"""
+                )
+            )
+        page.goto("about:blank")
+    assert 0 < shares[1] < shares[0] / 8
+
+
 def colours_of(page, selector):
     return page.evaluate(
         """selector => { const it = document.querySelector(selector), found = new Set();
@@ -133,7 +158,7 @@ def test_a_robot_that_leaves_is_inspected_and_arrows_pass_over_it(visit, port):
     numbers = np.flatnonzero(after.present)
     following = int(numbers[numbers > gone][0]) if (numbers > gone).any() else int(numbers[0])
     expect(page.locator("#robot")).to_have_value(str(following))
-    for key in ("ArrowLeft", "ArrowUp", "ArrowRight", "PageUp"):
+    for key in 4 * ("ArrowLeft", "ArrowUp", "ArrowRight", "PageUp", "ArrowDown"):
         page.keyboard.press(key)
         assert int(page.locator("#robot").input_value()) in numbers
     page.keyboard.press("]")

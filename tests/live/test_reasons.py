@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm
@@ -120,3 +121,11 @@ def test_a_users_strategy_describes_what_is_known(tmp_path, told):
     else:
         with pytest.raises(FeasibeeError, match=r"mine\.py, line \d+: describe"):
             Swarm(scenario, 1)
+
+
+def test_an_opinion_that_follows_knowledge_is_told_as_such():
+    swarm = Swarm(Scenario(decision={"strategy": "roster"}), seed=3)
+    swarm.advance(60)
+    lines = [dict(reasons_of(swarm, robot)["reasons"]) for robot in np.flatnonzero(swarm.disseminating)]
+    assert lines
+    assert all("its opinion follows what it knows in any step" in each["Next"] for each in lines)

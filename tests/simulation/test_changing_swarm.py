@@ -17,6 +17,9 @@ SCENARIO = Scenario(
     decision={"strategy": "census"},
     run={"steps": 200},
 )
+CALLING = SCENARIO.replace(
+    {"decision.strategy": "roster", "response.patience": 5, "response.delay": 10, "robots.most": 60}
+)
 FAULTY = SCENARIO.replace({"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 20})
 
 
@@ -47,7 +50,7 @@ def assert_equal_looks(one, other):
         np.testing.assert_array_equal(this, that)
 
 
-@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY])
+@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY, CALLING])
 def test_the_curves_are_those_of_simulate(scenario):
     swarm = Swarm(scenario, seed=2, run=7)
     swarm.advance(200)
@@ -60,7 +63,7 @@ def test_the_curves_are_those_of_simulate(scenario):
     assert len(swarm.tasks) == swarm.task_counts[-1]
 
 
-@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY])
+@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY, CALLING])
 def test_a_restored_step_is_the_same_in_all_that_is_seen(scenario):
     swarm = Swarm(scenario, seed=2)
     steps = (0, 29, 30, 51, 120)
@@ -78,6 +81,24 @@ def test_a_restored_step_is_the_same_in_all_that_is_seen(scenario):
         assert_equal_looks(look(swarm), then)
     swarm.advance(180)
     assert_equal_looks(look(swarm), end)
+
+
+@pytest.mark.parametrize("robots", [20, 40])
+def test_what_robots_see_after_a_restored_step_is_what_they_saw_before(robots):
+    scenario = Scenario(
+        robots={"count": robots},
+        events=[{"step": 30, "tasks": 60}, {"step": 60, "tasks": -70}],
+        decision={"strategy": "census"},
+    )
+    swarm = Swarm(scenario, seed=2)
+    swarm.advance(40)
+    saved = swarm.save()
+    swarm.advance(10)
+    expected = look(swarm)
+    swarm.advance(30)
+    swarm.restore(saved)
+    swarm.advance(10)
+    assert_equal_looks(look(swarm), expected)
 
 
 def test_numbers_without_a_robot_show_none():

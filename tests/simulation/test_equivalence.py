@@ -575,6 +575,12 @@ CHANGING_WORLDS = {
         "tasks.classes": WORLDS["classes"]["tasks.classes"],
     },
     "names": {"decision.strategy": "census"},
+    "calls for more": {
+        "decision.strategy": "roster",
+        "response.patience": 3,
+        "response.delay": 4,
+        "robots.most": 50,
+    },
     "all go": {"events": [{"step": 3, "tasks": -900, "robots": -900}, {"step": 20, "tasks": 2, "robots": 1}]},
 }
 

@@ -248,6 +248,8 @@ def _next(scenario: Scenario, state: RobotState, prospects: list[Prospect], step
         rated = f"with what it has seen by now, {OPINIONS[first.opinion]} has quality {quality:.2f}, and "
         rated = rated if first.opinion >= 0 else "it has no opinion; "
         return f"{when} it begins to disseminate; {rated}it broadcasts for {first.mean:.1f} steps on average"
+    if scenario.manifest.judges:
+        return f"{when} it explores again; its opinion follows what it knows in any step"
     opinions = list(dict.fromkeys(OPINIONS[each.opinion] for each in prospects))
     source = "what it knows now" if scenario.manifest.knowledge else "the inbox of now"
     result = opinions[0] if len(opinions) == 1 else f"{' or '.join(opinions)}, by chance"

@@ -52,6 +52,6 @@ def changing_arrays(state: Any, record: Record, changes: bool) -> list[NDArray[A
         Whether the world changes (model.md 6.17), and tasks with it.
     """
     arrays = [getattr(state, each.name) for each in fields(state) if each.name not in CONSTANT]
-    if changes:  # the class of each number is drawn at the start of the run
-        arrays += [state.tasks, *state.task_cells, *state.task_lists]
+    if changes:  # places and classes belong to numbers: the next task of a number has the same again
+        arrays += [*state.task_cells, *state.task_lists]
     return [*arrays, *state.robot_cells, record.decision, record.decision_step, record.account]
