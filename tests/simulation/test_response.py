@@ -246,6 +246,16 @@ def test_a_swarm_gets_the_robots_that_it_lacks(seeing):
     assert (record.calls[0], record.robots_called[0]) == (1, 9)
 
 
+@pytest.mark.parametrize(("name", "off"), [("census", 0), ("estimate", 3)])
+def test_strategies_that_count_know_the_gap(name, off):
+    changes = {"robots.count": 12, "tasks.count": 17, "arena.side": 7.0, "decision.strategy": name}
+    swarm = reference.Swarm(Scenario().replace(changes), 1, 0)
+    for _ in range(300):
+        swarm.step()
+    gaps = [robot.mind.knowledge.gap() for robot in swarm.robots]
+    assert all(abs(each - 5) <= off for each in gaps), gaps
+
+
 # --- Engine and reference ---
 
 
