@@ -588,3 +588,13 @@ CHANGING_WORLDS = {
 @pytest.mark.parametrize("world", CHANGING_WORLDS)
 def test_a_swarm_of_a_changing_world_step_by_step_is_the_references_swarm(world):
     assert_same_swarms(Scenario().replace({**CHANGING, **CHANGING_WORLDS[world]}), seed=3, run=5, steps=60)
+
+
+@pytest.mark.parametrize("name", ["roster", "roster-turns"])
+@pytest.mark.parametrize(
+    "parameters", [{}, {"robot_timeout": 12.0, "looks": 1.0}, {"robot_timeout": 30.0, "tolerates": 1.0}]
+)
+def test_names_that_are_forgotten_are_equal(name, parameters):
+    changes = {"decision.strategy": name, "decision.parameters": parameters}
+    for world in ({}, {"robots.know_count": True, "arena.boundary": "walls"}, COLLUDING):
+        assert_equal(Scenario().replace({**CHANGING, **changes, **world}), seed=11)

@@ -45,15 +45,16 @@ PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates"
 NAME_BITS, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 ROBOT_QUIETS, NEWS_QUIETS, VANISHED_QUIETS = 6, 2, 4
 """Timeout of robots, and for how long changes are news and vanished tasks are sent, in quiet times."""
+LONGEST = 2**26
+"""Largest quiet time, in steps: 6 of them must fit a word."""
 VERSIONS = 4
 VERSION_BITS = 2
 AGE_BITS = 12
 OLDEST = 2**AGE_BITS - 1
-NUMBER, TICK, TURNS, TURN, ROBOT_TURN, LATEST, BEFORE, QUIET, TIMEOUT, ENTRIES = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+NUMBER, TICK, TURNS, TURN, ROBOT_TURN, QUIET, TIMEOUT, ENTRIES = 0, 1, 2, 3, 4, 5, 6, 7
 """Words of what is known: number of names; messages sent, and turns of kinds, names and robots.
 
-Then the entries that changed last; the quiet time and the timeout of robots in steps; the entries of names,
-and of robots, if they are listed.
+Then the quiet time and the timeout of robots in steps; the entries of names, and of robots, if listed.
 """
 NAME, VERSION, NEWS, VAIN, SENDERS = 0, 1, 2, 3, 4
 """Words of a name's entry: its name, its version, the step when it was news, and its looks in vain.
@@ -107,7 +108,7 @@ def message_words(setting):
 def set_timeout(known, robots, setting):
     """Store the timeout for so many robots."""
     visits = patience(robots, tolerated(setting, TOLERATES))
-    known[QUIET] = steps_for(visits, robots, setting)
+    known[QUIET] = min(steps_for(visits, robots, setting), LONGEST)
     known[TIMEOUT] = ROBOT_QUIETS * known[QUIET]
     if setting.parameters[ROBOT_TIMEOUT] > 0:
         known[TIMEOUT] = steps_given(setting.parameters[ROBOT_TIMEOUT])
@@ -115,7 +116,6 @@ def set_timeout(known, robots, setting):
 
 def start(known, me):
     """Begin with the robot itself."""
-    known[LATEST] = known[BEFORE] = -1
     set_timeout(known, me.setting.count if me.setting.knows_count else 1, me.setting)
     meet(known, me.id, me)
 
@@ -157,35 +157,40 @@ def is_near(name, me):
 
 
 def find(known, name, setting):
-    """Return the place of a name's entry, a new one if it has none; -1 if there is no room."""
-    step = entry_words(setting)
-    place = ENTRIES
-    for _ in range(known[NUMBER]):
-        if known[place + NAME] == name:
-            return place
-        place += step
+    """Return the place of a name's entry, a new one if it has none; -1 if there is no room.
+
+    Names are sorted, so that the order of the things in sight doesn't matter.
+    """
+    size = entry_words(setting)
+    low, high = 0, known[NUMBER]
+    while low < high:
+        middle = (low + high) // 2
+        if known[ENTRIES + middle * size + NAME] < name:
+            low = middle + 1
+        else:
+            high = middle
+    entry, end = ENTRIES + low * size, ENTRIES + known[NUMBER] * size
+    if entry < end and known[entry + NAME] == name:
+        return entry
     if known[NUMBER] >= setting.task_ids:
         return -1
+    for k in range(end - 1, entry - 1, -1):
+        known[k + size] = known[k]
+    for k in range(entry, entry + size):
+        known[k] = 0
+    known[entry + NAME] = name
     known[NUMBER] += 1
-    known[place + NAME] = name
-    return place
-
-
-def put_first(known, entry, me):
-    """Put an entry among those that are news."""
-    known[entry + NEWS] = me.step
-    if known[LATEST] != entry:
-        known[BEFORE] = known[LATEST]
-        known[LATEST] = entry
+    known[TURN] += low <= known[TURN]
+    return entry
 
 
 def change(known, entry, version, me):
     """Give an entry a version."""
     known[entry + VERSION] = version % VERSIONS + 1
+    known[entry + NEWS] = me.step
     known[entry + VAIN] = 0
     for k in range(entry + SENDERS, entry + entry_words(me.setting)):
         known[k] = 0
-    put_first(known, entry, me)
 
 
 def is_there(known, entry):
@@ -222,9 +227,7 @@ def encode(message, known, me):
     """Write a task that changed lately, or one in turn; unless n is known, also a robot in turn."""
     message[KIND], message[WHAT], message[VALUE] = 0, 0, 0
     known[TICK] = (known[TICK] + 1) % 4
-    entry = known[BEFORE] if known[TICK] == 0 else known[LATEST]
-    if known[TICK] % 2 != 0 or entry < 0 or me.step - known[entry + NEWS] > NEWS_QUIETS * known[QUIET]:
-        entry = -1
+    entry = latest_news(known, known[TICK] == 0, me) if known[TICK] % 2 == 0 else -1
     if entry < 0:
         known[TURNS] = 1 - known[TURNS]
         if known[TURNS] == 0 and not me.setting.knows_count:
@@ -233,6 +236,20 @@ def encode(message, known, me):
         entry = next_in_turn(known, me)
     if entry >= 0:
         message[WHAT], message[VALUE] = known[entry + NAME], known[entry + VERSION] - 1
+
+
+def latest_news(known, second, me):
+    """Return the entry with the latest news, or with the second latest if any; -1 if nothing is news."""
+    latest, before, oldest = -1, -1, me.step - NEWS_QUIETS * known[QUIET]
+    for k in range(known[NUMBER]):
+        entry = ENTRIES + k * entry_words(me.setting)
+        news = known[entry + NEWS]
+        if known[entry + VERSION] > 0 and news >= oldest:
+            if latest < 0 or news >= known[latest + NEWS]:
+                latest, before = entry, latest
+            elif before < 0 or news >= known[before + NEWS]:
+                before = entry
+    return before if second and before >= 0 else latest
 
 
 def next_in_turn(known, me):
@@ -289,7 +306,7 @@ def hear_task(known, message, sender, me):
         if told_enough(known, entry + SENDERS + (ahead - 1) * tolerates, tolerates, sender):
             change(known, entry, version, me)
     elif ahead != 0:
-        put_first(known, entry, me)
+        known[entry + NEWS] = me.step
 
 
 def hear_robot(known, message, sender, me):
