@@ -18,14 +18,14 @@ others, so that
 
     m = (n - 1) (M + sum M_j) / (N + sum N_j)
 
-``tau`` is in steps; 0: by a rule, if n is known, else 150. The rule asks that robots are right unless tasks
-differ from n + 1/2 by less than ``margin``, in natural logarithms: over T = 1.2 z**2 / (2 kappa n margin**2)
-steps all robots together see enough, where kappa = n s 2 r v / area is how often a task is visited in a step,
-and s the share of steps in which a robot explores. One that hears each other robot at a rate h has only a
-share tau h / (1 + tau h) of that. So tau solves tau**2 h = T (1 + tau h). With z = 2.4 it is 107 in the
-paper's world. T is doubled with the ratio, since two counts err, and within walls, near which tasks are seen
-more rarely: tau is 167. Robots that also passed on each other's counts were hardly faster at the same
-accuracy.
+``tau`` is in steps; 0: by a rule, if n is known, else 120, or 150 with the ratio. The rule asks that robots
+are right unless tasks differ from n + 1/2 by less than ``margin``, in natural logarithms. All robots together
+see enough in T = 1.2 z**2 / (2 kappa n margin**2) steps, where kappa = n s 2 r v / area is how often a task
+is visited in a step, and s the share of steps in which a robot explores. One that hears each other robot at a
+rate h has only a share tau h / (1 + tau h) of that. So tau solves tau**2 h = T (1 + tau h). With z = 2.4 it
+is 107 in the paper's world. T is doubled with the ratio, since two counts err, and within walls, near which
+tasks are seen more rarely: tau is 167. Robots that also passed on each other's counts were hardly faster at
+the same accuracy.
 
 With ``fast`` above 0, robots keep a second pair with this tau, and send both in turn. If the estimates differ
 by half or more, the fast one decides: large changes are noticed sooner.
@@ -57,7 +57,8 @@ OF_FAST = 5
 """Place of the fast numbers; the slow ones stand before."""
 Z = 2.4
 """Standard errors in the margin."""
-UNKNOWN_TAU = 150.0
+UNKNOWN_TAU, UNKNOWN_RATIO_TAU = 120.0, 150.0
+"""Tau where n is unknown, in steps."""
 LONGEST_TAU = 1e6
 STEP = 1.04
 """Ratio of successive numbers in a message."""
@@ -104,7 +105,7 @@ def tau_of(setting):
     if setting.parameters[TAU] > 0:
         return min(max(setting.parameters[TAU], 1.0), LONGEST_TAU)
     if not setting.knows_count:
-        return UNKNOWN_TAU
+        return UNKNOWN_RATIO_TAU if uses_ratio(setting) else UNKNOWN_TAU
     exploring = setting.exploration / (setting.exploration + setting.dissemination)
     visits = swept(setting.sight * exploring, setting.count, setting) / room(setting)
     met = swept(setting.radio * (1.0 - exploring), 1, setting) / (setting.width * setting.height)
