@@ -202,3 +202,23 @@ def test_it_fits_a_narrow_page_and_everything_has_a_name(show):
     assert page.locator("html").evaluate("each => each.scrollWidth") <= 360
     for role, name in (("img", "20 robots and 20 tasks"), ("slider", "Speed"), ("group", "Swarm")):
         expect(page.get_by_role(role, name=name)).to_be_visible()
+
+
+def test_a_world_that_changes_says_the_truth_of_the_step_and_draws_its_tasks(show):
+    events = [{"step": 3, "tasks": 40}, {"step": 6, "tasks": -60}]
+    scenario = Scenario(tasks={"count": 20}, events=events, run={"steps": 10})
+    page = show(Arena(scenario, seed=1), reduced_motion="reduce")
+    shown = []
+    for step, said in (
+        (0, "truth at this step: feasible; 20 robots, 20 tasks"),
+        (3, "truth at this step: infeasible; 20 robots, 60 tasks"),
+        (6, "truth at this step: feasible; 20 robots, 0 tasks"),
+    ):
+        while step_of(page).inner_text() != str(step):
+            page.get_by_role("button", name="Step").click()
+            page.wait_for_timeout(50)
+        expect(page.locator(".outcome")).to_contain_text(said)
+        page.wait_for_timeout(100)
+        shown.append(share(page.locator("canvas"), TASKS))
+    assert shown[1] > 2 * shown[0] > 0
+    assert shown[2] == 0
