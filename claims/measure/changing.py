@@ -151,7 +151,7 @@ def measured(name: str, case: tuple[int, int, int], changes: dict[str, Any], run
     delay = changes_of(record.truth, record.held).delay
     late = np.where(delay < 0, STEPS, delay)
     shares = {
-        f"within_{most}": float((late <= most).mean()) if late.size else None for most in (100, 150, 250, 300)
+        f"within_{most}": float((late <= most).mean()) if late.size else None for most in (150, 250, 300)
     }
     return {
         "right_before": late.size / runs,
