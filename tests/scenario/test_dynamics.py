@@ -69,6 +69,7 @@ def test_numbers_of_robots_and_tasks_have_a_limit():
     assert Scenario(events=events).most == (23, 24)
     assert Scenario(robots={"arrival_rate": 0.1}).most == (40, 20)
     assert Scenario(robots={"arrival_rate": 0.1, "most": 25}).most == (25, 20)
+    assert Scenario(robots={"most": 25}).most == (20, 20)  # none joins
     stream = Scenario(tasks={"arrival_rate": 0.1}, run={"steps": 1000})
     assert stream.most == (20, 20 + 100 + 80 + 16)
     assert stream.setting.tasks == 216

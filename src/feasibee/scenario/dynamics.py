@@ -41,6 +41,8 @@ def responds(sections: Explicit) -> bool:
 def most_of(sections: Explicit, counts: tuple[int, int]) -> Most:
     """Return how many robots and tasks have numbers, from those at the start (``counts``)."""
     robots, tasks = counts
+    if not is_dynamic(sections):
+        return Most(robots, tasks)
     events = sections["events"]
     joining = sum(max(0, each["robots"]) for each in events)
     appearing = sum(max(0, each["tasks"]) for each in events)
