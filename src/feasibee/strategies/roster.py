@@ -13,7 +13,8 @@ were there at most ``task_timeout`` steps ago, n the robot itself and the robots
 A timeout of 0 is computed: 2 quiet times of `quiet_census` for tasks, and 1.5 for robots. That is 200 and 150
 steps for 20 robots in the paper's arena. If sightings are missed with probability p, a swarm whose tasks
 exceed its robots by one is wrong for about 45 p**looks of the time: 2 looks suffice up to p = 0.01, 3 up to
-0.05, 4 up to 0.1.
+0.05, 4 up to 0.1. Robots must observe a thing as often as they see it: with unique observation it would seem
+to vanish.
 
 With ``tolerates`` = f, what a robot did not see itself counts once f + 1 different neighbours have reported
 it; the oldest of their latest reports counts. So no false report is younger than a true one.

@@ -6,7 +6,8 @@ A robot that sees a task whose version is even, or looks at the place of one in 
 adds 1. Of two versions robots take the newer. Every other message holds one of the 2 latest changes that the
 robot made or heard of, as long as they are news: 2 quiet times of `quiet_census`. The others hold the names
 in turn, those that vanished for 4 quiet times. A robot that hears an outdated version tells its own again. In
-each step the opinion is feasible if there are as many robots as tasks, or more.
+each step the opinion is feasible if there are as many robots as tasks, or more. Observation must not be
+unique, as in `roster`.
 
 Versions count modulo 4. Of two that differ by 1, the one that follows is the newer, so that 0 follows 3. Two
 that differ by 2 say the same of the task; robots take 2 or 3, and so agree. This is right as long as no robot
