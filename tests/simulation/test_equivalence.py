@@ -44,6 +44,7 @@ PARAMETERS = {
     "margin": st.sampled_from([0.0, 0.01, 0.2, 1.0]),
     "ratio": st.sampled_from([0.0, 1.0]),
     "sees": st.sampled_from([-1.0, 0.5, 1.0]),
+    "bounded": st.sampled_from([0.0, 1.0]),
     "fast": st.sampled_from([-1.0, 0.0, 0.5, 3.0, 30.0]),
     "task_timeout": st.one_of(st.just(0.0), st.floats(-1, 60)),
     "robot_timeout": st.one_of(st.just(0.0), st.floats(-1, 60)),

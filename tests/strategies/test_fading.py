@@ -297,7 +297,26 @@ def test_lies_deny_tasks_or_double_them_and_collusion_is_as_large_as_can_be():
     colluder = named(parameters=TAU, colluding=True)
     most = 100 * fading.value_of(255)
     assert heard(colluder.lie(honest, 1, [])) == (most, 0.0)
-    assert heard(colluder.lie(honest, 0, [])) == (most, most)
+    seen, tasks = heard(colluder.lie(honest, 0, []))
+    assert (seen, tasks) == (pytest.approx(60, rel=0.04), most)  # 1.2 times the mean of 50
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1.0])
+def test_bounded_robots_believe_nothing_far_from_what_an_honest_one_sends(ratio):
+    """Up to 1.2 times the mean of the looks, and from half to twice the tasks at the threshold."""
+    robot = named(parameters={**TAU, "ratio": ratio, "bounded": 1.0}, colluding=True)
+    looks = 60 * (20 * SHARE if ratio else 1)
+    neutral = 20.5 / 19 if ratio else 20.5 * SHARE
+    honest = told(0.8 * looks, 0.8 * looks * neutral)
+    for message, times in ((robot.lie(honest, 1, []), 0.5), (robot.lie(honest, 0, []), 2.0)):
+        row = (fading.believed(message[0], robot.me),)
+        assert heard(row) == pytest.approx((looks, times * looks * neutral), rel=0.08)
+    assert fading.believed(honest[0], robot.me) == honest[0]
+    much = told(3 * looks, 3 * looks * neutral)
+    seen, tasks = heard((fading.believed(much[0], robot.me),))
+    assert tasks / seen == pytest.approx(neutral, rel=0.05)
+    for trusting in (named(parameters=TAU), named(parameters={"bounded": 1.0}, knows_count=False)):
+        assert fading.believed(much[0], trusting.me) == much[0]
 
 
 # --- Votes ---

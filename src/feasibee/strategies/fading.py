@@ -30,7 +30,11 @@ the same accuracy.
 With ``fast`` above 0, robots keep a second pair with this tau, and send both in turn. If the estimates differ
 by half or more, the fast one decides: large changes are noticed sooner.
 
-A Byzantine robot denies the tasks that it saw, or doubles them. A colluding one sends the largest numbers.
+With ``bounded`` = 1 a robot that knows n believes of others that they explored in at most 1.2 times the mean
+share of steps, and saw at least (n + 1/2) / 2 and at most 2 (n + 1/2) tasks. So a false row weighs little
+more than a true one. The estimate is then too small or too large for numbers of tasks far from n.
+
+A Byzantine robot denies the tasks that it saw, or doubles them. A colluding one sends what weighs most.
 
 Message: id, and 16 bits: two logarithmic numbers of 8 bits in steps of 4 %, rounded at random by the hash of
 robot and step; with ``fast`` 1 bit more. Memory: for each robot 16 bits and a step; two counts, and two sums.
@@ -48,8 +52,8 @@ from feasibee.strategies.certified import room, steps_for, swept
 
 NEEDS_IDS = True
 ONE_CLASS = True
-PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0, "fast": 0.0}
-TAU, MARGIN, RATIO, SEES, FAST = 0, 1, 2, 3, 4
+PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0, "fast": 0.0, "bounded": 0.0}
+TAU, MARGIN, RATIO, SEES, FAST, BOUNDED = 0, 1, 2, 3, 4, 5
 MEMORY = 10
 FADE, LOOKS, TASKS, ALL_LOOKS, ALL_TASKS = 0, 1, 2, 3, 4
 """Numbers of a robot's memory: the share kept in a step, its own counts, and the sums of those heard."""
@@ -69,6 +73,8 @@ HEARD, ROWS = 0, 1
 """Words of what is known: number of robots heard; then for each robot its row, and the step when it came."""
 SCALE = 65536.0
 DIFFERS = 1.5
+MOST_LOOKS, MOST_TIMES = 1.2, 2.0
+"""What bounded robots believe at most: so many times the mean of the looks, so many times n + 1/2 tasks."""
 
 dissemination = tally.dissemination
 quality = tally.quality
@@ -187,26 +193,48 @@ def encode(message, known, me):
 
 
 def lie(message, feasible, me):
-    """Deny all tasks, or double them; a colluding robot sends the largest numbers."""
+    """Deny all tasks, or double them; a colluding robot sends what weighs most, also with ``bounded``."""
     looks, tasks = message[0] & ~MOST, message[0] & MOST
     if me.setting.colluding:
-        looks |= MOST << 8
+        looks = (MOST if feasible == 1 else most_looks(me.setting)) << 8 | looks & 1 << 16
         tasks = MOST
     message[0] = looks | (0 if feasible == 1 else min(MOST, tasks + 18))
 
 
 def merge(known, message, sender, me):
     """Replace the row of an id, and what is left of it in the sums."""
-    row, robots, first = message[0], me.setting.robots, 0
+    row, robots, first = believed(message[0], me), me.setting.robots, 0
     place = ROWS + 2 * sender
-    if row >> 16 & 1 and me.setting.parameters[FAST] > 0:
+    if message[0] >> 16 & 1 and me.setting.parameters[FAST] > 0:
         place += 2 * robots
         first = OF_FAST
     drop(known, place, first, me)
     add(row, first, 1.0, me)
-    known[place] = row & 0xFFFF
+    known[place] = row
     known[place + 1] = me.step + 1
     known[HEARD] += 1 if first == 0 else 0
+
+
+def most_looks(setting):
+    """Return the largest code of looks, or of robots in sight, that bounded robots believe."""
+    mean = setting.exploration / (setting.exploration + setting.dissemination)
+    if uses_ratio(setting):
+        mean *= share_in_sight(setting) * setting.count
+    return code_of(MOST_LOOKS * mean, 1.0)
+
+
+def believed(message, me):
+    """Return the row of a message; with ``bounded`` one that is honest for about n + 1/2 tasks."""
+    looks, tasks = message >> 8 & MOST, message & MOST
+    if me.setting.parameters[BOUNDED] > 0 and me.setting.knows_count:
+        excess = max(0, looks - most_looks(me.setting))
+        looks, tasks = looks - excess, max(0, tasks - excess)  # both by the same factor
+        neutral = (me.setting.count + 0.5) * value_of(looks)
+        neutral *= (
+            1.0 / max(me.setting.count - 1, 1) if uses_ratio(me.setting) else share_in_sight(me.setting)
+        )
+        tasks = max(code_of(neutral / MOST_TIMES, 1.0), min(tasks, code_of(neutral * MOST_TIMES, 1.0)))
+    return looks << 8 | tasks
 
 
 def add(row, first, weight, me):
