@@ -6,13 +6,14 @@ Run with one of the names of `PARTS`; prints JSON.
 from __future__ import annotations
 
 import json
+import math
 import sys
 from typing import Any
 
 import numpy as np
 
 import feasibee
-from feasibee.results.responding import judgement
+from feasibee.results.responding import fixed_service, judgement
 from feasibee.results.tracking import tracking
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -63,7 +64,22 @@ def measured(changes: dict[str, Any]) -> dict[str, Any]:
         "right": track.right_share.estimate,
         "robots": judged.robots,
         **{name: short(each) for name, each in services(judged).items()},
+        **pays(judged.own, record.tasks_present.astype(np.int64)),
     }
+
+
+def pays(own: Any, tasks: Any) -> dict[str, float | None]:
+    """Return the costs of a step without enough robots, in idle robots, at which asking is cheapest."""
+    low, high = 0.0, math.inf
+    for number in range(int(tasks.min()), int(tasks.max()) + 1):
+        fixed = fixed_service(tasks, number)
+        saved = fixed.idle.estimate - own.idle.estimate
+        more = fixed.feasible_share.estimate - own.feasible_share.estimate
+        if more > 0:
+            high = min(high, saved / more)
+        elif more < 0:
+            low = max(low, saved / more)
+    return {"pays_from": low, "pays_to": high} if low < high else {"pays_from": None, "pays_to": None}
 
 
 def services(judged: Any) -> dict[str, Any]:

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from matplotlib.figure import Figure
 
 from feasibee.figures.labels import Point, label_points
-from feasibee.figures.style import GREY, PALETTE, Look, figure, looks
+from feasibee.figures.style import GREY, PALETTE, PLAIN, Look, figure, looks
 from feasibee.results.responding import Judgement, Service
 
-FIXED = Look("0.35", "|")
+FIXED = Look("0.35")
 """Look of fixed numbers of robots."""
 
 
@@ -42,14 +42,17 @@ def draw_service(judged: Mapping[str, Judgement], *, before: Mapping[str, Look] 
         enough = [100 * each.feasible_share.estimate for each in lines.values()]
         ax.plot(idle, enough, color=FIXED.colour, linewidth=0.8, marker="|", zorder=1)
         for number, x, y in zip(lines, idle, enough, strict=True):
-            ax.annotate(str(number), (x, y), (3, -9), textcoords="offset points", fontsize=7, color="0.35")
-        where = {"xytext": (8, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
+            ax.annotate(str(number), (x, y), (4, -10), textcoords="offset points", fontsize=7, color="0.35")
+        where = {"xytext": (24, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
         ax.annotate("so many robots\nthat never ask", (idle[-1], enough[-1]), **where, color="0.35")
         for point in points:
             bars = {"color": point.look.colour, "capsize": 2, "marker": point.look.marker, "zorder": 3}
             ax.errorbar([point.x], [point.y], [[point.y - point.low], [point.high - point.y]], **bars)
-        ax.set(xlabel="idle robots, mean", ylabel="steps with enough robots (%)", ylim=(None, 104))
-        label_points(ax, points)
+        lowest = min(*enough, *(point.low for point in points))
+        ax.set(xlabel="idle robots, mean", ylabel="steps with enough robots (%)", ylim=(lowest - 6, 104))
+        beside = 0.012 * (ax.get_xlim()[1] - ax.get_xlim()[0])
+        numbers = [Point("", x + beside, y - 2, PLAIN, y - 3, y) for x, y in zip(idle, enough, strict=True)]
+        label_points(ax, [*points, *numbers])
     return drawn
 
 

@@ -17,7 +17,15 @@ LENGTHS: Final = frozenset(
 )
 """Fields in units."""
 TIMES: Final = frozenset(
-    {"walk.mean_run", "decision.exploration", "decision.gain", "faults.stop_step", "run.steps"}
+    {
+        "walk.mean_run",
+        "decision.exploration",
+        "decision.gain",
+        "faults.stop_step",
+        "run.steps",
+        "response.patience",
+        "response.delay",
+    }
 )
 """Fields in steps."""
 SPEEDS: Final = frozenset({"robots.speed"})
