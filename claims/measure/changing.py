@@ -30,7 +30,7 @@ STRATEGIES = {
     "roster": {},
     "roster-turns": COUNTED,
     "fading": COUNTED,
-    "fading, two taus": {**COUNTED, "decision.parameters": {"tau": 200.0, "fast": 50.0}},
+    "fading, two taus": {**COUNTED, "decision.parameters.fast": 40.0},
     "fading-votes": COUNTED,
 }
 BASELINES = {
@@ -48,8 +48,22 @@ HARMS = {
     "one liar": {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"},
     "two liars": {"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"},
 }
-REMEDIES = {"a tenth missed": ("looks", 4.0), "one liar": ("tolerates", 1.0), "two liars": ("tolerates", 2.0)}
-"""Parameters of strategies by names against some harms."""
+REMEDIES = {
+    "roster": {
+        "a tenth missed": {"looks": 4.0},
+        "one liar": {"tolerates": 1.0},
+        "two liars": {"tolerates": 2.0},
+    },
+    "fading": {
+        "a tenth missed": {"sees": 0.9},
+        "one liar": {"bounded": 1.0},
+        "two liars": {"bounded": 1.0},
+    },
+    "fading-votes": {"a tenth missed": {"sees": 0.9}},
+}
+"""Parameters against some harms."""
+REMEDIES["roster-turns"] = REMEDIES["roster"]
+REMEDIES["fading, two taus"] = REMEDIES["fading"]
 STREAM = {"tasks.arrival_rate": 20.5 / 1800, "tasks.lifetime": 1800.0, "run.steps": 2500}
 FLIPS = [{"step": step, "tasks": 9 if step % 1000 else -9} for step in range(500, 2500, 500)]
 
@@ -96,9 +110,8 @@ def harming() -> dict[str, Any]:
     for name, own in STRATEGIES.items():
         for harm, changes in HARMS.items():
             everything = {**own, **changes}
-            if harm in REMEDIES and name.startswith("roster"):
-                parameter, value = REMEDIES[harm]
-                everything["decision.parameters"] = {parameter: value}
+            for parameter, value in REMEDIES[name].get(harm, {}).items():
+                everything[f"decision.parameters.{parameter}"] = value
             found.setdefault(name, {})[harm] = {
                 case: noticed(name, case, everything, 200) for case in ("16 to 25", "25 to 16")
             }
@@ -118,9 +131,7 @@ def streaming() -> dict[str, Any]:
             track = tracking(record, scenario)
             found.setdefault(name, {})[stream] = {
                 **track.to_dict(),
-                "never_changing": float(
-                    np.maximum(record.truth[:, 1:].mean(1), 1 - record.truth[:, 1:].mean(1)).mean()
-                ),
+                "never_changing": float(np.maximum(true := record.truth[:, 1:].mean(1), 1 - true).mean()),
                 "flips": float((np.diff(record.truth, axis=1) != 0).sum(1).mean()),
             }
     return found

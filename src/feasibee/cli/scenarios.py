@@ -34,8 +34,10 @@ def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step
       feasibee truth examples/changing.toml --step 500 --seed 1
     """
     from feasibee.scenario.feasibility import explain
+    from feasibee.scenario.runs import Runs
 
     scenario = read_scenario(file, changes)
+    Runs.single(seed, run)  # raises an error for wrong numbers, which a world that stays doesn't need
     verdict = explain(scenario)
     if scenario.dynamic or step:
         from feasibee.simulation.truths import truth_at  # loads the engine

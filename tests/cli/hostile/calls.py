@@ -14,18 +14,16 @@ import feasibee
 from feasibee.figures.animation import animate
 from feasibee.figures.declarations import plot_declare_steps
 from feasibee.figures.frames import draw_frame
-from feasibee.model import outcomes
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import to_dataset
 from feasibee.scenario.feasibility import explain
 
 SCENARIO = feasibee.Scenario(robots={"count": 3}, run={"steps": 2})
-COUNTS = np.ones((2, 3), np.int32)
-ACCOUNT = np.zeros((2, len(outcomes.ACCOUNT)), np.int64)
-RESULTS = to_dataset(
-    Record(0, np.ones(2, np.int8), np.zeros(2, np.int32), COUNTS, COUNTS, ACCOUNT), SCENARIO, 0
-)
+RECORD = Record.empty(0, 2, 3)
+for column, value in (("decision", 1), ("decision_step", 0), ("feasible_count", 1), ("infeasible_count", 1)):
+    getattr(RECORD, column)[:] = value
+RESULTS = to_dataset(RECORD, SCENARIO, 0)
 
 THINGS: dict[str, Any] = {
     "nothing": None,

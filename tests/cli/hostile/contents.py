@@ -16,8 +16,10 @@ SECTIONS = (
     "decision",
     "faults",
     "run",
+    "response",
     "units",
     "preset",
+    "events",
 )
 NINES = "9" * 4000
 
@@ -46,7 +48,7 @@ VALUES = {
 """TOML of all kinds; each is wrong for nearly every field."""
 
 FINE = {
-    *(f"{field} tiny" for field in ("robots.diameter", "walk.mean_run", "decision.gain")),
+    *(f"{field} tiny" for field in ("robots.diameter", "tasks.lifetime", "walk.mean_run", "decision.gain")),
     *(f"sensing.{field} tiny" for field in ("range", "miss", "false_robots", "false_tasks")),
     *(f"faults.{field} tiny" for field in ("stopped", "byzantine", "stubborn")),
     *(f"{section}.spread tiny" for section in ("robots", "tasks")),
@@ -60,7 +62,8 @@ FINE = {
     "run.stop_at_decision true",
     "decision.parameters table",
     "decision.commit table",
-    *(f"{section} table" for section in SECTIONS if section != "preset"),
+    *(f"{section} table" for section in SECTIONS if section not in ("preset", "events")),
+    "events list",
 }
 """Values that are right for a field."""
 
