@@ -2,7 +2,7 @@
 Accuracy costs bits: 2 per robot-step give 77 %, 11 give 85 %, 217 give 99 %
 ============================================================================
 
-All fourteen strategies at four ratios near one, 50 swarms each. The share that is right at the end is drawn
+Fifteen strategies at four ratios near one, 50 swarms each. The share that is right at the end is drawn
 against the mean number of bits that a robot sends per step. No strategy lies above and left of the grey
 line, the Pareto frontier.
 """
@@ -11,7 +11,9 @@ import feasibee
 from feasibee.figures.comparison import draw_against_bits
 from feasibee.studies.comparison import by_contender, compare, contenders_of, mean_bits, overall
 
-contenders = contenders_of(feasibee.Scenario())
+opinions = "dmmd dmvd dc voter majority k-unanimity cross-inhibition bayes accumulate average".split()
+knowledge = "tally estimate census sketch quiet-census".split()
+contenders = contenders_of(feasibee.Scenario(), opinions + knowledge)
 outcomes = compare(contenders, tasks=(16, 18, 22, 25), runs=50, seed=1)
 totals = {name: (mean_bits(group), overall(group)) for name, group in by_contender(outcomes).items()}
 figure = draw_against_bits(totals)

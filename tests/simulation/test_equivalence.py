@@ -205,6 +205,7 @@ def beyond(draw):
     false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
     steps = draw(st.integers(1, 40))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
+    judges = STRATEGIES[decision["strategy"]].judges
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -222,7 +223,7 @@ def beyond(draw):
         sensing={
             "range": draw(reach),
             "count_self": draw(st.booleans()),
-            "observation": draw(st.sampled_from(["repeated", "unique"])),
+            "observation": draw(st.sampled_from(["repeated"] if judges else ["repeated", "unique"])),
             "memory": draw(st.sampled_from(["exploration", "life"])),
             "miss": draw(chance),
             "false_robots": draw(false) if names_nothing else 0.0,

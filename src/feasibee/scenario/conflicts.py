@@ -210,6 +210,9 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
     if strategy.needs_count and fit("robots.know_count") and not explicit["robots"]["know_count"]:
         rule = f"{strategy.name} needs the number of robots"
         yield Problem("robots.know_count", False, rule, "set it to true, or choose a strategy without n")
+    if strategy.judges and fit("sensing.observation") and sensing["observation"] == "unique":
+        rule = f"{strategy.name} must see again what is still there, to notice what isn't"
+        yield Problem("sensing.observation", "unique", rule, 'set observation = "repeated"')
     for section in ("robots", "tasks") if strategy.one_class else ():
         if fit(f"{section}.classes") and explicit[section]["classes"]:
             rule = f"{strategy.name} compares one number of robots with one number of tasks"
