@@ -45,19 +45,19 @@ HARMS = {
     "a tenth missed": {"sensing.miss": 0.1},
     "a fifth lost": {"radio.loss": 0.2},
     "walls and bodies": {"arena.boundary": "walls", "robots.avoid_collisions": True},
-    "one liar": {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"},
-    "two liars": {"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"},
+    "1 Byzantine robot": {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"},
+    "2 Byzantine robots": {"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"},
 }
 REMEDIES = {
     "roster": {
         "a tenth missed": {"looks": 4.0},
-        "one liar": {"tolerates": 1.0},
-        "two liars": {"tolerates": 2.0},
+        "1 Byzantine robot": {"tolerates": 1.0},
+        "2 Byzantine robots": {"tolerates": 2.0},
     },
     "fading": {
         "a tenth missed": {"sees": 0.9},
-        "one liar": {"bounded": 1.0},
-        "two liars": {"bounded": 1.0},
+        "1 Byzantine robot": {"bounded": 1.0},
+        "2 Byzantine robots": {"bounded": 1.0},
     },
     "fading-votes": {"a tenth missed": {"sees": 0.9}},
 }
