@@ -145,3 +145,9 @@ def test_truth_follows_from_the_numbers_of_each_class():
     assert explain_numbers(scenario, [3], [2]).violator == (("lift",), 4, 3)
     assert explain_numbers(Scenario(), [0], [0]).feasible
     assert not explain_numbers(Scenario(), [0], [1]).feasible
+
+
+def test_opinions_that_follow_what_is_seen_need_to_see_it_again():
+    for name in ("roster", "fading"):
+        assert paths(decision={"strategy": name}, sensing={"observation": "unique"}) == ["sensing.observation"]
+    Scenario(decision={"strategy": "census"}, sensing={"observation": "unique"})

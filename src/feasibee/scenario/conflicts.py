@@ -202,17 +202,10 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
         yield Problem("decision.inbox", decision["inbox"], rule, remedy)
     if strategy.knowledge:
         yield from _counts_of_one(decision, fit, strategy.name)
-    if strategy.by_name:
-        for name in ("false_robots", "false_tasks"):
-            if fit(f"sensing.{name}") and sensing[name] != 0:
-                rule = f"{strategy.name} counts things by name, and what isn't there has none"
-                yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    yield from _sensing(sensing, fit, strategy)
     if strategy.needs_count and fit("robots.know_count") and not explicit["robots"]["know_count"]:
         rule = f"{strategy.name} needs the number of robots"
         yield Problem("robots.know_count", False, rule, "set it to true, or choose a strategy without n")
-    if strategy.judges and fit("sensing.observation") and sensing["observation"] == "unique":
-        rule = f"{strategy.name} must see again what is still there, to notice what isn't"
-        yield Problem("sensing.observation", "unique", rule, 'set observation = "repeated"')
     for section in ("robots", "tasks") if strategy.one_class else ():
         if fit(f"{section}.classes") and explicit[section]["classes"]:
             rule = f"{strategy.name} compares one number of robots with one number of tasks"
@@ -226,6 +219,17 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
         rule = f"{strategy.name} has encode, but no function for a Byzantine robot's message"
         remedy = "write def lie(message, feasible, me) in its file"
         yield Problem("faults.byzantine", explicit["faults"]["byzantine"], rule, remedy)
+
+
+def _sensing(sensing: Mapping[str, Any], fit: Any, strategy: Manifest) -> Iterator[Problem]:
+    """Find what is seen otherwise than the strategy needs."""
+    for name in ("false_robots", "false_tasks") if strategy.by_name else ():
+        if fit(f"sensing.{name}") and sensing[name] != 0:
+            rule = f"{strategy.name} counts things by name, and what isn't there has none"
+            yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    if strategy.judges and fit("sensing.observation") and sensing["observation"] == "unique":
+        rule = f"{strategy.name} must see again what is still there, to notice what isn't"
+        yield Problem("sensing.observation", "unique", rule, 'set observation = "repeated"')
 
 
 def _counts_of_one(decision: Mapping[str, Any], fit: Any, name: str) -> Iterator[Problem]:
