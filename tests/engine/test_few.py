@@ -10,7 +10,7 @@ from feasibee import Scenario
 from feasibee.engine import few
 from feasibee.engine.allocation import empty_state, first_room
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Robot
+from feasibee.engine.layout import Robot, Set
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.reference.world import World
@@ -19,7 +19,7 @@ from feasibee.simulation.lowering import lower
 
 @entry(uint32(PARAMS, STATE))
 def find_colliding(params, state):
-    return few.find_colliding(params, state.robots, state.links)
+    return few.find_colliding(params, state.robots, state.links, state.sets[Set.THERE, 0])
 
 
 def world_of(robots, boundary, side=8.0):

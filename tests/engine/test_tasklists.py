@@ -7,7 +7,7 @@ import pytest
 from numba import types
 
 from feasibee import Scenario
-from feasibee.engine import intrinsics, sensing, step, tasklists
+from feasibee.engine import intrinsics, sensing, starting, tasklists
 from feasibee.engine.allocation import empty_state, first_room
 from feasibee.engine.bits import first_bits
 from feasibee.engine.compile import entry
@@ -39,6 +39,7 @@ def scatter(params, state, generator):
     tasks[:, :count] = robots + edge
     state.robots[[Robot.X, Robot.Y], :count] = as_int32(robots)
     state.tasks[[Point.X, Point.Y]] = as_int32(tasks)
+    state.tasks_there[:] = 2**32 - 1
 
 
 def as_int32(numbers):
@@ -67,7 +68,7 @@ def is_sure(params, state):
 
 @entry(types.void(PARAMS, STATE))
 def prepare(params, state):
-    step.sort_tasks(params, state)
+    starting.sort_tasks(params, state)
 
 
 @entry(types.int64(PARAMS, STATE, types.int32, types.int32))

@@ -149,5 +149,7 @@ def test_truth_follows_from_the_numbers_of_each_class():
 
 def test_opinions_that_follow_what_is_seen_need_to_see_it_again():
     for name in ("roster", "fading"):
-        assert paths(decision={"strategy": name}, sensing={"observation": "unique"}) == ["sensing.observation"]
+        assert paths(decision={"strategy": name}, sensing={"observation": "unique"}) == [
+            "sensing.observation"
+        ]
     Scenario(decision={"strategy": "census"}, sensing={"observation": "unique"})

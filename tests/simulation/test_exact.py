@@ -13,7 +13,7 @@ from feasibee.engine import allocation, layout, runner, team
 from feasibee.engine.compile import entry
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
-from feasibee.engine.step import sort_tasks
+from feasibee.engine.starting import sort_tasks
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.robot.controller import Controller, Message
@@ -43,8 +43,7 @@ class Engine:
         room = allocation.first_room(self.params)
         self.state = allocation.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
         self.part = team.parts_of(self.params)
-        few = lowered.params.together
-        start, self.advance, self.functions = runner.engine_functions(lowered.strategy, lowered.fast, few)
+        start, self.advance, self.functions = runner.engine_functions(*lowered.form)
         start(packed(self.params), self.state, 0)
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
@@ -131,7 +130,7 @@ class Plain:
             robot.mind.phase_left = LONG
             robot.mind._said = opinion
             robot.mind._value = 0
-        self.swarm.tasks = [(round(x * UNIT), round(y * UNIT)) for x, y in tasks]
+        self.swarm.tasks = {i: (round(x * UNIT), round(y * UNIT)) for i, (x, y) in enumerate(tasks)}
         self.minds = [robot.mind for robot in self.swarm.robots]
 
     def tell(self, i, value):
@@ -948,7 +947,8 @@ def test_a_robot_without_an_opinion_commits_to_nothing(world):
 )
 def test_a_decision_takes_strictly_more_than_the_threshold(count, threshold, least):
     scenario = Scenario(robots={"count": count}, decision={"threshold": threshold})
-    assert lower(scenario, 0).params.decision.quorum == least
+    share, whole = lower(scenario, 0).params.decision.quorum
+    assert count * share // whole + 1 == least
     swarm = reference.Swarm(scenario, 0, 0)
     for holders, decision in ((least, 1), (least - 1, 0 if count - least + 1 >= least else -1), (0, 0)):
         for i, robot in enumerate(swarm.robots):

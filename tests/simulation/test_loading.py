@@ -146,8 +146,8 @@ def test_both_engines_and_all_strategies_are_prepared(engine, capsys):
     assert [each.name for each in first] == [FAST, GENERAL, f"{len(STRATEGIES)} built-in strategies"]
     assert not any(each.cached for each in first)
     assert all(each.cached for each in second)
-    loaded = {(name, few, strategy.name) for name, few, strategy in loading._loaded}
-    assert loaded >= {(name, few, "dmmd") for name in (FAST, GENERAL) for few in (True, False)}
+    loaded = {(strategy.name, fast, few) for strategy, fast, few, _ in loading._loaded}
+    assert loaded >= {("dmmd", fast, few) for fast in (True, False) for few in (True, False)}
     assert len(loaded) == len(STRATEGIES) + 3
 
 

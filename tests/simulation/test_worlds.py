@@ -398,7 +398,9 @@ def test_a_large_spread_is_the_references_or_refused(placement, boundary, spread
         return
     scenario = scenario_of(changes)
     engine, plain = Swarm(scenario, seed=1), reference.Swarm(scenario, 1, 0)
-    np.testing.assert_array_equal(engine.tasks, np.array(plain.tasks) * float(plain.world.unit))
+    np.testing.assert_array_equal(
+        engine.tasks, np.array(list(plain.tasks.values())) * float(plain.world.unit)
+    )
 
 
 # --- Mixed robots and teams (6.7) ---

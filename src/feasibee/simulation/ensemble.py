@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.record import Record
@@ -48,7 +48,7 @@ def simulate(
     curves : bool
         Whether to keep the number of robots with each opinion at each step.
     threads : int, optional
-        Number of threads, by default one per processor. It changes no result.
+        Number of threads, by default one per processor; it changes no result.
     backend : {"engine", "reference"}
         The compiled engine, or the plain-Python reference: equal results, thousands of times slower.
     progress : callable, optional
@@ -62,7 +62,8 @@ def simulate(
         ``committed_infeasible``; if they declare ``declare_step``, ``declared_feasible``,
         ``declared_infeasible``. With curves, over ``run`` and ``step``: ``feasible_count``,
         ``infeasible_count``. In a world that changes also ``truth``, ``held``, ``robots_present``,
-        ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units`` and flags.
+        ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units`` and
+        ``flag_values``, ``flag_meanings``.
 
     Examples
     --------
@@ -73,10 +74,8 @@ def simulate(
     from feasibee.results.dataset import to_dataset
 
     scenario, which = check_scenario(scenario), Runs(runs, seed, first_run)
-    record = simulate_record(
-        scenario, which, curves=curves, threads=threads, backend=backend, progress=progress
-    )
-    return to_dataset(record, scenario, which.seed)
+    options: Any = {"curves": curves, "threads": threads, "backend": backend, "progress": progress}
+    return to_dataset(simulate_record(scenario, which, **options), scenario, which.seed)
 
 
 def simulate_record(
