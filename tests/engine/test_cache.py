@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import pickle
 import subprocess
@@ -17,9 +18,11 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
+from feasibee.engine import runner
 from feasibee.engine.compile import cache_folder, careful, entry, export, on_compile
 from feasibee.files import cache
 from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
+from feasibee.strategies import STRATEGIES
 
 owned = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows tells access otherwise")
 
@@ -495,3 +498,18 @@ def test_a_function_that_is_called_may_print(folder, capfd):
     assert compiled(module.double, text="a text")(21) == 42
     assert compiled(module.double, text="a text")(21) == 42
     assert capfd.readouterr().out == "21\n21\n"
+
+
+def test_code_that_a_process_has_loaded_is_not_kept_as_that_of_a_file_changed_since(tmp_path):
+    """Otherwise an update during a run would leave the old code on disk, under the new text."""
+    file = tmp_path / "own.py"
+    file.write_text("def quality(robots, tasks):\n    return robots / (robots + tasks)\n")
+
+    def text(body):
+        names = {}
+        exec(compile(f"def quality(robots, tasks):\n    return {body}\n", file, "exec"), names)
+        functions = {"functions": frozenset({"quality"}), "quality": names["quality"]}
+        return runner._text_of(dataclasses.replace(STRATEGIES["dmmd"], **functions))
+
+    assert text("robots / (robots + tasks)") == text("robots / (robots + tasks)")
+    assert text("robots / (robots + tasks)") != text("tasks / (robots + tasks)")

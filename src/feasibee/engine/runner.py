@@ -117,7 +117,8 @@ def _is_steady(strategy: Strategy) -> bool:
 def _text_of(strategy: Strategy) -> str:
     """Return the text of the files that a strategy's functions come from.
 
-    A built-in strategy's begins with its name: a user's copy of the file has compiled code of its own.
+    A built-in strategy's begins with its name: a user's copy of the file has compiled code of its own. Its
+    functions' bytes follow, since a file may have changed after this process has imported it.
     """
     if strategy.source:
         return strategy.source
@@ -125,7 +126,8 @@ def _text_of(strategy: Strategy) -> str:
     for each in functions:  # helpers join the list, and their own helpers after them
         functions += [helper for helper in helpers_of(each).values() if helper not in functions]
     files = dict.fromkeys(each.__code__.co_filename for each in functions)
-    return f"{strategy.name}\n" + "".join(Path(file).read_text(encoding="utf-8") for file in files)
+    loaded = "".join(each.__code__.co_code.hex() for each in functions)
+    return f"{strategy.name}\n{loaded}\n" + "".join(Path(file).read_text(encoding="utf-8") for file in files)
 
 
 def _compiled(strategy: Strategy, name: str) -> Callable[..., Any]:
