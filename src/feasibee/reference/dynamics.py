@@ -3,15 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from feasibee.model.purposes import ARRIVAL, LEAVE, LIFETIME, RELEASE, VANISH
 from feasibee.reference.draws import choose, duration, philox, poisson
 from feasibee.reference.response import Operator
 from feasibee.reference.robot import Robot
+from feasibee.reference.world import Place, World
+from feasibee.scenario.scenario import Scenario
 
-if TYPE_CHECKING:
-    from feasibee.reference.swarm import Swarm
+
+class Swarm(Protocol):
+    """What changes of a swarm; see `feasibee.reference.swarm.Swarm`."""
+
+    scenario: Scenario
+    time: int
+    world: World
+    tasks: dict[int, Place]
+    robots: list[Robot]
+    miss: float
+    loss: float
+
+    @property
+    def counted(self) -> list[Robot]:
+        """The counted robots."""
+
+    def new_robot(self, number: int, place: Place, *, before: Robot | None) -> Robot:
+        """Return a robot that begins at this step."""
 
 
 class Dynamics:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,6 @@ from numpy.typing import NDArray
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
 from feasibee.scenario.geometry import images
 from feasibee.scenario.html import folded, framed
-
-if TYPE_CHECKING:
-    from feasibee.simulation.swarm import Swarm
 
 MOST = 20_000
 """Largest number of robots, or of tasks, that is drawn."""
@@ -26,8 +23,8 @@ LEAST = 4
 """Smallest radius of a robot, in a drawing's units."""
 
 
-def show_swarm(swarm: Swarm, run: int) -> str:
-    """Return a swarm as HTML: its arena, its counts as a legend of colours, and its collapsed scenario."""
+def show_swarm(swarm: Any, run: int) -> str:
+    """Return a `Swarm` as HTML: its arena, its counts as a legend of colours, and its collapsed scenario."""
     world, there = swarm.scenario, swarm.present
     drawn = draw_arena(
         world.arena.size,
