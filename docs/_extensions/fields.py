@@ -7,14 +7,17 @@ from typing import Any
 
 import tomli_w
 from docutils import nodes
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.scenario.fields import Commit, RobotClass, TaskClass
+from feasibee.scenario.fields import Commit, Event, NewRadio, NewSensing, RobotClass, TaskClass
 from feasibee.scenario.scenario import Scenario
 
-TABLES = {"decision.commit": Commit, "robots.classes": RobotClass, "tasks.classes": TaskClass}
+LISTS = {"robots.classes": RobotClass, "tasks.classes": TaskClass, "events": Event}
+"""Sections of which there may be several."""
+TABLES = {"decision.commit": Commit, **LISTS, "events.sensing": NewSensing, "events.radio": NewRadio}
 """Nested sections, which the paper's scenario doesn't have."""
 
 
@@ -34,16 +37,16 @@ def _lines() -> Iterator[str]:
             choices = _rule(schema["properties"][name])
             yield from _table("preset", [("preset", choices, "none", field.description or "")])
             continue
-        section: Any = field.annotation
+        section: Any = LISTS.get(name, field.annotation)
         yield from _section(name, section, schema)
         for path, table in TABLES.items():
-            if path.partition(".")[0] == name:
+            if path.startswith(f"{name}."):
                 yield from _section(path, table, schema)
 
 
 def _section(path: str, section: Any, schema: dict[str, Any]) -> Iterator[str]:
     properties = schema["$defs"][section.__name__]["properties"]
-    title = f"[[{path}]]" if path.endswith("classes") else f"[{path}]"
+    title = f"[[{path}]]" if path in LISTS else f"[{path}]"
     rows = [
         (name, _rule(properties[name]), _default(f"{path}.{name}", field), field.description or "")
         for name, field in section.model_fields.items()
@@ -67,7 +70,7 @@ def _default(path: str, field: FieldInfo) -> str:
     if path == "radio.range":
         return "`sensing.range`"
     default = field.get_default(call_default_factory=True)
-    if default is None or default in ((), {}):
+    if default is None or default in ((), {}) or isinstance(default, BaseModel):
         return "none"
     return f"`{tomli_w.dumps({'x': default}).partition('=')[2].strip()}`"
 
