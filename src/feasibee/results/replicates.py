@@ -159,7 +159,7 @@ def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFID
     """Return the mean share of ``one`` minus that of ``other`` in the same runs, with its interval.
 
     The interval is that of Wald with one further run of difference 1 and one of -1. If each share is 0 or 1,
-    it is that of `paired_difference`.
+    it is that of ``paired_difference``.
 
     Parameters
     ----------

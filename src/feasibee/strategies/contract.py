@@ -9,7 +9,7 @@ Knowledge
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
 strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
 ``message_words``, ``start``, ``encode``, ``lie``, ``judge`` or ``declare``, ``gap`` and ``describe``: see
-`Strategy`. A robot's knowledge is a row of `~feasibee.strategies.words.Words`, 0 at the start.
+`Strategy`. A robot's knowledge is a row of ``Words``, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what

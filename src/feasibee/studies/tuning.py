@@ -97,7 +97,7 @@ def tune(
     execution : Execution, optional
         Where to compute and keep the runs; by default on threads, and in memory.
     objective : Objective, optional
-        What to improve; by default that of `objective_for`.
+        What to improve; by default that of ``objectives.objective_for``.
 
     Raises
     ------

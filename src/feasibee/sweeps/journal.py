@@ -157,7 +157,7 @@ class Journal:
         return record
 
     def results(self, point: int) -> SimpleNamespace:
-        """Return the outcomes of a point's runs by name; see `feasibee.sweeps.content.results_of`."""
+        """Return the outcomes of a point's runs by name, as ``content.results_of`` does."""
         with self._strict():
             return content.results_of(self._database, point)
 
