@@ -162,7 +162,7 @@ def right_steps_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> ND
     Parameters
     ----------
     truth, held : int8 array, shape (runs, steps + 1)
-        As in `feasibee.model.record.Record`.
+        As in ``feasibee.model.record.Record``.
     first_step : int
         First step that counts.
     """
@@ -183,7 +183,7 @@ def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Change
     Parameters
     ----------
     truth, held : int8 array, shape (runs, steps + 1)
-        As in `feasibee.model.record.Record`.
+        As in ``feasibee.model.record.Record``.
     first_step : int
         First step whose change counts.
     """
@@ -207,7 +207,7 @@ def false_alarms_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> N
     Parameters
     ----------
     truth, held : int8 array, shape (runs, steps + 1)
-        As in `feasibee.model.record.Record`.
+        As in ``feasibee.model.record.Record``.
     first_step : int
         First step whose alarm counts.
     """
@@ -230,7 +230,7 @@ def quartiles_of_present(feasible_count: ArrayLike, robots_present: ArrayLike) -
     Parameters
     ----------
     feasible_count, robots_present : int32 array, shape (runs, steps + 1)
-        As in `feasibee.model.record.Record`.
+        As in ``feasibee.model.record.Record``.
 
     Returns
     -------
@@ -247,7 +247,7 @@ def truth_intervals(truth: ArrayLike) -> list[dict[str, Any]] | None:
     Parameters
     ----------
     truth : int8 array, shape (runs, steps + 1)
-        As in `feasibee.model.record.Record`.
+        As in ``feasibee.model.record.Record``.
 
     Examples
     --------
