@@ -24,7 +24,7 @@ def truth_at(scenario: Scenario, step: int, seed: int = 0, run: int = 0) -> Verd
     Returns
     -------
     Verdict
-        Whether the robots of the step can do the tasks of the step (model.md 6.17.3), as `explain` returns.
+        Whether the robots of the step can do the tasks of the step (model.md 6.17.3), as ``explain`` returns.
 
     Raises
     ------
