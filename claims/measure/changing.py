@@ -94,8 +94,7 @@ def standing() -> dict[str, Any]:
             events = [{"step": STEPS, "radio": {"loss": 0.0}}]
             scenario = scenario_of(name, (tasks, 0, 0), {**own, "events": events})
             record = simulate_record(scenario, Runs(1000, 1))
-            part = record.part(0, record.runs)
-            track = tracking(part, scenario, SETTLED)
+            track = tracking(record, scenario, SETTLED)
             found.setdefault(name, {})[str(tasks)] = {
                 "right": track.right_share.estimate,
                 "alarms": int(

@@ -11,8 +11,8 @@ from numba import int32, int64, uint32
 from feasibee.engine.bits import bit, contains, lowest_member, pack_label, set_member, without_lowest
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.draws import choose, draw, draw_words, duration, poisson
-from feasibee.engine.faults import NEVER
-from feasibee.engine.inbox import clear_inbox
+from feasibee.engine.faults import stand_still
+from feasibee.engine.inbox import empty
 from feasibee.engine.intrinsics import lowest, popcount
 from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
 from feasibee.engine.motion import head
@@ -60,7 +60,7 @@ def draw_dynamics(params, state):
 
 def change_world(params, state, update, now):
     """Change the world at the beginning of step ``now``; before the first step, only events do."""
-    tasks, appeared = state.clock[Clock.TASKS], state.clock[Clock.APPEARED]
+    state.clock[Clock.CHANGED] = 0
     if now > 0:
         if params.response.enabled:
             release(params, state, look(params, state, update, now), now)
@@ -77,9 +77,8 @@ def change_world(params, state, update, now):
         if now == state.clock[Clock.ARRIVES_AT]:
             for _ in range(state.clock[Clock.AWAITED]):
                 join(params, state, now)
-    if tasks != state.clock[Clock.TASKS] or appeared != state.clock[Clock.APPEARED]:
-        sort_tasks(params, state)
-    settle(params, state)
+    if state.clock[Clock.CHANGED] or now == params.faults.stop_step:
+        settle(params, state)
 
 
 def stay(params, state, update, now):
@@ -88,7 +87,8 @@ def stay(params, state, update, now):
 
 @called
 def settle(params, state):
-    """Store what follows from who is there: the truth, the quorum, and where robots are."""
+    """Store what follows from who is there: the truth, the quorum, and where robots and tasks are."""
+    sort_tasks(params, state)
     counted = int64(0)
     for w in range(state.sets.shape[1]):
         counted += popcount(state.sets[Set.COUNTED, w])
@@ -181,6 +181,7 @@ def appear(params, state, now):
         place_task(params, state, task)
         begin_lifetime(params, state, task, now)
         state.tasks_there[task // WORD] |= bit(task)
+        state.clock[Clock.CHANGED] = 1
         state.clock[Clock.APPEARED] += 1
         state.clock[Clock.TASKS] += 1
 
@@ -195,14 +196,15 @@ def begin_lifetime(params, state, task, now):
 
 @inlined
 def vanish(state, task):
-    """Take a task away."""
+    """Remove a task from the arena."""
+    state.clock[Clock.CHANGED] = 1
     state.tasks_there[task // WORD] &= ~bit(task)
     state.clock[Clock.TASKS] -= 1
 
 
 @called
 def end_lifetimes(params, state, now):
-    """Take those tasks away whose lifetime is over."""
+    """Remove the tasks whose lifetime is over."""
     for task in range(state.vanish_at.size):
         if state.vanish_at[task] == now and contains(state.tasks_there, task):
             vanish(state, task)
@@ -210,7 +212,7 @@ def end_lifetimes(params, state, now):
 
 @called
 def fail(params, state, now):
-    """Take those robots away that fail at this step; begin to count those that go by events."""
+    """Remove the robots that fail at this step; begin to count those that leave by events."""
     state.clock[Clock.VANISHED] = state.clock[Clock.LEFT] = 0
     if params.robots.failure_time == 0.0:
         return
@@ -230,6 +232,7 @@ def join(params, state, now):
         return
     for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING):
         set_member(state.sets, kind, i, True)
+    state.clock[Clock.CHANGED] = 1
     state.clock[Clock.ROBOTS] += 1
     state.robots[Robot.LABEL, i] = pack_label(i, False, False)
     if params.sensing.unique:
@@ -252,17 +255,12 @@ def draw_failure(params, state, i, now):
 
 @called
 def leave(params, state, i):
-    """Take a robot away for good; the next one of its number goes on with its draws."""
+    """Remove a robot from the arena for good; the next one of its number goes on with its draws."""
     for kind in OWN_SETS:
         set_member(state.sets, kind, i, False)
     state.clock[Clock.ROBOTS] -= 1
-    table = state.robots[Robot.TABLE, i]
-    clear_inbox(params, state, i)
-    if table > 0:
-        free = state.free_tables[0]
-        free[0] += int32(1)
-        free[free[0]] = table
-    state.robots[Robot.WALK_LEFT, i] = state.robots[Robot.PHASE_LEFT, i] = NEVER
-    state.robots[Robot.STEP_X, i] = state.robots[Robot.STEP_Y, i] = 0
+    state.clock[Clock.CHANGED] = 1
+    empty(params, state, int64(0), i)
+    stand_still(state.robots, i)
     state.robots[Robot.LABEL, i] = pack_label(i, False, False)
     state.robots[Robot.JOINED, i] += int32(1)

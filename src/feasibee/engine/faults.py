@@ -5,7 +5,7 @@ from __future__ import annotations
 from numba import int64
 
 from feasibee.engine.bits import lowest_member, set_member, without_lowest
-from feasibee.engine.compile import called
+from feasibee.engine.compile import called, inlined
 from feasibee.engine.draws import shuffle
 from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.sensing import label_of
@@ -32,17 +32,20 @@ def draw_faults(params, state):
         set_member(state.sets, Set.STUBBORN, i, True)
 
 
+@inlined
+def stand_still(robots, i):
+    """Let a robot neither move nor end a phase again."""
+    robots[Robot.WALK_LEFT, i] = robots[Robot.PHASE_LEFT, i] = NEVER
+    robots[Robot.STEP_X, i] = robots[Robot.STEP_Y, i] = 0
+
+
 @called
 def stop(params, state, w):
     """Stop the robots of a word with that fault for the rest of the run (model.md 6.6)."""
     stopping = state.sets[Set.STOPPING, w]
     left = stopping
     while left:
-        i = lowest_member(w, left)
-        state.robots[Robot.WALK_LEFT, i] = NEVER
-        state.robots[Robot.PHASE_LEFT, i] = NEVER
-        state.robots[Robot.STEP_X, i] = 0
-        state.robots[Robot.STEP_Y, i] = 0
+        stand_still(state.robots, lowest_member(w, left))
         left = without_lowest(left)
     for kind in (Set.WORKING, Set.COUNTED, Set.DISSEMINATING, Set.SPEAKING, Set.BLOCKED):
         state.sets[kind, w] &= ~stopping

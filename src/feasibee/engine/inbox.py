@@ -144,13 +144,13 @@ def take_table(params, state, part, i):
 
 
 @inlined
-def empty(params, state, part, i):
-    """Empty a robot's inbox (model.md 4.6); its table is free again."""
+def empty(params, state, thread, i):
+    """Empty a robot's inbox (model.md 4.6); its table is free again for a thread."""
     table = state.robots[Robot.TABLE, i]
     if state.counts[Count.VOTES, i] > 0 or params.decision.inbox_is_set:
         clear_inbox(params, state, i)
     if table > 0:
-        free = state.free_tables[part.thread]
+        free = state.free_tables[thread]
         free[0] += int32(1)
         free[free[0]] = table
 

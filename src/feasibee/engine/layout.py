@@ -207,6 +207,7 @@ class Clock(IntEnum):
     CALLS = 30
     ROBOTS_CALLED = 31
     ROBOTS_RELEASED = 32
+    CHANGED = 33  # whether robots or tasks came or went at the beginning of this step
 
 
 class Event(IntEnum):

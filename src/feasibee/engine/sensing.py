@@ -347,7 +347,7 @@ def receive_general(params, state, functions, part, i, other):
 @inlined
 def forget(params, state, part, i):
     """Empty a robot's inbox, and its counts unless evidence is kept (model.md 4.6)."""
-    empty(params, state, part, i)
+    empty(params, state, part.thread, i)
     if params.strategy.forgets:
         clear_counts(params, state, i)
     if params.sensing.unique and not params.sensing.for_life:

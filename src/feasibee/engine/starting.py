@@ -8,7 +8,7 @@ from feasibee.engine.bits import first_bits, pack_label
 from feasibee.engine.cells import sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import coin, draw
-from feasibee.engine.faults import NEVER
+from feasibee.engine.faults import stand_still
 from feasibee.engine.few import number_tasks
 from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.layout import Clock, Heard, Point, Robot, Set
@@ -79,8 +79,7 @@ def prepare_robots(params, state):
         for k in range(count):
             prepare_robot(params, state, int64(state.heard[0, Heard.RECEIVER, k]), k)
     for i in range(params.robots.at_start, state.robots.shape[1]):
-        state.robots[Robot.WALK_LEFT, i] = state.robots[Robot.PHASE_LEFT, i] = NEVER
-        state.robots[Robot.STEP_X, i] = state.robots[Robot.STEP_Y, i] = 0
+        stand_still(state.robots, i)
         state.robots[Robot.WALKS, i] = state.robots[Robot.PHASES, i] = state.robots[Robot.JOINED, i] = 0
         state.robots[Robot.LABEL, i] = pack_label(i, False, False)
     free_all_tables(state)

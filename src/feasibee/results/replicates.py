@@ -56,11 +56,8 @@ def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     values = np.asarray(shares, np.float64)
     if not values.size or not ((values >= 0) & (values <= 1)).all():
         raise ValueError(f"shares of {values.size} runs: must be at least one, each from 0 to 1")
-    z = normal_quantile(confidence)
-    runs = values.size + 2
-    centre = (float(values.sum()) + 1) / runs
-    variance = (float(values @ values) + 1) / runs - centre * centre
-    half = z * math.sqrt(variance / runs)
+    sums = float(values.sum()) + 1, float(values @ values) + 1
+    centre, half = _wald(*sums, values.size + 2, confidence)
     estimate = float(values.mean())
     return Interval(estimate, max(0.0, min(estimate, centre - half)), min(1.0, max(estimate, centre + half)))
 
@@ -177,11 +174,16 @@ def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFID
     differences = np.asarray(one, np.float64) - np.asarray(other, np.float64)
     if not differences.size or not (np.abs(differences) <= 1).all():
         raise ValueError(f"shares of {differences.size} runs: must be at least one, each from 0 to 1")
-    runs = differences.size + 2
-    centre = float(differences.sum()) / runs
-    variance = (float(differences @ differences) + 2) / runs - centre * centre
-    half = normal_quantile(confidence) * math.sqrt(variance / runs)
+    sums = float(differences.sum()), float(differences @ differences) + 2
+    centre, half = _wald(*sums, differences.size + 2, confidence)
     return Interval(float(differences.mean()), max(-1.0, centre - half), min(1.0, centre + half))
+
+
+def _wald(total: float, squares: float, runs: int, confidence: float) -> tuple[float, float]:
+    """Return a mean and half the width of its Wald interval, by the sum of the runs and that of squares."""
+    centre = total / runs
+    variance = squares / runs - centre * centre
+    return centre, normal_quantile(confidence) * math.sqrt(variance / runs)
 
 
 def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:

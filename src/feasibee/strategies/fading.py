@@ -245,7 +245,7 @@ def add(row, first, weight, me):
 
 
 def drop(known, place, first, me):
-    """Take what is left of a row of an id out of the sums."""
+    """Subtract what is left of the row of an id from the sums."""
     if known[place + 1] > 0:
         add(known[place], first, -power(me.memory[first + FADE], me.step + 1 - known[place + 1]), me)
         known[place + 1] = 0

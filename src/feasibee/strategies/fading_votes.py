@@ -84,7 +84,7 @@ def merge(known, message, sender, me):
 
 
 def drop(known, place, me):
-    """Take away what is left of the vote of an id."""
+    """Subtract what is left of the vote of an id."""
     if known[place + 1] > 0:
         me.memory[WEIGHTS + known[place]] -= power(me.memory[FADE], me.step + 1 - known[place + 1])
         known[place + 1] = 0

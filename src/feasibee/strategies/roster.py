@@ -246,7 +246,7 @@ def weigh(known, message, sender, me):
 
 
 def merge(known, message, sender, me):
-    """Take the younger state of each name."""
+    """Adopt the younger state of each name."""
     robots, tasks = robot_entries(me.setting), me.setting.task_ids
     if tolerated(me.setting, TOLERATES) > 0:
         weigh(known, message, sender, me)

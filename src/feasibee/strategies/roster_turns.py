@@ -296,7 +296,7 @@ def lie(message, feasible, me):
 
 
 def hear_task(known, message, sender, me):
-    """Take the newer version of a task; send its own soon if the one heard is outdated."""
+    """Adopt the newer version of a task; send its own soon if the one heard is outdated."""
     entry = find(known, message[WHAT], me.setting)
     if entry < 0:
         return
@@ -311,7 +311,7 @@ def hear_task(known, message, sender, me):
 
 
 def hear_robot(known, message, sender, me):
-    """Take the younger age of a robot."""
+    """Adopt the younger age of a robot."""
     tolerates = tolerated(me.setting, TOLERATES)
     state = state_at(me.step - message[VALUE], 1)
     entry = first_robot(me.setting) + (message[WHAT] - 1) * robot_words(me.setting)
