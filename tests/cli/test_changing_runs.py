@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 
+import changing
 import numpy as np
 import pytest
 from commands import invoke, refused_in_a_line
@@ -15,21 +16,7 @@ from feasibee.results.tracking import measures_of_runs, tracking
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
-TOML = """
-[arena]
-side = 12.0
-[robots]
-count = 10
-[tasks]
-count = 5
-[run]
-steps = 240
-[decision]
-strategy = "census"
-[[events]]
-step = 120
-tasks = 20
-"""
+TOML = f'{changing.TOML}[decision]\nstrategy = "census"\n'
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from following import SIGHTINGS
 from numba import types
 from own_files import assert_same, why_not
 
@@ -20,7 +21,8 @@ from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies.contract import Thing
 
-FADING = '''\
+FADING = (
+    '''\
 """Names of tasks, each forgotten after a while; robots follow what they know in every step."""
 
 BY_NAME = True
@@ -28,49 +30,17 @@ NEEDS_COUNT = True
 PARAMETERS = {"lasts": 9.0}
 
 
-def quality(robots_known, tasks_known):
-    return robots_known / max(robots_known + tasks_known, 1)
-
-
-def dissemination(quality, gain):
-    return gain
-
-
-def decide(mind, inbox):
-    return mind.opinion
-
-
-def words(setting):
-    return setting.task_ids
+'''
+    + SIGHTINGS
+    + """\
 
 
 def start(known, me):
     known[me.id % len(known)] = 1
 
 
-def observe(known, thing, me):
-    if not thing.is_robot:
-        known[thing.id] = int(me.setting.parameters[0])
-
-
-def merge(known, message, sender, me):
-    for k in range(len(known)):
-        known[k] = max(known[k], message[k])
-
-
-def present(row):
-    number = 0
-    for k in range(len(row)):
-        number += row[k] > 0
-    return number
-
-
 def count(known, counts, me):
     counts[0], counts[me.setting.robot_classes] = me.setting.robots, present(known)
-
-
-def bits(message, me):
-    return me.setting.id_bits + 40 * present(message)
 
 
 def judge(known, me):
@@ -83,7 +53,8 @@ def judge(known, me):
 
 def gap(known, me):
     return present(known) - me.setting.robots
-'''
+"""
+)
 """A strategy without an `encode` of its own, so that `judge` must mark what it changes."""
 SMALL = {"arena.side": 8.0, "run.steps": 60, "robots.know_count": True, "decision.gain": 5.0}
 WORLDS = {

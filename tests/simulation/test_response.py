@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from following import SIGHTINGS
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from test_equivalence import ARRAYS, SLOW, assert_equal, beyond, events
@@ -14,52 +15,21 @@ from feasibee import Scenario, ScenarioError, reference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
-SEEING = '''\
+SEEING = (
+    '''\
 """Robots that know which tasks they saw or heard of lately, and how many robots there were at the start."""
 
 BY_NAME = True
 PARAMETERS = {"lasts": 20.0, "said": 9.0}
 
 
-def quality(robots_known, tasks_known):
-    return robots_known / max(robots_known + tasks_known, 1)
-
-
-def dissemination(quality, gain):
-    return gain
-
-
-def decide(mind, inbox):
-    return mind.opinion
-
-
-def words(setting):
-    return setting.task_ids
-
-
-def observe(known, thing, me):
-    if not thing.is_robot:
-        known[thing.id] = int(me.setting.parameters[0])
-
-
-def merge(known, message, sender, me):
-    for k in range(len(known)):
-        known[k] = max(known[k], message[k])
-
-
-def present(row):
-    number = 0
-    for k in range(len(row)):
-        number += row[k] > 0
-    return number
+'''
+    + SIGHTINGS
+    + """\
 
 
 def count(known, counts, me):
     counts[0], counts[me.setting.robot_classes] = me.setting.count, present(known)
-
-
-def bits(message, me):
-    return me.setting.id_bits + 40 * present(message)
 
 
 def judge(known, me):
@@ -70,7 +40,8 @@ def judge(known, me):
 
 def gap(known, me):
     return present(known) - me.setting.count
-'''
+"""
+)
 SAYING = SEEING.replace(
     "return 1 if present(known) <= me.setting.count else 0",
     "if me.setting.parameters[1] == 3.0:\n        return -1 if me.step % 5 else me.step // 5 % 2"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rosters import counted, step
 
 from feasibee import Scenario
 from feasibee.robot.knowledge import Knowledge
@@ -33,19 +34,6 @@ def task(number, x=5.0, y=5.0):
 
 def robot(number):
     return Thing(True, number, 0, 77 * number)
-
-
-def step(own, *things, explores=True):
-    """Let a robot see things for a step; return its opinion."""
-    own.observe(things)
-    opinion = own.judge()
-    own.end_step(explores=explores)
-    return opinion
-
-
-def counted(own):
-    (robots,), (tasks,) = own.counted()
-    return robots, tasks
 
 
 # --- What is known, and for how long ---

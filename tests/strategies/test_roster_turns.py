@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rosters import counted, step
 
 from feasibee import Scenario
 from feasibee.robot.knowledge import Knowledge
@@ -43,19 +44,6 @@ def name_at(x, y, name_bits=20):
     """Return the name of a position, by another way than the strategy's: a grid of 2**10 by 2**10 cells."""
     columns, rows = 2 ** ((name_bits + 1) // 2), 2 ** (name_bits // 2)
     return max(int(x * columns / 20) * rows + int(y * rows / 20), 1)
-
-
-def step(own, *things, explores=True):
-    """Let a robot see things for a step; return its opinion."""
-    own.observe(things)
-    opinion = own.judge()
-    own.end_step(explores=explores)
-    return opinion
-
-
-def counted(own):
-    (robots,), (tasks,) = own.counted()
-    return robots, tasks
 
 
 def said(own, messages):

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from changing import TOML
 from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario
@@ -27,26 +28,7 @@ from feasibee.studies.recommend import recommend
 from feasibee.studies.report import write_report
 from feasibee.studies.size import size
 
-CHANGING = Scenario(
-    arena={"side": 12.0},
-    robots={"count": 10},
-    tasks={"count": 5},
-    run={"steps": 240},
-    events=[{"step": 120, "tasks": 20}],
-)
-TOML = """
-[arena]
-side = 12.0
-[robots]
-count = 10
-[tasks]
-count = 5
-[run]
-steps = 240
-[[events]]
-step = 120
-tasks = 20
-"""
+CHANGING = Scenario.from_toml(TOML)
 MEASURED = {"right_share", "detection_delay", "missed", "false_alarms"}
 
 

@@ -1,0 +1,42 @@
+"""What the robots of a user's strategy know, to which tests add a head, a count, a judge and a gap."""
+
+from __future__ import annotations
+
+SIGHTINGS = """\
+def quality(robots_known, tasks_known):
+    return robots_known / max(robots_known + tasks_known, 1)
+
+
+def dissemination(quality, gain):
+    return gain
+
+
+def decide(mind, inbox):
+    return mind.opinion
+
+
+def words(setting):
+    return setting.task_ids
+
+
+def observe(known, thing, me):
+    if not thing.is_robot:
+        known[thing.id] = int(me.setting.parameters[0])
+
+
+def merge(known, message, sender, me):
+    for k in range(len(known)):
+        known[k] = max(known[k], message[k])
+
+
+def present(row):
+    number = 0
+    for k in range(len(row)):
+        number += row[k] > 0
+    return number
+
+
+def bits(message, me):
+    return me.setting.id_bits + 40 * present(message)
+"""
+"""Robots that know which tasks they, or others, saw at most ``lasts`` steps ago, the first parameter."""
