@@ -325,3 +325,15 @@ def test_robots_that_are_released_make_room_for_those_called(seeing):
     assert Scenario().replace(full).most.robots == 20
     with pytest.raises(ScenarioError, match="lets none join"):
         Scenario().replace({**full, "response.release": False})
+
+
+def test_robots_know_what_they_are_asked_for_from_the_first_step_on():
+    """A census knows its own robot from the start, and of two robots one is to spare without tasks."""
+    scenario = Scenario(
+        robots={"count": 2, "most": 3},
+        tasks={"count": 0},
+        decision={"strategy": "census", "threshold": 0.5},
+        run={"steps": 3},
+        response={"patience": 1, "delay": 0, "release": True, "margin": 0},
+    )
+    assert_equal(scenario, seed=0, runs=40)

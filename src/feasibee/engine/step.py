@@ -128,15 +128,23 @@ def begin_general(params, state, functions, part):
             stop(params, state, w)
         set_quorum(params, state.clock, counted_after_stop(params))
         wait_for_all(part)
+    if params.strategy.knowledge.enabled and now == 1:
+        begin_to_know(params, state, functions)
     change_world(params, state, functions, now)
-    if params.strategy.knowledge.enabled and (now == 1 or params.changes):
-        for w in range(state.sets.shape[1]):
-            left = state.sets[Set.JOINING, w]
-            while left:
-                defer(params, state, functions, Action.START, lowest_member(w, left), int64(0), int64(0))
-                left = without_lowest(left)
-            state.sets[Set.JOINING, w] = uint32(0)
-        update_pending(params, state, functions, Action.START)
+    if params.strategy.knowledge.enabled and params.changes:
+        begin_to_know(params, state, functions)
+
+
+@called
+def begin_to_know(params, state, functions):
+    """Let those robots know what they know when they begin that don't yet."""
+    for w in range(state.sets.shape[1]):
+        left = state.sets[Set.JOINING, w]
+        while left:
+            defer(params, state, functions, Action.START, lowest_member(w, left), int64(0), int64(0))
+            left = without_lowest(left)
+        state.sets[Set.JOINING, w] = uint32(0)
+    update_pending(params, state, functions, Action.START)
 
 
 @spliced
