@@ -1,0 +1,40 @@
+/* k-unanimity: takes the opinion on which k of the messages heard agree, drawn without replacement. */
+
+#include "numbers.h"
+#include "rules.h"
+
+/* Return the probability that k messages of so many are all among these, in 1/2^32, rounded down. It is below
+ * 1, since these are not all. Each of the 2 k roundings errs by less than 1/2^32. */
+static inline uint32_t feasibee_all_among(uint16_t these, uint16_t all, uint16_t k)
+{
+    uint32_t probability = UINT32_MAX;
+    for (uint16_t drawn = 0; drawn < k; drawn++) {
+        if (drawn == these)
+            return 0;
+        uint32_t next = feasibee_fraction((uint32_t)(these - drawn), (uint32_t)(all - drawn));
+        probability = drawn == 0 ? next : feasibee_times(probability, next);
+    }
+    return probability;
+}
+
+static inline int8_t feasibee_k_unanimity_decide(struct feasibee_robot *robot,
+                                                 const struct feasibee_votes *votes)
+{
+    uint16_t k = robot->settings->parameters.k;
+    uint16_t all = (uint16_t)(votes->feasible + votes->infeasible);
+    if (all < k)
+        return robot->opinion;
+    if (votes->infeasible == 0)
+        return FEASIBEE_FEASIBLE;
+    if (votes->feasible == 0)
+        return FEASIBEE_INFEASIBLE;
+    if (votes->chance < feasibee_all_among(votes->feasible, all, k))
+        return FEASIBEE_FEASIBLE;
+    if (UINT32_MAX - votes->chance < feasibee_all_among(votes->infeasible, all, k))
+        return FEASIBEE_INFEASIBLE;
+    return robot->opinion;
+}
+
+static const struct feasibee_strategy feasibee_k_unanimity = {
+    true, false, false, true, feasibee_share_of_robots, NULL, NULL, feasibee_k_unanimity_decide, NULL,
+};
