@@ -13,7 +13,7 @@ import click
 def header(strategies: tuple[str, ...], inbox: int | None) -> None:
     """Print the controller of one robot in C99, as one header file.
 
-    Several strategies may be chosen. The file needs neither heap nor recursion; its comments say how to use it.
+    Several strategies may be chosen. The comments in the file say how to use it.
 
     \b
     Examples:

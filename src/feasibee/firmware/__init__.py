@@ -1,4 +1,4 @@
-"""The controller in C99: one header for robots, stitched from the parts in this folder. Standard library only."""
+"""The controller in C99: one header for robots, made of the parts in this folder. Standard library only."""
 
 from __future__ import annotations
 

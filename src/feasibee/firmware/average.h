@@ -33,7 +33,8 @@ static inline int8_t feasibee_average_decide(struct feasibee_robot *robot, const
 {
     uint32_t heard = (uint32_t)votes->feasible + votes->infeasible;
     double mean = heard > 0 ? (double)votes->sum / ((double)heard * 65535.0) : 0.0;
-    double x = (feasibee_average_evidence(robot) + (double)heard * (mean - 0.5) * 32.0) / (1.0 + (double)heard);
+    double sum = feasibee_average_evidence(robot) + (double)heard * (mean - 0.5) * 32.0;
+    double x = sum / (1.0 + (double)heard);
     robot->memory.average.x = x;
     robot->memory.average.decided = true;
     if (x == 0.0)
@@ -42,5 +43,7 @@ static inline int8_t feasibee_average_decide(struct feasibee_robot *robot, const
 }
 
 static const struct feasibee_strategy feasibee_average = {
-    false, false, true, false, feasibee_average_quality, NULL, feasibee_average_value, feasibee_average_decide, NULL,
+    /* forgets */ false, /* starts_neutral */ false, /* sends_value */ true, /* modulates */ false,
+    feasibee_average_quality, /* say */ NULL, feasibee_average_value,
+    feasibee_average_decide, /* knowledge */ NULL,
 };

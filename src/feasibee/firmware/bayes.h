@@ -47,7 +47,8 @@ static inline int8_t feasibee_bayes_decide(struct feasibee_robot *robot, const s
     int8_t observed = feasibee_bayes_observation(robot);
     robot->memory.bayes.feasible += (uint32_t)votes->feasible + (observed == FEASIBEE_FEASIBLE);
     robot->memory.bayes.infeasible += (uint32_t)votes->infeasible + (observed == FEASIBEE_INFEASIBLE);
-    double alpha = (double)robot->memory.bayes.feasible + 1.0, beta = (double)robot->memory.bayes.infeasible + 1.0;
+    double alpha = (double)robot->memory.bayes.feasible + 1.0;
+    double beta = (double)robot->memory.bayes.infeasible + 1.0;
     double tail = feasibee_bayes_tail(alpha + beta - 1.0, alpha > beta ? alpha : beta);
     if (alpha != beta && tail < 1.0 - robot->settings->parameters.credence)
         return alpha > beta ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
@@ -55,5 +56,7 @@ static inline int8_t feasibee_bayes_decide(struct feasibee_robot *robot, const s
 }
 
 static const struct feasibee_strategy feasibee_bayes = {
-    true, true, false, false, feasibee_share_of_robots, feasibee_bayes_say, NULL, feasibee_bayes_decide, NULL,
+    /* forgets */ true, /* starts_neutral */ true, /* sends_value */ false, /* modulates */ false,
+    feasibee_share_of_robots, feasibee_bayes_say, /* value */ NULL,
+    feasibee_bayes_decide, /* knowledge */ NULL,
 };

@@ -126,7 +126,7 @@ struct feasibee_commit {
 /* The values that strategies have of their own. */
 struct feasibee_parameters {
     uint16_t k;             /* k-unanimity: messages drawn, at least 1 */
-    uint32_t voters;        /* mixture: probability of a voter in 1/2^32; UINT32_MAX stands for 1 */
+    uint32_t voters;        /* mixture: probability of a voter in 1/2^32, so below 1 */
     double credence;        /* bayes */
     bool positive_feedback; /* bayes */
 };
@@ -138,7 +138,7 @@ struct feasibee_settings {
     feasibee_steps gain;          /* mean duration of dissemination for an opinion of quality 1 */
     uint16_t dissemination_floor; /* steps that each dissemination lasts longer */
     uint16_t quality_floor;       /* both counts are taken for at least this when they are rated */
-    int32_t listens_for;          /* last steps of dissemination in which it hears, 1 to 65535, or a name above */
+    int32_t listens_for;          /* it hears in so many last steps of dissemination; or a name above */
     uint16_t inbox_size;          /* senders whose message it keeps, 1 to FEASIBEE_INBOX */
     bool own_vote;                /* whether its own opinion counts in its majority */
     bool every_message;           /* every message is a vote; not for strategies that send values */

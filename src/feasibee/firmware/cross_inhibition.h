@@ -13,5 +13,7 @@ static inline int8_t feasibee_cross_inhibition_decide(struct feasibee_robot *rob
 }
 
 static const struct feasibee_strategy feasibee_cross_inhibition = {
-    true, false, false, true, feasibee_share_of_robots, NULL, NULL, feasibee_cross_inhibition_decide, NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_cross_inhibition_decide, /* knowledge */ NULL,
 };

@@ -27,5 +27,7 @@ static inline int8_t feasibee_dc_decide(struct feasibee_robot *robot, const stru
 }
 
 static const struct feasibee_strategy feasibee_dc = {
-    true, false, true, false, feasibee_share_of_robots, NULL, NULL, feasibee_dc_decide, NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ true, /* modulates */ false,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_dc_decide, /* knowledge */ NULL,
 };

@@ -3,5 +3,7 @@
 #include "rules.h"
 
 static const struct feasibee_strategy feasibee_dmvd = {
-    true, false, false, true, feasibee_share_of_robots, NULL, NULL, feasibee_one_vote, NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_one_vote, /* knowledge */ NULL,
 };

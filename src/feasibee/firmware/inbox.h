@@ -68,8 +68,11 @@ static inline void feasibee_count(struct feasibee_robot *robot, int8_t opinion)
         robot->heard_infeasible++;
 }
 
+#if FEASIBEE_VALUES
+
 /* Return the value in the message of this rank among those with this opinion, by sender. */
-static inline uint16_t feasibee_value_of_rank(const struct feasibee_robot *robot, int8_t opinion, uint16_t rank)
+static inline uint16_t feasibee_value_of_rank(const struct feasibee_robot *robot, int8_t opinion,
+                                              uint16_t rank)
 {
     for (uint16_t place = 0; place < robot->heard; place++) {
         uint16_t lower = 0;
@@ -81,6 +84,8 @@ static inline uint16_t feasibee_value_of_rank(const struct feasibee_robot *robot
     }
     return 0;
 }
+
+#endif
 
 /* Return the counts of the messages heard, one drawn message, and a chance. */
 static inline struct feasibee_votes feasibee_votes_of(const struct feasibee_robot *robot,
@@ -101,9 +106,10 @@ static inline struct feasibee_votes feasibee_votes_of(const struct feasibee_robo
     /* The draw is among all those that say feasible, in the order of their senders, and then the others. */
     uint16_t drawn = (uint16_t)((uint64_t)choice.message * all >> 32);
     votes.heard = drawn < votes.feasible ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
+#if FEASIBEE_VALUES
+    uint16_t before = votes.heard == FEASIBEE_FEASIBLE ? 0 : votes.feasible;
     if (robot->settings->strategy->sends_value)
-        votes.value = feasibee_value_of_rank(
-            robot, votes.heard,
-            votes.heard == FEASIBEE_FEASIBLE ? drawn : (uint16_t)(drawn - votes.feasible));
+        votes.value = feasibee_value_of_rank(robot, votes.heard, (uint16_t)(drawn - before));
+#endif
     return votes;
 }

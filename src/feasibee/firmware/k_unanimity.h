@@ -3,16 +3,16 @@
 #include "numbers.h"
 #include "rules.h"
 
-/* Return the probability that k messages of so many are all among these, in 1/2^32, rounded down. It is below
- * 1, since these are not all. Each of the 2 k roundings errs by less than 1/2^32. */
+/* Return the probability that k messages of so many are all among these, in 1/2^32, for these < all. Each of
+ * the 2 k roundings makes it less by up to 1/2^32. */
 static inline uint32_t feasibee_all_among(uint16_t these, uint16_t all, uint16_t k)
 {
     uint32_t probability = UINT32_MAX;
     for (uint16_t drawn = 0; drawn < k; drawn++) {
         if (drawn == these)
             return 0;
-        uint32_t next = feasibee_fraction((uint32_t)(these - drawn), (uint32_t)(all - drawn));
-        probability = drawn == 0 ? next : feasibee_times(probability, next);
+        uint32_t share = feasibee_fraction((uint32_t)(these - drawn), (uint32_t)(all - drawn));
+        probability = feasibee_times(probability, share);
     }
     return probability;
 }
@@ -36,5 +36,7 @@ static inline int8_t feasibee_k_unanimity_decide(struct feasibee_robot *robot,
 }
 
 static const struct feasibee_strategy feasibee_k_unanimity = {
-    true, false, false, true, feasibee_share_of_robots, NULL, NULL, feasibee_k_unanimity_decide, NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_k_unanimity_decide, /* knowledge */ NULL,
 };

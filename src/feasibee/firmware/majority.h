@@ -3,5 +3,7 @@
 #include "rules.h"
 
 static const struct feasibee_strategy feasibee_majority = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_majority_of, NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ false,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_majority_of, /* knowledge */ NULL,
 };

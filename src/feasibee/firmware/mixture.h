@@ -6,15 +6,16 @@ enum { FEASIBEE_VOTER = 1, FEASIBEE_MAJORITY = 2 };
 
 static inline int8_t feasibee_mixture_decide(struct feasibee_robot *robot, const struct feasibee_votes *votes)
 {
-    uint32_t voters = robot->settings->parameters.voters;
     if (robot->memory.rule == 0)
         robot->memory.rule =
-            votes->chance < voters || voters == UINT32_MAX ? FEASIBEE_VOTER : FEASIBEE_MAJORITY;
+            votes->chance < robot->settings->parameters.voters ? FEASIBEE_VOTER : FEASIBEE_MAJORITY;
     if (robot->memory.rule == FEASIBEE_VOTER)
         return feasibee_one_vote(robot, votes);
     return feasibee_majority_of(robot, votes);
 }
 
 static const struct feasibee_strategy feasibee_mixture = {
-    true, false, false, true, feasibee_share_of_robots, NULL, NULL, feasibee_mixture_decide, NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_mixture_decide, /* knowledge */ NULL,
 };

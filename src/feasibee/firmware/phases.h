@@ -78,16 +78,18 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
     feasibee_rate(robot);
     robot->disseminating = true;
     robot->said = strategy->say ? strategy->say(robot) : robot->opinion;
-    robot->value = 0;
+#if FEASIBEE_VALUES
     if (strategy->sends_value)
         robot->value = strategy->value ? strategy->value(robot) : feasibee_value_of(robot->feasible_quality);
+#endif
     struct feasibee_mean mean = feasibee_dissemination(robot);
     robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
     robot->phase_left += robot->settings->dissemination_floor;
 }
 
 /* Commit if enough successive inboxes agreed with the robot's opinion (model.md 6.14). */
-static inline void feasibee_consider_commitment(struct feasibee_robot *robot, const struct feasibee_votes *votes)
+static inline void feasibee_consider_commitment(struct feasibee_robot *robot,
+                                                const struct feasibee_votes *votes)
 {
     const struct feasibee_commit *rule = &robot->settings->commit;
     uint16_t agreeing = robot->opinion == FEASIBEE_FEASIBLE ? votes->feasible : votes->infeasible;
