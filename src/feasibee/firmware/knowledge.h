@@ -12,8 +12,8 @@ struct feasibee_setting {
     bool knows_count;   /* whether robots know how many there are */
 };
 
-/* A strategy's functions for knowledge. robot->known is the row of words, 0 at the start. robot->me says which
- * robot it is, !robot->disseminating whether it explores. */
+/* The functions of a strategy for knowledge. robot->known is the row of words, 0 at the start. robot->me says
+ * which robot it is, !robot->disseminating whether it explores. */
 struct feasibee_knowledge {
     void (*start)(struct feasibee_robot *robot); /* NULL: it begins with zeros */
     void (*observe)(struct feasibee_robot *robot, const struct feasibee_thing *thing);
