@@ -29,10 +29,10 @@ def test_the_header_has_all_strategies_in_c():
 
 
 @pytest.mark.parametrize("name", strategies_in_c())
-def test_a_trimmed_header_has_one_strategy_and_compiles(name, tmp_path):
+def test_a_trimmed_header_has_its_strategy_and_compiles(name, tmp_path):
     text = header(name, inbox=32)
-    assert constants(text) == [name.replace("-", "_")]
-    assert len(text) < len(header())
+    assert name.replace("-", "_") in constants(text)
+    assert len(constants(text)) < len(constants(header()))
     compile_header(text, ["cc", "-std=c99"], tmp_path)
 
 
