@@ -30,6 +30,9 @@
 #ifndef FEASIBEE_INBOX
 #define FEASIBEE_INBOX 64
 #endif
+#if FEASIBEE_INBOX < 1 || FEASIBEE_INBOX > 65535
+#error "FEASIBEE_INBOX must be from 1 to 65535"
+#endif
 #ifndef FEASIBEE_ID
 #define FEASIBEE_ID uint16_t
 #endif

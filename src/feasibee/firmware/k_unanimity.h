@@ -8,9 +8,9 @@
 static inline uint32_t feasibee_all_among(uint16_t these, uint16_t all, uint16_t k)
 {
     uint32_t probability = UINT32_MAX;
+    if (these < k)
+        return 0;
     for (uint16_t drawn = 0; drawn < k; drawn++) {
-        if (drawn == these)
-            return 0;
         uint32_t share = feasibee_fraction((uint32_t)(these - drawn), (uint32_t)(all - drawn));
         probability = feasibee_times(probability, share);
     }
