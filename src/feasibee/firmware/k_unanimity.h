@@ -3,6 +3,29 @@
 #include "numbers.h"
 #include "rules.h"
 
+#ifdef FEASIBEE_DOUBLE
+
+/* Return the probability that k messages of so many are all among these; each operation as in Python. */
+static inline double feasibee_all_among(uint16_t these, uint16_t all, uint16_t k)
+{
+    double probability = 1.0;
+    for (uint16_t drawn = 0; drawn < k; drawn++)
+        probability *= (double)(these > drawn ? these - drawn : 0) / (double)(all - drawn);
+    return probability;
+}
+
+static inline bool feasibee_all_feasible(const struct feasibee_votes *votes, uint16_t all, uint16_t k)
+{
+    return votes->chance / 4294967296.0 < feasibee_all_among(votes->feasible, all, k);
+}
+
+static inline bool feasibee_all_infeasible(const struct feasibee_votes *votes, uint16_t all, uint16_t k)
+{
+    return votes->chance / 4294967296.0 >= 1.0 - feasibee_all_among(votes->infeasible, all, k);
+}
+
+#else
+
 /* Return the probability that k messages of so many are all among these, in 1/2^32, for these < all. Each of
  * the 2 k roundings makes it less by up to 1/2^32. */
 static inline uint32_t feasibee_all_among(uint16_t these, uint16_t all, uint16_t k)
@@ -17,6 +40,18 @@ static inline uint32_t feasibee_all_among(uint16_t these, uint16_t all, uint16_t
     return probability;
 }
 
+static inline bool feasibee_all_feasible(const struct feasibee_votes *votes, uint16_t all, uint16_t k)
+{
+    return votes->infeasible == 0 || votes->chance < feasibee_all_among(votes->feasible, all, k);
+}
+
+static inline bool feasibee_all_infeasible(const struct feasibee_votes *votes, uint16_t all, uint16_t k)
+{
+    return votes->feasible == 0 || UINT32_MAX - votes->chance < feasibee_all_among(votes->infeasible, all, k);
+}
+
+#endif
+
 static inline int8_t feasibee_k_unanimity_decide(struct feasibee_robot *robot,
                                                  const struct feasibee_votes *votes)
 {
@@ -24,13 +59,9 @@ static inline int8_t feasibee_k_unanimity_decide(struct feasibee_robot *robot,
     uint16_t all = (uint16_t)(votes->feasible + votes->infeasible);
     if (all < k)
         return robot->opinion;
-    if (votes->infeasible == 0)
+    if (feasibee_all_feasible(votes, all, k))
         return FEASIBEE_FEASIBLE;
-    if (votes->feasible == 0)
-        return FEASIBEE_INFEASIBLE;
-    if (votes->chance < feasibee_all_among(votes->feasible, all, k))
-        return FEASIBEE_FEASIBLE;
-    if (UINT32_MAX - votes->chance < feasibee_all_among(votes->infeasible, all, k))
+    if (feasibee_all_infeasible(votes, all, k))
         return FEASIBEE_INFEASIBLE;
     return robot->opinion;
 }
