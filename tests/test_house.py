@@ -80,7 +80,7 @@ def test_importing_does_nothing():
 
 
 def test_a_robots_mind_needs_neither_numpy_nor_numba():
-    code = "import feasibee.robot, feasibee.strategies"
+    code = "import feasibee.robot, feasibee.firmware, feasibee.strategies"
     assert not {"numpy", "numba", "pydantic"} & loaded_by(code)
 
 

@@ -17,6 +17,7 @@ from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
+from feasibee.cli.header import header
 from feasibee.cli.limits import frontier, limits
 from feasibee.cli.listings import presets, strategies
 from feasibee.cli.recommend import recommend
@@ -134,6 +135,7 @@ for command in (
     strategies,
     presets,
     schema,
+    header,
 ):
     command.short_help = re.split(r"[:,.]", command.help or "")[
         0

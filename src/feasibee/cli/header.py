@@ -1,0 +1,25 @@
+"""feasibee header: the controller in C."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command()
+@click.option(
+    "--strategy", "strategies", multiple=True, metavar="NAME", help="Include this strategy; by default all."
+)
+@click.option("--inbox", type=int, help="Number of senders whose message a robot keeps; by default 64.")
+def header(strategies: tuple[str, ...], inbox: int | None) -> None:
+    """Print the controller of one robot in C99, as one header file.
+
+    Several strategies may be chosen. The comments in the file say how to use it.
+
+    \b
+    Examples:
+      feasibee header > feasibee.h
+      feasibee header --strategy dmmd --inbox 32 > feasibee.h
+    """
+    from feasibee.firmware import header
+
+    click.echo(header(strategies or None, inbox), nl=False)

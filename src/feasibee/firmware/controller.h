@@ -1,0 +1,238 @@
+/* The controller of one robot: explore, disseminate, decide (docs/model.md 4).
+ *
+ * In each step, by the robot's own clock:
+ *
+ *   feasibee_observe(&robot, robots, tasks);               how many are in sight
+ *   if (feasibee_listens(&robot))
+ *       feasibee_hear(&robot, sender, &message);           once per message received
+ *   if (feasibee_message(&robot, &message))
+ *       broadcast(id, message);                            your radio
+ *   feasibee_end_step(&robot);
+ *
+ * No heap, no recursion, no state outside struct feasibee_robot. The caller keeps values in the ranges that
+ * the comments name: nothing checks them.
+ *
+ * Macros, to be defined before the file is included:
+ *
+ *   FEASIBEE_INBOX    most senders whose latest message is kept, 1 to 65535; by default 64
+ *   FEASIBEE_ID       unsigned type of ids; by default uint16_t
+ *   FEASIBEE_VALUES   0 if no strategy in use sends values (dc and average do): saves 2 bytes per sender
+ *   FEASIBEE_DOUBLE   durations and qualities in double, as in Python bit for bit; by default whole numbers
+ *   FEASIBEE_LOG      a function of a double, where there is no math.h; by default log
+ *   FEASIBEE_WORDS, FEASIBEE_MESSAGE_WORDS
+ *                     most words of knowledge, and of knowledge in a message; by default 0: none
+ */
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef FEASIBEE_INBOX
+#define FEASIBEE_INBOX 64
+#endif
+#if FEASIBEE_INBOX < 1 || FEASIBEE_INBOX > 65535
+#error "FEASIBEE_INBOX must be from 1 to 65535"
+#endif
+#ifndef FEASIBEE_ID
+#define FEASIBEE_ID uint16_t
+#endif
+#ifndef FEASIBEE_VALUES
+#define FEASIBEE_VALUES 1
+#endif
+#ifndef FEASIBEE_WORDS
+#define FEASIBEE_WORDS 0
+#endif
+#ifndef FEASIBEE_MESSAGE_WORDS
+#define FEASIBEE_MESSAGE_WORDS FEASIBEE_WORDS
+#endif
+
+enum { FEASIBEE_NONE = -1, FEASIBEE_INFEASIBLE = 0, FEASIBEE_FEASIBLE = 1 };
+
+/* Values of listens_for that are no number of steps. */
+enum { FEASIBEE_ALWAYS = -1, FEASIBEE_DISSEMINATION = 0 };
+
+typedef FEASIBEE_ID feasibee_id;
+
+/* Mean durations in steps: 10 * FEASIBEE_STEP is ten steps, 2.5 * FEASIBEE_STEP two and a half. */
+#ifdef FEASIBEE_DOUBLE
+typedef double feasibee_steps;
+#define FEASIBEE_STEP 1.0
+#else
+typedef uint32_t feasibee_steps; /* in 1/65536 steps, so below 65536 steps */
+#define FEASIBEE_STEP UINT32_C(65536)
+#endif
+
+struct feasibee_robot;
+struct feasibee_knowledge; /* of strategies that pass on knowledge, as is feasibee_setting: knowledge.h */
+struct feasibee_setting;
+
+/* A number from 0 to 1 as two whole numbers. */
+struct feasibee_ratio {
+    uint32_t part;
+    uint32_t whole; /* at least part, at least 1 */
+};
+
+/* A mean duration: steps * share, or steps * (1 - share) if complement. May be 0. */
+struct feasibee_mean {
+    feasibee_steps steps;
+    struct feasibee_ratio share;
+    bool complement;
+};
+
+/* Two random words, each uniform over 32 bits. */
+struct feasibee_choice {
+    uint32_t chance;  /* what the strategy leaves to chance */
+    uint32_t message; /* which message of the inbox is drawn */
+};
+
+/* What a robot broadcasts in addition to its id. */
+struct feasibee_message {
+    int8_t opinion; /* 1 feasible, 0 infeasible */
+    bool committed;
+    uint16_t value; /* of 16 bits; 0 if the strategy sends none */
+#if FEASIBEE_WORDS > 0
+    uint32_t words[FEASIBEE_MESSAGE_WORDS]; /* knowledge */
+#endif
+};
+
+/* What a robot heard since its last decision. */
+struct feasibee_votes {
+    uint16_t feasible;   /* messages that say feasible; its own opinion isn't among them */
+    uint16_t infeasible; /* feasible + infeasible is at most 65535 */
+    int8_t heard;        /* opinion in one message, drawn at random; -1 without messages */
+    uint16_t value;      /* value in that message */
+    uint32_t sum;        /* sum of the values of all messages */
+    uint32_t chance;     /* a random word */
+};
+
+/* How opinions are rated, told and chosen: one constant per strategy, such as feasibee_dmmd. */
+struct feasibee_strategy {
+    bool forgets;        /* whether each exploration counts afresh */
+    bool starts_neutral; /* whether robots start without an opinion */
+    bool sends_value;    /* whether messages hold a value of 16 bits */
+    bool modulates;      /* whether dissemination lasts in proportion to the quality of the opinion */
+    struct feasibee_ratio (*quality)(uint32_t robots, uint32_t tasks); /* of feasible */
+    int8_t (*say)(struct feasibee_robot *robot);                       /* NULL: the opinion */
+    uint16_t (*value)(struct feasibee_robot *robot);                   /* NULL: the quality of feasible */
+    int8_t (*decide)(struct feasibee_robot *robot, const struct feasibee_votes *votes);
+    const struct feasibee_knowledge *knowledge; /* NULL: the strategy passes on opinions only */
+};
+
+/* When a robot commits to its opinion (model.md 6.14). */
+struct feasibee_commit {
+    uint16_t rounds;      /* successive decisions that must agree; 0: it never commits */
+    uint16_t heard;       /* least number of messages in such an inbox */
+    uint16_t quorum;      /* least share of them that must agree: quorum / quorum_of */
+    uint16_t quorum_of;
+};
+
+/* The values that strategies have of their own. */
+struct feasibee_parameters {
+    uint16_t k;             /* k-unanimity: messages drawn, at least 1 */
+    uint32_t voters;        /* mixture: probability of a voter in 1/2^32, so below 1 */
+    double credence;        /* bayes */
+    bool positive_feedback; /* bayes */
+};
+
+/* What a scenario sets in [decision], the same for all robots; start with feasibee_defaults(). */
+struct feasibee_settings {
+    const struct feasibee_strategy *strategy;
+    feasibee_steps exploration;   /* mean duration of exploration */
+    feasibee_steps gain;          /* mean duration of dissemination for an opinion of quality 1 */
+    uint16_t dissemination_floor; /* steps that each dissemination lasts longer */
+    uint16_t quality_floor;       /* both counts are taken for at least this when they are rated */
+    int32_t listens_for;          /* it hears in so many last steps of dissemination; or a name above */
+    uint16_t inbox_size;          /* senders whose message it keeps, 1 to FEASIBEE_INBOX */
+    bool own_vote;                /* whether its own opinion counts in its majority */
+    bool every_message;           /* every message is a vote; not for strategies that send values */
+    bool stubborn;                /* it never changes its opinion (a fault) */
+    struct feasibee_commit commit;
+    struct feasibee_parameters parameters;
+    uint32_t (*draw_duration)(void *context, const struct feasibee_mean *mean); /* steps, 1 to 2^30 */
+    struct feasibee_choice (*draw_choice)(void *context);
+    bool (*draw_switch)(void *context); /* whether to adopt what the own counts favour; NULL: never */
+    const struct feasibee_setting *setting; /* for strategies that pass on knowledge; otherwise NULL */
+};
+
+/* Which robot it is. */
+struct feasibee_me {
+    void *context;   /* given to the callbacks */
+    feasibee_id id;  /* from here on: for strategies that pass on knowledge */
+    uint32_t hash;   /* 32 random bits, the same for all who see a robot of this id */
+    uint32_t step;   /* steps that have passed; above 0 if it joins robots that began earlier */
+};
+
+/* A robot or a task in sight, for strategies that pass on knowledge. */
+struct feasibee_thing {
+    bool is_robot;
+    int32_t id;    /* -1 for a false sighting */
+    uint32_t hash; /* 32 random bits, the same for all who see it */
+};
+
+/* What strategies keep for life, 0 at the start. */
+union feasibee_memory {
+    struct {
+        double x;
+        bool decided;
+    } average;
+    struct {
+        uint32_t feasible;
+        uint32_t infeasible;
+    } bayes;
+    uint8_t rule; /* mixture */
+};
+
+/* One robot. Read opinion, committed, disseminating, declared, phase_left; the rest is the controller's. */
+struct feasibee_robot {
+    const struct feasibee_settings *settings;
+    struct feasibee_me me;
+    int8_t opinion;      /* 1 feasible, 0 infeasible, -1 none */
+    int8_t declared;     /* the opinion that it has declared; -1 not yet (model.md 6.15) */
+    bool disseminating;  /* otherwise it explores */
+    bool committed;      /* it keeps its opinion for good (model.md 6.14) */
+    uint32_t phase_left; /* steps until the phase ends */
+    uint32_t robots_seen;
+    uint32_t tasks_seen;
+    struct feasibee_ratio feasible_quality;
+    int8_t said; /* what it broadcasts in this dissemination; -1: it is silent */
+    uint16_t value;
+    uint16_t agreed; /* successive decisions that agreed */
+    union feasibee_memory memory;
+    uint16_t heard_feasible; /* messages, if every message is a vote */
+    uint16_t heard_infeasible;
+    uint16_t heard; /* senders in the inbox, the oldest message first */
+    feasibee_id senders[FEASIBEE_INBOX];
+    uint8_t opinions[(FEASIBEE_INBOX + 7) / 8];
+#if FEASIBEE_VALUES
+    uint16_t values[FEASIBEE_INBOX];
+#endif
+#if FEASIBEE_WORDS > 0
+    uint32_t known[FEASIBEE_WORDS];
+#endif
+};
+
+/* Return the settings that a scenario has by default, without callbacks. */
+static inline struct feasibee_settings feasibee_defaults(const struct feasibee_strategy *strategy);
+
+/* Begin at step 0, exploring; the first opinion, 1 or 0, is a fair coin. Draws a duration. */
+static inline void feasibee_begin(struct feasibee_robot *robot, const struct feasibee_settings *settings,
+                                  const struct feasibee_me *me, int8_t opinion);
+
+/* Count robots and tasks in sight while exploring (model.md 4.2). */
+static inline void feasibee_observe(struct feasibee_robot *robot, uint16_t robots, uint16_t tasks);
+
+/* Add a robot or task in sight to the knowledge while exploring (model.md 6.11). */
+static inline void feasibee_recognise(struct feasibee_robot *robot, const struct feasibee_thing *thing);
+
+/* Return whether messages count in this step. */
+static inline bool feasibee_listens(const struct feasibee_robot *robot);
+
+/* Keep a message: the latest of each sender, or every one (model.md 4.5). */
+static inline void feasibee_hear(struct feasibee_robot *robot, feasibee_id sender,
+                                 const struct feasibee_message *message);
+
+/* Write the message of this step; return false while exploring or silent. Call it once per step. */
+static inline bool feasibee_message(struct feasibee_robot *robot, struct feasibee_message *message);
+
+/* End a step; if its phase ends, the robot changes phase (model.md 3.3). */
+static inline void feasibee_end_step(struct feasibee_robot *robot);

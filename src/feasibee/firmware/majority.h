@@ -1,0 +1,9 @@
+/* Majority: broadcasts whatever the quality, then the majority of the opinions heard. */
+
+#include "rules.h"
+
+static const struct feasibee_strategy feasibee_majority = {
+    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ false,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    feasibee_majority_of, /* knowledge */ NULL,
+};

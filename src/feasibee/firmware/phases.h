@@ -1,0 +1,229 @@
+/* The functions of the controller, which controller.h describes. */
+
+#include "inbox.h"
+#include "knowledge.h"
+#include "numbers.h"
+
+static inline struct feasibee_settings feasibee_defaults(const struct feasibee_strategy *strategy)
+{
+    struct feasibee_settings settings;
+    settings.strategy = strategy;
+    settings.exploration = 10 * FEASIBEE_STEP;
+    settings.gain = 10 * FEASIBEE_STEP;
+    settings.dissemination_floor = 0;
+    settings.quality_floor = 0;
+    settings.listens_for = FEASIBEE_ALWAYS;
+    settings.inbox_size = FEASIBEE_INBOX;
+    settings.own_vote = true;
+    settings.every_message = false;
+    settings.stubborn = false;
+    settings.commit.rounds = 0;
+    settings.commit.heard = 3;
+    settings.commit.quorum = 9;
+    settings.commit.quorum_of = 10;
+    settings.parameters.k = 3;
+    settings.parameters.voters = UINT32_C(1) << 30;
+    settings.parameters.credence = 0.95;
+    settings.parameters.positive_feedback = true;
+    settings.draw_duration = NULL;
+    settings.draw_choice = NULL;
+    settings.draw_switch = NULL;
+    settings.setting = NULL;
+    return settings;
+}
+
+/* Begin exploring: empty the inbox; reset the counts if the strategy forgets (model.md 4.2, 4.6). */
+static inline void feasibee_explore(struct feasibee_robot *robot)
+{
+    struct feasibee_mean mean = {robot->settings->exploration, {1, 1}, false};
+    robot->disseminating = false;
+    if (robot->settings->strategy->forgets)
+        robot->robots_seen = robot->tasks_seen = 0;
+    robot->heard = robot->heard_feasible = robot->heard_infeasible = 0;
+    robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
+}
+
+/* Rate feasible by the counts (model.md 4.3). */
+static inline void feasibee_rate(struct feasibee_robot *robot)
+{
+    uint32_t robots = robot->robots_seen, tasks = robot->tasks_seen;
+    uint16_t floor = robot->settings->quality_floor;
+#if FEASIBEE_WORDS > 0
+    if (robot->settings->strategy->knowledge)
+        robot->settings->strategy->knowledge->count(robot, &robots, &tasks);
+#endif
+    robot->feasible_quality = robot->settings->strategy->quality(robots < floor ? floor : robots,
+                                                                 tasks < floor ? floor : tasks);
+}
+
+/* Return the mean duration of dissemination; 1/2 is the quality of no opinion. */
+static inline struct feasibee_mean feasibee_dissemination(const struct feasibee_robot *robot)
+{
+    struct feasibee_mean mean = {robot->settings->gain, {1, 1}, false};
+    if (!robot->settings->strategy->modulates)
+        return mean;
+    mean.share = robot->feasible_quality;
+    mean.complement = robot->opinion == FEASIBEE_INFEASIBLE;
+    if (robot->opinion == FEASIBEE_NONE) {
+        mean.share.part = 1;
+        mean.share.whole = 2;
+    }
+    return mean;
+}
+
+/* Begin disseminating, for a time drawn by the quality of the opinion (model.md 4.3, 4.4). */
+static inline void feasibee_disseminate(struct feasibee_robot *robot)
+{
+    const struct feasibee_strategy *strategy = robot->settings->strategy;
+    feasibee_rate(robot);
+    robot->disseminating = true;
+    robot->said = strategy->say ? strategy->say(robot) : robot->opinion;
+#if FEASIBEE_VALUES
+    if (strategy->sends_value)
+        robot->value = strategy->value ? strategy->value(robot) : feasibee_value_of(robot->feasible_quality);
+#endif
+    struct feasibee_mean mean = feasibee_dissemination(robot);
+    robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
+    robot->phase_left += robot->settings->dissemination_floor;
+}
+
+/* Commit if enough successive inboxes agreed with the robot's opinion (model.md 6.14). */
+static inline void feasibee_consider_commitment(struct feasibee_robot *robot,
+                                                const struct feasibee_votes *votes)
+{
+    const struct feasibee_commit *rule = &robot->settings->commit;
+    uint16_t agreeing = robot->opinion == FEASIBEE_FEASIBLE ? votes->feasible : votes->infeasible;
+    uint16_t all = (uint16_t)(votes->feasible + votes->infeasible);
+    bool agrees = robot->opinion != FEASIBEE_NONE && all >= rule->heard &&
+                  (uint32_t)agreeing * rule->quorum_of >= (uint32_t)rule->quorum * all;
+    if (!agrees)
+        robot->agreed = 0;
+    else if (robot->agreed < rule->rounds)
+        robot->agreed++;
+    robot->committed = robot->committed || robot->agreed >= rule->rounds;
+}
+
+/* Decide by the inbox or the knowledge (model.md 4.6). */
+static inline void feasibee_decide(struct feasibee_robot *robot)
+{
+    const struct feasibee_settings *settings = robot->settings;
+    if (settings->strategy->knowledge)
+        feasibee_rate(robot);
+    struct feasibee_votes votes = feasibee_votes_of(robot, settings->draw_choice(robot->me.context));
+    int8_t decided = settings->strategy->decide(robot, &votes);
+    if (settings->draw_switch && settings->draw_switch(robot->me.context)) { /* model.md 6.10 */
+        struct feasibee_ratio quality = robot->feasible_quality;
+        decided = quality.part >= quality.whole - quality.part ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
+    }
+    if (!settings->stubborn && !robot->committed && robot->declared == FEASIBEE_NONE)
+        robot->opinion = decided;
+    if (settings->commit.rounds > 0)
+        feasibee_consider_commitment(robot, &votes);
+}
+
+#if FEASIBEE_WORDS > 0
+
+/* Declare, or adopt the opinion that follows from what is known (model.md 6.11, 6.15). */
+static inline void feasibee_follow(struct feasibee_robot *robot)
+{
+    const struct feasibee_knowledge *knowledge = robot->settings->strategy->knowledge;
+    int8_t opinion = FEASIBEE_NONE;
+    if (knowledge->declare && robot->declared == FEASIBEE_NONE)
+        opinion = robot->declared = knowledge->declare(robot);
+    if (opinion == FEASIBEE_NONE && knowledge->judge)
+        opinion = knowledge->judge(robot);
+    if (opinion != FEASIBEE_NONE && !robot->settings->stubborn && !robot->committed)
+        robot->opinion = opinion;
+}
+
+#endif
+
+static inline void feasibee_begin(struct feasibee_robot *robot, const struct feasibee_settings *settings,
+                                  const struct feasibee_me *me, int8_t opinion)
+{
+    uint8_t *bytes = (uint8_t *)robot;
+    for (size_t place = 0; place < sizeof *robot; place++)
+        bytes[place] = 0;
+    robot->settings = settings;
+    robot->me = *me;
+    robot->opinion = settings->strategy->starts_neutral ? (int8_t)FEASIBEE_NONE : opinion;
+    robot->declared = FEASIBEE_NONE;
+    robot->feasible_quality.part = 1;
+    robot->feasible_quality.whole = 2;
+#if FEASIBEE_WORDS > 0
+    if (settings->strategy->knowledge && settings->strategy->knowledge->start)
+        settings->strategy->knowledge->start(robot);
+#endif
+    feasibee_explore(robot);
+}
+
+static inline void feasibee_observe(struct feasibee_robot *robot, uint16_t robots, uint16_t tasks)
+{
+    if (!robot->disseminating) {
+        robot->robots_seen += robots;
+        robot->tasks_seen += tasks;
+    }
+}
+
+static inline void feasibee_recognise(struct feasibee_robot *robot, const struct feasibee_thing *thing)
+{
+#if FEASIBEE_WORDS > 0
+    if (robot->settings->strategy->knowledge && !robot->disseminating)
+        robot->settings->strategy->knowledge->observe(robot, thing);
+#else
+    (void)robot, (void)thing;
+#endif
+}
+
+static inline bool feasibee_listens(const struct feasibee_robot *robot)
+{
+    int32_t last = robot->settings->listens_for;
+    if (last == FEASIBEE_ALWAYS)
+        return true;
+    return robot->disseminating && (last == FEASIBEE_DISSEMINATION || (uint32_t)last >= robot->phase_left);
+}
+
+static inline void feasibee_hear(struct feasibee_robot *robot, feasibee_id sender,
+                                 const struct feasibee_message *message)
+{
+#if FEASIBEE_WORDS > 0
+    if (robot->settings->strategy->knowledge)
+        robot->settings->strategy->knowledge->merge(robot, message->words, sender);
+#endif
+    if (robot->settings->every_message)
+        feasibee_count(robot, message->opinion);
+    else
+        feasibee_keep(robot, sender, message);
+}
+
+static inline bool feasibee_message(struct feasibee_robot *robot, struct feasibee_message *message)
+{
+    if (!robot->disseminating || robot->said == FEASIBEE_NONE)
+        return false;
+    message->opinion = robot->said;
+    message->value = robot->value;
+    message->committed = robot->committed;
+#if FEASIBEE_WORDS > 0
+    if (robot->settings->strategy->knowledge)
+        robot->settings->strategy->knowledge->encode(robot, message->words);
+#endif
+    return true;
+}
+
+static inline void feasibee_end_step(struct feasibee_robot *robot)
+{
+#if FEASIBEE_WORDS > 0
+    if (robot->settings->strategy->knowledge)
+        feasibee_follow(robot);
+#endif
+    robot->phase_left--;
+    if (robot->phase_left == 0) {
+        if (robot->disseminating) {
+            feasibee_decide(robot);
+            feasibee_explore(robot);
+        } else {
+            feasibee_disseminate(robot);
+        }
+    }
+    robot->me.step++;
+}

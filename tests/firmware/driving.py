@@ -1,0 +1,244 @@
+"""Drive a controller in Python and in C by the same random stream, and compile the latter."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import random
+import shutil
+import struct
+import subprocess
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+from feasibee.firmware import header
+from feasibee.robot import Commit, Controller, Message
+from feasibee.strategies import STRATEGIES
+
+HERE = Path(__file__).parent
+NAMES = ["dmmd", "dmvd", "dc", "voter", "majority", "k-unanimity", "bayes", "cross-inhibition"]
+NAMES += ["accumulate", "average", "mixture"]
+"""Strategies in the order of drive.c."""
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+INBOX = 64
+SENDERS = 40
+STATE = struct.Struct("<BBBHId")
+"""Opinion + 1; bits: listens, broadcasts, disseminates, committed; message; value; phase left; last mean."""
+
+
+def compiler():
+    """Return the C compiler, or skip."""
+    found = shutil.which("cc")
+    if found is None:
+        pytest.skip("needs a C compiler: Debian's package gcc")
+    return [found]
+
+
+def compiled(folder, source, *options, command=None, name="program"):
+    """Return the program of a C file that includes feasibee.h."""
+    (folder / "feasibee.h").write_text(header())
+    out = folder / name
+    subprocess.run(
+        [*(command or compiler()), *STRICT, *options, "-I", folder, HERE / source, "-o", out, "-lm"],
+        check=True,
+    )
+    return out
+
+
+@dataclasses.dataclass
+class Episode:
+    """Settings, drawn at random, and what one robot sees and hears."""
+
+    strategy: str
+    seed: int
+    steps: int
+
+    def __post_init__(self):
+        draw = random.Random(f"{self.strategy} {self.seed}")
+        pick = draw.choice
+        values = STRATEGIES[self.strategy].value_bits > 0
+        self.opinion = draw.getrandbits(1)
+        self.exploration = pick([0.0, 1.0, 2.5, 10.0, 25.0])
+        self.gain = pick([0.0, 1.5, 10.0, 12.75, 60.0])
+        self.dissemination_floor = pick([0, 0, 3, 30])
+        self.quality_floor = pick([0, 0, 1, 7])
+        self.listens_for = pick([None, None, 0, 3, 10])
+        self.every_message = not values and draw.random() < 0.25
+        self.inbox_size = None if self.every_message else pick([None, None, 1, 2, 5])
+        self.own_vote = draw.random() < 0.7
+        self.stubborn = draw.random() < 0.1
+        quorum = pick([(1, 2), (9, 10), (1, 1), (2, 3), (0, 1)])
+        self.commit = (draw.randrange(1, 4), draw.randrange(5), *quorum) if draw.random() < 0.4 else None
+        self.k = draw.randrange(1, 6)
+        self.voters = pick([0, 2**30, 2**31 + 1, 2**32])
+        self.credence = pick([0.6, 0.9, 0.95, 0.9999])
+        self.positive_feedback = bool(draw.getrandbits(1))
+        self.word = draw.randrange(1, 2**32)
+        self.switching = 2**29 if draw.random() < 0.2 else 0
+        feasible, most = pick([0.0, 0.2, 0.5, 0.9, 1.0]), pick([0, 2, 6])
+        self.sights = [(draw.randrange(4), draw.randrange(pick([1, 4]))) for _ in range(self.steps)]
+        self.messages = [
+            [
+                (draw.randrange(SENDERS), int(draw.random() < feasible), self._value(draw))
+                for _ in range(draw.randrange(most + 1))
+            ]
+            for _ in range(self.steps)
+        ]
+
+    @staticmethod
+    def _value(draw):
+        """Return a value; often one whose quality robots hold, too."""
+        return draw.choice([0, 65_535, 21_845, 43_690, 13_107, 32_768, draw.getrandbits(16)])
+
+    def stream(self):
+        """Return what drive.c reads."""
+        rounds, heard, quorum, quorum_of = self.commit or (0, 3, 9, 10)
+        parts = [
+            struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
+            struct.pack("<ddHH", self.exploration, self.gain, self.dissemination_floor, self.quality_floor),
+            struct.pack(
+                "<HH", 0 if self.listens_for is None else self.listens_for + 1, self.inbox_size or INBOX
+            ),
+            struct.pack(
+                "<BBBHHHH", self.own_vote, self.every_message, self.stubborn, rounds, heard, quorum, quorum_of
+            ),
+            struct.pack("<HIdB", self.k, min(self.voters, 2**32 - 1), self.credence, self.positive_feedback),
+            struct.pack("<II", self.word, self.switching),
+        ]
+        for sight, messages in zip(self.sights, self.messages, strict=True):
+            parts.append(struct.pack("<BBB", *sight, len(messages)))
+            parts += [struct.pack("<BBH", *message) for message in messages]
+        return b"".join(parts)
+
+    def parameters(self):
+        """Return the strategy's parameters."""
+        own = {
+            "k": float(self.k),
+            "voters": self.voters / 2**32,
+            "credence": self.credence,
+            "positive_feedback": float(self.positive_feedback),
+        }
+        return [own[name] for name in STRATEGIES[self.strategy].parameters]
+
+    def states(self, whole_numbers=False):
+        """Return what the controller in Python does, as drive.c writes it."""
+        draws = Draws(self.word, self.switching, whole_numbers)
+        robot = Controller(
+            exact_dc() if whole_numbers and self.strategy == "dc" else STRATEGIES[self.strategy],
+            self.opinion,
+            draws.duration,
+            draws.choice,
+            exploration=self.exploration,
+            gain=self.gain,
+            dissemination_floor=self.dissemination_floor,
+            quality_floor=self.quality_floor,
+            own_vote=self.own_vote,
+            listens_for=self.listens_for,
+            every_message=self.every_message,
+            inbox_size=self.inbox_size,
+            parameters=self.parameters(),
+            commit=self.commit and Commit(Fraction(*self.commit[2:]), *self.commit[:2]),
+            draw_switch=draws.switch if self.switching else None,
+            stubborn=self.stubborn,
+        )
+        return [state(robot, draws, *each) for each in zip(self.sights, self.messages, strict=True)]
+
+
+class Draws:
+    """The random draws of drive.c."""
+
+    def __init__(self, word, switching, whole_numbers):
+        self.last = word
+        self.switching = switching
+        self.whole_numbers = whole_numbers
+        self.mean = 0.0
+
+    def word(self):
+        word = self.last
+        word ^= word << 13 & 0xFFFFFFFF
+        word ^= word >> 17
+        self.last = word ^ word << 5 & 0xFFFFFFFF
+        return self.last
+
+    def duration(self, mean):
+        self.mean = mean
+        word = self.word()
+        if self.whole_numbers:
+            return 1 + word % 16
+        return min(max(1, math.ceil(-mean * math.log((word + 1) / 2**32))), 2**30)
+
+    def choice(self):
+        chance = self.word() / 2**32
+        return chance, self.word() / 2**32
+
+    def switch(self):
+        return self.word() < self.switching
+
+
+def state(robot, draws, sight, messages):
+    """Return the state after a step."""
+    listens = robot.listens
+    robot.observe(*sight)
+    if listens:
+        for sender, opinion, value in messages:
+            robot.hear(sender, Message(opinion, value, bool(value & 1)))
+    said = robot.message()
+    robot.end_step()
+    flags = listens + 2 * (said is not None) + 4 * robot.disseminating + 8 * robot.committed
+    told, value = (said.opinion + 2 * said.committed, said.value) if said else (0, 0)
+    return STATE.pack(robot.opinion + 1, flags, told, value, robot.phase_left, draws.mean)
+
+
+def exact_dc():
+    """Return dc with exact fractions: in double, equal qualities may differ in the last bit."""
+
+    def decide(mind, inbox):
+        own = Fraction(mind.feasible_quality).limit_denominator(10**6)
+        heard = Fraction(round(inbox.heard_value * 65_535), 65_535)
+        if inbox.heard_opinion == 0:
+            heard = 1 - heard
+        if mind.opinion == 0:
+            own = 1 - own
+        return inbox.heard_opinion if inbox.heard_opinion >= 0 and heard > own else mind.opinion
+
+    def value(mind):
+        exact = Fraction(mind.feasible_quality).limit_denominator(10**6)
+        return math.floor(exact * 65_535 + Fraction(1, 2)) / 65_535
+
+    return dataclasses.replace(STRATEGIES["dc"], decide=decide, value=value)
+
+
+def batches(strategy, steps, length=500, most=20):
+    """Yield lists of episodes, of so many steps in all."""
+    for first in range(0, steps // length, most):
+        last = min(first + most, steps // length)
+        yield [Episode(strategy, seed, length) for seed in range(first, last)]
+
+
+def answers(command, stream):
+    """Return what a program writes, given a stream."""
+    return subprocess.run(command, input=stream, capture_output=True, check=True).stdout
+
+
+def assert_same(command, strategy, steps, whole_numbers=False):
+    """Compare what a program and the controller in Python do in random episodes, step by step."""
+    for episodes in batches(strategy, steps):
+        got = answers(command, b"".join(episode.stream() for episode in episodes))
+        expected = [(episode, episode.states(whole_numbers)) for episode in episodes]
+        if got != b"".join(state for _, states in expected for state in states):
+            show_difference(got, expected)
+
+
+def show_difference(got, expected):
+    """Fail at the first state that differs."""
+    place = 0
+    for episode, states in expected:
+        for step, state in enumerate(states):
+            theirs = got[place : place + STATE.size]
+            assert len(theirs) == STATE.size, (episode.strategy, episode.seed, step)
+            assert STATE.unpack(theirs) == STATE.unpack(state), (episode.strategy, episode.seed, step)
+            place += STATE.size
+    raise AssertionError(f"{len(got) - place} bytes too many")

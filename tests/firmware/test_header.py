@@ -1,0 +1,90 @@
+"""feasibee.h: what it is made of, and that it compiles without warnings."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import feasibee.firmware
+from feasibee.errors import FeasibeeError
+from feasibee.firmware import header, strategies_in_c
+from tests.commands import invoke, refused_in_a_line
+
+FOLDER = Path(feasibee.firmware.__file__).parent
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+PROGRAM = '#include "feasibee.h"\nint main(void) { return 0; }\n'
+
+
+def constants(text):
+    """Return the strategies that a text defines."""
+    return re.findall(r"^static const struct feasibee_strategy feasibee_(\w+) =", text, re.MULTILINE)
+
+
+def test_the_header_has_all_strategies_in_c():
+    assert sorted(constants(header())) == sorted(name.replace("-", "_") for name in strategies_in_c())
+
+
+@pytest.mark.parametrize("name", strategies_in_c())
+def test_a_trimmed_header_has_its_strategy_and_compiles(name, tmp_path):
+    text = header(name, inbox=32)
+    assert name.replace("-", "_") in constants(text)
+    assert len(constants(text)) < len(constants(header()))
+    compile_header(text, ["cc", "-std=c99"], tmp_path)
+
+
+@pytest.mark.parametrize("compiler", [["cc", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]])
+@pytest.mark.parametrize(
+    "options", [[], ["-DFEASIBEE_DOUBLE"], ["-DFEASIBEE_WORDS=4", "-DFEASIBEE_VALUES=0"]]
+)
+def test_the_header_compiles_without_warnings(compiler, options, tmp_path):
+    compile_header(header(), [*compiler, *options], tmp_path)
+
+
+def compile_header(text, command, folder):
+    if shutil.which(command[0]) is None:
+        pytest.skip("needs compilers for C and C++: Debian's package g++")
+    (folder / "feasibee.h").write_text(text)
+    (folder / "program.c").write_text(PROGRAM)
+    subprocess.run([*command, *STRICT, "-fsyntax-only", folder / "program.c"], check=True)
+
+
+def test_each_part_is_in_the_header_once():
+    text = header()
+    assert text.count("#ifndef FEASIBEE_H\n") == 1
+    assert '#include "' not in text
+    for path in FOLDER.glob("*.h"):
+        assert text.count(path.read_text().partition("\n")[0]) == 1, path.name
+
+
+def test_parts_are_short():
+    assert all(len(path.read_text().splitlines()) <= 400 for path in FOLDER.glob("*.h"))
+    assert all(len(line) <= 120 for path in FOLDER.glob("*.h") for line in path.read_text().splitlines())
+
+
+def test_the_command_prints_the_header():
+    assert invoke("header").stdout == header()
+    trimmed = invoke("header", "--strategy", "dmmd", "--strategy", "dc", "--inbox", 32).stdout
+    assert trimmed == header(["dc", "dmmd"], inbox=32)
+    assert "#define FEASIBEE_INBOX 32\n" in trimmed
+
+
+def test_values_are_left_out_where_no_strategy_sends_any():
+    assert "#define FEASIBEE_VALUES 0\n" in header(["dmmd", "voter"])
+    assert "#define FEASIBEE_VALUES 0\n" not in header(["dmmd", "dc"])
+
+
+def test_a_strategy_that_is_not_in_c_is_an_error():
+    line = refused_in_a_line("header", "--strategy", "dmdm")
+    assert line.startswith(
+        "feasibee: strategy = 'dmdm': must be a strategy that exists in C; use dmmd, dmvd,"
+    )
+
+
+@pytest.mark.parametrize("inbox", [0, -1, 65_536])
+def test_an_impossible_inbox_is_an_error(inbox):
+    with pytest.raises(FeasibeeError, match=f"inbox = {inbox}: must be from 1 to 65535 senders; use 32"):
+        header(inbox=inbox)

@@ -1,0 +1,95 @@
+"""The controller in C does what the controller in Python does, step by step, to the last bit."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import random
+import shutil
+import struct
+import sys
+
+import pytest
+
+from feasibee.firmware import strategies_in_c
+from feasibee.strategies import STRATEGIES
+from tests.firmware.driving import HERE, NAMES, SANITIZED, Episode, answers, assert_same, compiled
+
+DOUBLE = "-DFEASIBEE_DOUBLE"
+
+
+@pytest.fixture(scope="module", params=["double", "whole"])
+def build(request, tmp_path_factory):
+    """Return a program with sanitizers, and whether it computes in whole numbers."""
+    whole = request.param == "whole"
+    options = [*SANITIZED, "-DFEASIBEE_ID=uint8_t" if whole else DOUBLE]
+    return [compiled(tmp_path_factory.mktemp("drive"), "drive.c", *options)], whole
+
+
+def test_all_strategies_without_knowledge_are_driven():
+    assert {name for name in strategies_in_c() if not STRATEGIES[name].knowledge} == set(NAMES)
+    assert all(name in strategies_in_c() for name, each in STRATEGIES.items() if not each.knowledge)
+
+
+@pytest.mark.parametrize("strategy", NAMES)
+def test_c_and_python_agree(strategy, build):
+    program, whole = build
+    assert_same(program, strategy, 10_000, whole)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("strategy", NAMES)
+def test_c_and_python_agree_for_a_million_steps(strategy, build):
+    program, whole = build
+    assert_same(program, strategy, 1_000_000, whole)
+
+
+def test_what_is_driven_is_varied():
+    """Robots change their opinions, commit, are silent, and end phases."""
+    states = [
+        struct.unpack_from("<BB", each) for seed in range(20) for each in Episode("dmmd", seed, 500).states()
+    ]
+    assert {opinion for opinion, _ in states} == {1, 2}
+    assert {flags & 15 for _, flags in states} >= {0, 1, 4, 6, 7, 9, 15}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [[DOUBLE], []], ids=["double", "whole"])
+def test_webassembly_does_the_same(options, tmp_path):
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("needs the package ziglang from PyPI")
+    if shutil.which("node") is None:
+        pytest.skip("needs node: Debian's package nodejs")
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-O2"]
+    native = compiled(tmp_path, "drive.c", "-O2", *options)
+    wasm = compiled(tmp_path, "drive.c", *options, command=zig, name="drive.wasm")
+    for strategy in NAMES:
+        stream = b"".join(Episode(strategy, seed, 1_000).stream() for seed in range(50))
+        assert answers(["node", "--no-warnings", HERE / "wasi.mjs", wasm], stream) == answers(
+            [native], stream
+        )
+
+
+MEANS = [
+    (10, 1, 1, 0),
+    (10, 3, 7, 0),
+    (10, 3, 7, 1),
+    (10, 1, 20, 0),
+    (2.5, 1, 1, 0),
+    (100, 1, 1, 0),
+    (10, 0, 5, 0),
+]
+
+
+def test_whole_numbers_draw_the_durations_of_real_numbers(tmp_path):
+    """At most one draw in 20,000 differs, and then by a step."""
+    program = compiled(tmp_path, "durations.c", "-O2")
+    draw = random.Random(1)
+    words = [0, 1, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1, *(draw.getrandbits(32) for _ in range(20_000))]
+    for steps, part, whole, complement in MEANS:
+        given = [struct.pack("<5I", int(steps * 65_536), part, whole, complement, word) for word in words]
+        got = struct.unpack(f"<{len(words)}I", answers([program], b"".join(given)))
+        mean = steps * (1 - part / whole if complement else part / whole)
+        expected = [max(1, math.ceil(-mean * math.log((word + 1) / 2**32))) for word in words]
+        errors = [abs(one - other) for one, other in zip(got, expected, strict=True)]
+        assert sum(errors) <= 1, (steps, part, whole)
