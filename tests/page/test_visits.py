@@ -110,8 +110,9 @@ def test_sliders_change_the_swarm_and_the_address_keeps_it(visit, file):
     page.get_by_label("Strategy").select_option("voter")
     page.get_by_label("Seed", exact=True).fill("18446744073709551615")
     page.get_by_label("Robots", exact=True).fill("17")
-    assert page.url.partition("#")[2] == "robots=17&tasks=18&strategy=voter&seed=18446744073709551615&run=0"
-    other = visit(file, f"#{page.url.partition('#')[2]}")
+    kept = "#robots=17&tasks=18&strategy=voter&seed=18446744073709551615&run=0"
+    expect(page).to_have_url(f"{file.as_uri()}{kept}")
+    other = visit(file, kept)
     expect(other.locator("#question")).to_have_text("Can 17 robots do 18 tasks?")
     expect(other.locator("#truth")).to_have_text("No: 1 robot is missing")
     for each in (page, other):

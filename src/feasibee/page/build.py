@@ -49,6 +49,7 @@ def compile_world(out: Path) -> None:
         subprocess.run(
             [*zig, "-o", str(out), str(FOLDER / "world.c")], check=True, env={**os.environ, **cache}
         )
+    out.chmod(0o644)  # the linker makes it executable
 
 
 if __name__ == "__main__":

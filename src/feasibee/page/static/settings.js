@@ -6,6 +6,7 @@ import { RUNS } from "./swarms.js";
 /** @import { Given, Settings } from "./world.js" */
 
 const SEEDS = 2n ** 64n;
+const PAUSE = 200; // milliseconds: browsers limit how often a page may write its address
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
 /**
@@ -34,6 +35,7 @@ export class Controls {
     this.given = given;
     this.changed = changed;
     this.settings = { ...given.settings };
+    this.late = 0;
     this.limits = { robots: [1, given.most.robots], tasks: [0, given.most.tasks], run: [0, 2 ** 32 - 1] };
     for (const [name, most] of /** @type {const} */ ([
       ["robots", SLIDER],
@@ -67,7 +69,8 @@ export class Controls {
       this.settings = { ...this.settings, [name]: value };
     }
     this.show(typed);
-    this.writeAddress();
+    clearTimeout(this.late);
+    this.late = setTimeout(() => this.writeAddress(), PAUSE);
     this.changed(this.settings);
   }
 
