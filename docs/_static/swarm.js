@@ -1,9 +1,9 @@
 // The page that simulates, in a frame of the front page: it gets the site's theme, and its frame the height it asks for.
 
-const frame = document.querySelector("iframe.swarm");
+const frame = /** @type {HTMLIFrameElement} */ (document.querySelector("iframe.swarm"));
 
 function tellTheme() {
-  frame.contentWindow.postMessage({ theme: document.body.dataset.theme || "auto" }, "*");
+  frame.contentWindow?.postMessage({ theme: document.body.dataset.theme || "auto" }, "*");
 }
 
 addEventListener("message", ({ source, data }) => {

@@ -134,12 +134,14 @@ def test_an_invalid_number_is_marked_and_changes_nothing(visit, file):
     expect(robots).to_have_value("20")
 
 
-@pytest.mark.parametrize("width", [360, 701, 900, 1440])
+@pytest.mark.parametrize("width", [360, 740, 900, 1440])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_fits_and_has_the_systems_colours(visit, file, width, scheme):
     page = visit(file, width=width, color_scheme=scheme)
     expect(page.locator("#arena[data-drawn]")).to_be_visible()
     assert page.evaluate("document.documentElement.scrollWidth") == width
+    stage, faster = (page.locator(each).bounding_box() for each in ("#stage", "#faster"))
+    assert faster["x"] + faster["width"] <= stage["x"] + stage["width"] + 1
     ground = page.evaluate(
         "[...document.getElementById('arena').getContext('2d').getImageData(2, 2, 1, 1).data]"
     )

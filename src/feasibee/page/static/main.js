@@ -46,6 +46,7 @@ class Page {
     this.shown = -1;
     this.said = "";
     this.stale = false;
+    $("legend-committed").hidden = !given.numbers[given.names.indexOf("rounds")];
     this.controls = new Controls(given, (settings) => this.begin(settings));
     this.player.play(!this.calm.matches);
     this.setSpeed(this.player.speed);
@@ -142,7 +143,7 @@ class Page {
       none,
     }))
       $(id).textContent = formatted(count);
-    $("none-row").hidden = !none;
+    $("none-row").hidden = $("legend-none").hidden = !none;
     this.showDecision(frame);
     this.curve.draw(recording, frame.step, this.threshold, this.shades);
     if (rests || frame.step % 50 === 0) this.describe(frame);

@@ -82,7 +82,7 @@ export class Swarms {
       `${counted(done, "swarm")}: ${parts.join(", ")}.`,
       `Share feasible: ${shareOf(this.count(1), done)}.`,
       `Share right: ${shareOf(this.count(truth), done)}.`,
-      steps.length ? `Half of those that decided had by step ${median.toLocaleString("en")}.` : "",
+      steps.length ? `Median step of the decisions: ${median.toLocaleString("en")}.` : "",
     ];
   }
 }
