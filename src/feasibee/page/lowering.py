@@ -197,9 +197,6 @@ def _combinations(scenario: Scenario) -> Iterator[Problem]:
     if width != height:
         rule = "must be a square in a page"
         yield Problem("arena.side", [width, height], rule, f"use {max(width, height)}, or use feasibee watch")
-    if exact(scenario.robots.speed) > 1000 * exact(max(width, height)):
-        rule = "must be at most 1,000 times arena.side in a page"
-        yield Problem("robots.speed", scenario.robots.speed, rule, f"use {max(width, height)} or less")
     if decision.strategy not in PAGE_STRATEGIES:
         rule = "isn't in a page, which has the strategies that pass on opinions only"
         remedy = f"use {', '.join(PAGE_STRATEGIES)}, or use feasibee watch"
