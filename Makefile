@@ -5,14 +5,15 @@ BIN := $(VENV)/bin
 LOWEST ?= .venv-lowest
 LOWEST_PYTHON ?= python3.11
 
-.PHONY: help paper test test-all test-lowest lint lint-js format-js bench docs claims claims-short clean
+.PHONY: help paper test test-all test-lowest lint lint-js format-js wasm bench docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, from 2,000 swarms at each ratio"
 	@echo "make test    the tests that take minutes together"
 	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
-	@echo "make lint-js format and types of the live page's JavaScript, with npm; make format-js formats it"
+	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
+	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/page/world.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
 	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
 	@echo "make docs    the documentation, in docs/_build/html; runs the gallery's examples"
@@ -45,6 +46,9 @@ lint-js: node_modules/installed
 
 format-js: node_modules/installed
 	npm run --silent format
+
+wasm: $(VENV)/with-wasm
+	$(BIN)/python -m feasibee.page.build
 
 bench: $(VENV)/with-bench
 	$(BIN)/python benchmarks/bench.py $(if $(QUICK),--quick) $(if $(SAVE),--save) $(if $(AGAINST),--against $(AGAINST))

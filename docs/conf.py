@@ -30,6 +30,7 @@ extensions = [
     "fields",
     "names",
     "outcomes",
+    "page",
     "sessions",
     "speed",
 ]

@@ -20,6 +20,8 @@ EXTRAS = PROJECT["project"]["optional-dependencies"]
 GROUPS = PROJECT["dependency-groups"]
 DISTRIBUTIONS = {"PIL": "pillow"}
 """Names on the registry, by import name, where the two differ."""
+FIXED = {"ziglang"}
+"""Packages at one fixed version: a compiler whose bytes are compared."""
 OWN = {"feasibee", "claims", *(path.stem for path in (ROOT / "benchmarks").glob("*.py"))}
 PLACES = {
     "src": [*chain(*EXTRAS.values())],
@@ -73,7 +75,8 @@ def test_a_requirement_is_the_same_wherever_it_stands():
 def test_each_requirement_has_a_lowest_version_and_no_highest():
     """`make test-lowest` installs the lowest; a highest would keep users from versions that may work."""
     for each in chain(CORE, *EXTRAS.values(), *GROUPS.values()):
-        assert re.fullmatch(r"[\w-]+>=[\d.]+", each), each
+        bound = "==" if name_of(each) in FIXED else ">="
+        assert re.fullmatch(rf"[\w-]+{bound}[\d.]+", each), each
 
 
 def test_a_missing_package_is_answered_with_an_extra_that_exists():

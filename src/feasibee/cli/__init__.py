@@ -20,6 +20,7 @@ from feasibee.cli.compile import compile_engines
 from feasibee.cli.header import header
 from feasibee.cli.limits import frontier, limits
 from feasibee.cli.listings import presets, strategies
+from feasibee.cli.page import page
 from feasibee.cli.recommend import recommend
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
@@ -115,6 +116,7 @@ for command in (
     run,
     watch,
     animate,
+    page,
     assess,
     size,
     recommend,

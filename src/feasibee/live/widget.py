@@ -6,12 +6,11 @@ queues up, and a view at rest costs nothing. Needs the extra ``widget``.
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem, how_to_install
 from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.modules import STATIC, joined
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
@@ -24,7 +23,6 @@ except ModuleNotFoundError as error:
         raise
     raise FeasibeeError(f"anywidget: not installed; {how_to_install('widget')}") from None
 
-STATIC: Final = Path(__file__).parent / "static"
 MODULES: Final = ("frames", "comings", "crowd", "sprites", "ground", "arena", "player", "widget")
 """Modules of the page that the widget uses, each after those that it imports."""
 SWARMS_LIMIT: Final = 8
@@ -33,8 +31,7 @@ SWARMS_LIMIT: Final = 8
 
 def joined_modules() -> str:
     """Return the page's modules as one, since anywidget takes a single module."""
-    texts = ((STATIC / f"{name}.js").read_text("utf-8") for name in MODULES)
-    return "\n".join(re.sub(r"(?m)^import [^;]+;\n|^export (?!default)", "", text) for text in texts)
+    return joined(STATIC / f"{name}.js" for name in MODULES)
 
 
 class Arena(anywidget.AnyWidget):

@@ -78,6 +78,7 @@ export class Arena {
     this.flags = new Uint16Array(0); // of the frame that is drawn
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
     this.calm = false;
+    this.ranges = false; // of all robots
     this.pointed = this.chosen = -1;
     this.drawn = 0;
   }
@@ -149,7 +150,9 @@ export class Arena {
     this.place(now, next, between);
     this.flags = now.flags;
     if (now !== this.before) this.notice(now, time);
-    const shadowed = [this.pointed, this.chosen].filter((each) => this.has(each));
+    const shadowed = (this.ranges ? [...this.flags.keys()] : [this.pointed, this.chosen]).filter((each) =>
+      this.has(each),
+    );
     if (now.robots > DETAILED) {
       this.crowd.draw(context, this.px, this.py, now.flags, LOOKS, (looks) => this.sprite(looks));
       for (const each of shadowed) this.shadow(each);

@@ -13,7 +13,7 @@ const THEMES = { auto: "as the system", light: "light", dark: "dark" };
 const SIGNS = { auto: "◐", light: "○", dark: "●" };
 
 /**
- * Return the colours of the present theme, from style.css.
+ * Return the colours of the present theme, from base.css.
  * @returns {Record<Shade, string>}
  */
 export function colours() {

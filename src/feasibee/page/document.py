@@ -1,0 +1,115 @@
+"""Write the page: markup, style, modules, the compiled world and a scenario in one file."""
+
+from __future__ import annotations
+
+import base64
+import json
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from string import Template
+from typing import Any, Final
+from urllib.parse import quote
+
+from feasibee.files.writing import atomic_write
+from feasibee.live.modules import STATIC as LIVE
+from feasibee.live.modules import joined
+from feasibee.model.codes import exact
+from feasibee.page.lowering import (
+    NUMBERS,
+    PAGE_STRATEGIES,
+    ROBOTS_LIMIT,
+    TASKS_LIMIT,
+    check_scenario,
+    numbers_of,
+)
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.scenario import Scenario
+
+STATIC: Final = Path(__file__).parent / "static"
+WASM: Final = Path(__file__).parent / "world.wasm"
+"""The compiled world: see build.py."""
+ARENA_MODULES: Final = (
+    *("frames", "comings", "crowd", "sprites", "ground", "arena", "player", "elements", "theme"),
+)
+"""Modules of the live arena that the page uses, each after those that it imports."""
+MODULES: Final = ("words", "world", "recording", "curve", "swarms", "settings", "frame", "main")
+"""Modules of the page, each after those that it imports."""
+
+
+def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> str:
+    """Return the page that begins with a scenario, as HTML.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is simulated; sliders change its numbers of robots and tasks and its strategy.
+    seed, run : int
+        Seed and number of the first run shown.
+    name : str
+        What to call the scenario, such as its file's name.
+
+    Raises
+    ------
+    ScenarioError
+        If a page can't simulate the scenario, with all reasons.
+    FeasibeeError
+        If seed or run is out of range.
+    """
+    check_scenario(scenario)
+    runs = Runs(1, seed, run)
+    icon = "data:image/svg+xml," + quote((LIVE / "icon.svg").read_text("utf-8"))
+    styles = (folder / name for folder, name in ((LIVE, "base.css"), (STATIC, "page.css")))
+    modules = [LIVE / f"{each}.js" for each in ARENA_MODULES] + [STATIC / f"{each}.js" for each in MODULES]
+    return Template((STATIC / "page.html").read_text("utf-8")).substitute(
+        icon=icon,
+        style="\n".join(path.read_text("utf-8") for path in styles),
+        given=json.dumps(_given(scenario, runs, name), separators=(",", ":")).replace("<", "\\u003c"),
+        script=joined(modules),
+    )
+
+
+def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name: str = "") -> None:
+    """Write the page of `page_of` to a file; after an error, the previous file is unchanged."""
+    text = page_of(scenario, seed, run, name)
+    with atomic_write(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
+    """Return what world.js calls Given."""
+    threshold = exact(scenario.decision.threshold)
+    return {
+        "name": name,
+        "version": version("feasibee"),
+        "toml": scenario.to_toml(),
+        "wasm": base64.b64encode(WASM.read_bytes()).decode(),
+        "names": NUMBERS,
+        "numbers": numbers_of(scenario),
+        "strategies": [{"name": each, "rule": _rule(each)} for each in PAGE_STRATEGIES],
+        "threshold": [str(threshold.numerator), str(threshold.denominator)],
+        "most": {"robots": ROBOTS_LIMIT, "tasks": TASKS_LIMIT},
+        "settings": {
+            "robots": scenario.robots.count,
+            "tasks": scenario.tasks.count,
+            "strategy": PAGE_STRATEGIES.index(scenario.decision.strategy),
+            "seed": str(runs.seed),
+            "run": runs.first,
+        },
+        "lengths": {
+            "side": scenario.arena.size[0],
+            "diameter": scenario.robots.diameter,
+            "sight": scenario.sensing.range,
+            "radio": scenario.radio.range,
+        },
+        "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
+    }
+
+
+def _rule(strategy: str) -> str:
+    """Return the first line of a strategy's file, without its name."""
+    module = import_module(f"feasibee.strategies.{strategy.replace('-', '_')}")
+    line = (module.__doc__ or "").partition("\n")[0]
+    name, _, rule = line.partition(": ")
+    text = line if "," in name or not rule else rule
+    return text[:1].upper() + text[1:]

@@ -1,0 +1,298 @@
+// The page: a swarm that is simulated here, its curve, and a hundred more of its kind.
+
+import { Arena } from "../../live/static/arena.js";
+import { $, announce, formatted } from "../../live/static/elements.js";
+import { Player, SPEEDS } from "../../live/static/player.js";
+import { colours } from "../../live/static/theme.js";
+import { Curve } from "./curve.js";
+import { followTheme } from "./frame.js";
+import { Recording } from "./recording.js";
+import { Controls } from "./settings.js";
+import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
+import { decisionOf, questionOf } from "./words.js";
+import { compileWorld, neededOf, World } from "./world.js";
+
+/** @import { Frame } from "../../live/static/frames.js" */
+/** @import { Given, Settings } from "./world.js" */
+
+const CURVE_PAUSE = 50; // milliseconds between two drawings of the curve
+
+/** @param {string} id */
+const canvasOf = (id) => /** @type {HTMLCanvasElement} */ ($(id));
+
+class Page {
+  /** @type {Recording} */
+  recording; // from begin() on
+
+  /**
+   * @param {Given} given
+   * @param {[World, World]} worlds
+   */
+  constructor(given, [world, other]) {
+    const [part, whole] = given.threshold;
+    this.given = given;
+    this.world = world;
+    this.threshold = Number(part) / Number(whole);
+    this.shades = colours();
+    this.calm = matchMedia("(prefers-reduced-motion: reduce)");
+    this.arena = new Arena(canvasOf("arena"), this.shades);
+    this.curve = new Curve(canvasOf("curve"));
+    this.seek = /** @type {HTMLInputElement} */ ($("seek"));
+    this.player = new Player((steps) =>
+      this.player.add(this.recording.frame(this.player.latest.step + steps)),
+    );
+    this.swarms = new Swarms(other, () => this.showSwarms());
+    this.pending = this.past = this.curved = 0;
+    this.shown = -1;
+    this.said = "";
+    this.stale = false;
+    $("legend-committed").hidden = !given.numbers[given.names.indexOf("rounds")];
+    this.controls = new Controls(given, (settings) => this.begin(settings));
+    this.player.play(!this.calm.matches);
+    this.setSpeed(this.player.speed);
+    this.listen();
+  }
+
+  /**
+   * Begin a run; time goes on if it did before.
+   * @param {Settings} settings
+   */
+  begin(settings) {
+    const { given, player, arena } = this,
+      { robots, tasks } = settings,
+      { side, ...lengths } = given.lengths,
+      playing = player.playing || player.ended;
+    this.recording = new Recording(this.world, settings);
+    const { last, taskX, taskY } = this.recording;
+    arena.open({
+      ...lengths,
+      ...{ size: [side, side], walls: false, robots, numbers: robots, tasks, last },
+      ...{ truth: robots >= tasks, changes: false, declares: false },
+    });
+    arena.setTasks({ x: taskX, y: taskY });
+    this.restart();
+    player.play(playing);
+    const { question, answer } = questionOf(settings);
+    $("question").textContent = question;
+    $("truth").textContent = answer;
+    this.swarms?.begin(settings);
+    this.said = "";
+    this.showSwarms();
+    this.wake();
+  }
+
+  restart() {
+    const { player, recording } = this;
+    player.clear();
+    player.last = recording.last;
+    player.add(recording.frame(0));
+    this.shown = -1;
+  }
+
+  wake() {
+    this.pending ||= requestAnimationFrame((time) => this.tick(time));
+  }
+
+  /** @param {number} time */
+  tick(time) {
+    const { player, recording } = this;
+    this.pending = 0;
+    if (this.stale) this.repaint();
+    player.last = recording.last;
+    const view = player.tick(this.past ? Math.min(0.1, (time - this.past) / 1000) : 0);
+    if (!view) return;
+    const flashing = this.arena.draw(view, time),
+      rests = !player.playing && player.head >= player.target;
+    this.show(view.now, time, rests);
+    this.past = rests ? 0 : time;
+    if (flashing || !rests) this.wake();
+  }
+
+  repaint() {
+    this.stale = false;
+    this.shades = colours();
+    this.arena.setColours(this.shades);
+    this.shown = -1;
+    this.showSwarms();
+  }
+
+  /**
+   * @param {Frame} frame
+   * @param {number} time
+   * @param {boolean} rests
+   */
+  show(frame, time, rests) {
+    const { recording, player, seek } = this,
+      { settings } = recording;
+    const label = player.playing ? "Pause" : "Play";
+    $("play").dataset.playing = String(player.playing);
+    $("play").setAttribute("aria-label", label);
+    if (frame.step === this.shown) return;
+    if (!rests && time - this.curved < CURVE_PAUSE) return;
+    this.curved = time;
+    this.shown = frame.step;
+    seek.max = String(recording.last);
+    seek.value = String(frame.step);
+    seek.setAttribute("aria-valuetext", `step ${frame.step} of ${recording.last}`);
+    $("now").textContent = formatted(frame.step);
+    $("last").textContent = formatted(recording.last);
+    const none = settings.robots - frame.feasible - frame.infeasible;
+    for (const [id, count] of Object.entries({
+      feasible: frame.feasible,
+      infeasible: frame.infeasible,
+      none,
+    }))
+      $(id).textContent = formatted(count);
+    $("none-row").hidden = $("legend-none").hidden = !none;
+    this.showDecision(frame);
+    this.curve.draw(recording, frame.step, this.threshold, this.shades);
+    if (rests || frame.step % 50 === 0) this.describe(frame);
+  }
+
+  /** @param {Frame} frame */
+  showDecision(frame) {
+    const { recording } = this,
+      { settings } = recording,
+      needed = neededOf(this.given.threshold, settings.robots),
+      { right, text } = decisionOf(settings, recording, frame, needed);
+    $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
+    $("decision").textContent = text;
+    if (right !== null && this.said !== text) announce((this.said = text));
+  }
+
+  /**
+   * Describe both drawings to those who don't see them.
+   * @param {Frame} frame
+   */
+  describe({ step, feasible, infeasible }) {
+    const { robots, tasks } = this.recording.settings,
+      now = `At step ${step}, ${feasible} hold feasible and ${infeasible} infeasible.`;
+    $("arena").setAttribute("aria-label", `Arena with ${robots} robots and ${tasks} tasks. ${now}`);
+    $("curve").setAttribute("aria-label", `Share of robots with each opinion over ${step} steps. ${now}`);
+  }
+
+  showSwarms() {
+    if (!this.swarms) return;
+    const { swarms, shades, recording } = this,
+      sentences = swarms.sentences();
+    for (const [k, id] of ["swarm-counts", "swarm-feasible", "swarm-right", "swarm-median"].entries())
+      $(id).textContent = sentences[k] ?? "";
+    drawRuns(canvasOf("runs"), swarms, recording.settings.run, shades);
+    drawHistogram(canvasOf("histogram"), swarms, shades);
+    const done = swarms.outcomes.length === RUNS;
+    $("swarms").setAttribute("aria-busy", String(!done));
+  }
+
+  /** @param {number} speed */
+  setSpeed(speed) {
+    const { player, arena, calm } = this;
+    player.speed = speed;
+    player.smooth = !calm.matches && speed <= 60;
+    arena.calm = calm.matches || speed > 60; // faster, flashes would only flicker
+    $("speed").textContent = `${formatted(speed)} ${speed === 1 ? "step" : "steps"} / s`;
+  }
+
+  /** @param {number} by */
+  shiftSpeed(by) {
+    const at = SPEEDS.indexOf(this.player.speed) + by;
+    this.setSpeed(SPEEDS[Math.max(0, Math.min(at, SPEEDS.length - 1))]);
+  }
+
+  /** @param {number} step */
+  goTo(step) {
+    this.player.arrive(this.recording.frame(Math.max(0, step)));
+    this.player.playing &&= !this.player.ended;
+    this.wake();
+  }
+
+  goToDecision() {
+    const { recording } = this;
+    while (recording.decision < 0 && recording.known < recording.last) recording.until(recording.known + 1);
+    this.goTo(recording.decision < 0 ? recording.last : recording.decisionStep);
+  }
+
+  /** @param {number} run */
+  chooseRun(run) {
+    this.controls.set({ run: String(run) });
+  }
+
+  toggleRanges() {
+    this.arena.ranges = !this.arena.ranges;
+    $("ranges").setAttribute("aria-pressed", String(this.arena.ranges));
+  }
+
+  /** @type {Record<string, () => void>} */
+  actions = {
+    play: () => {
+      if (this.player.ended) this.restart();
+      this.player.play(!this.player.playing);
+    },
+    step: () => this.player.step(),
+    back: () => {
+      this.player.play(false);
+      this.goTo(Math.ceil(this.player.head) - 1);
+    },
+    restart: () => this.restart(),
+    "to-decision": () => this.goToDecision(),
+    slower: () => this.shiftSpeed(-1),
+    faster: () => this.shiftSpeed(1),
+    ranges: () => this.toggleRanges(),
+    another: () => this.chooseRun((this.recording.settings.run + 1) % RUNS),
+  };
+
+  listen() {
+    for (const [id, act] of Object.entries(this.actions))
+      $(id).addEventListener("click", () => {
+        act();
+        this.wake();
+      });
+    document.addEventListener("keydown", (event) => this.press(event));
+    this.seek.addEventListener("input", () => this.goTo(this.seek.valueAsNumber));
+    for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
+      $("arena").addEventListener(type, (event) => {
+        this.arena.pointed = type === "pointerleave" ? -1 : this.arena.at(event.clientX, event.clientY);
+        this.wake();
+      });
+    $("runs").addEventListener("click", (event) => {
+      const run = runAt(canvasOf("runs"), event);
+      if (run >= 0) this.chooseRun(run);
+    });
+    const refresh = () => {
+      this.stale = true;
+      this.wake();
+    };
+    new ResizeObserver(refresh).observe($("frame"));
+    this.calm.addEventListener("change", () => this.setSpeed(this.player.speed));
+    followTheme(refresh);
+  }
+
+  /** @param {KeyboardEvent} event */
+  press(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const at = /** @type {Element} */ (event.target);
+    if (at.closest("input:not([type=range]), select, pre")) return;
+    if (event.key.startsWith("Arrow") && at.closest("input")) return; // the slider moves
+    if (event.key === " " && at.closest("button, summary, a")) return; // the browser presses it
+    const id = Object.keys(this.actions).find((each) =>
+      $(each)
+        .getAttribute("aria-keyshortcuts")
+        ?.split(" ")
+        .includes(NAMES[event.key] ?? event.key),
+    );
+    if (!id) return;
+    event.preventDefault();
+    $(id).click();
+  }
+}
+
+/** @type {Record<string, string>} */
+const NAMES = { " ": "Space", "=": "+" };
+
+/** @type {Given} */
+const given = JSON.parse($("given").textContent ?? "");
+$("name").textContent = given.name;
+$("toml").textContent = given.toml;
+$("version").textContent = given.version;
+const code = await compileWorld(given.wasm);
+const instances = [await WebAssembly.instantiate(code), await WebAssembly.instantiate(code)];
+new Page(given, [new World(given, instances[0]), new World(given, instances[1])]);

@@ -1,0 +1,87 @@
+// All steps of a run that have been simulated, so that any of them can be shown again at once.
+
+/** @import { Frame } from "../../live/static/frames.js" */
+/** @import { Settings, World } from "./world.js" */
+
+const SHIFT = 16; // a place has 32 bits in the world, and 16 on the canvas
+
+/** @param {Uint32Array} places */
+const shortened = (places) => Uint16Array.from(places, (each) => each >>> SHIFT);
+
+export class Recording {
+  /**
+   * Begin a run.
+   * @param {World} world
+   * @param {Settings} settings
+   */
+  constructor(world, settings) {
+    const { steps, stops } = world.given.run;
+    this.world = world;
+    this.settings = settings;
+    this.last = steps;
+    this.stops = stops;
+    world.begin(settings);
+    this.taskX = shortened(world.places("world_task_x"));
+    this.taskY = shortened(world.places("world_task_y"));
+    /** @type {Pick<Frame, "x" | "y" | "flags" | "heading">[]} */
+    this.steps = [];
+    /** @type {number[]} */
+    this.feasible = [];
+    /** @type {number[]} */
+    this.infeasible = [];
+    this.decision = -1;
+    this.decisionStep = -1;
+    this.record();
+  }
+
+  get known() {
+    return this.steps.length - 1;
+  }
+
+  /**
+   * Simulate until a step; return the last one that there is.
+   * @param {number} step
+   */
+  until(step) {
+    while (this.known < Math.min(step, this.last)) {
+      this.world.step();
+      this.record();
+    }
+    return Math.min(step, this.last);
+  }
+
+  record() {
+    const { world } = this;
+    this.steps.push({
+      x: shortened(world.places("world_x")),
+      y: shortened(world.places("world_y")),
+      flags: world.flags.slice(),
+      heading: world.headings.slice(),
+    });
+    this.feasible.push(world.feasible);
+    this.infeasible.push(world.infeasible);
+    if (this.decision < 0 && (this.decision = world.decision) >= 0) {
+      this.decisionStep = this.known;
+      if (this.stops) this.last = this.known;
+    }
+  }
+
+  /**
+   * Return a step as the arena draws it.
+   * @param {number} step
+   * @returns {Frame}
+   */
+  frame(step) {
+    const { robots } = this.settings,
+      at = this.until(step);
+    return /** @type {Frame} */ ({
+      ...this.steps[at],
+      step: at,
+      robots,
+      feasible: this.feasible[at],
+      infeasible: this.infeasible[at],
+      taskX: this.taskX,
+      taskY: this.taskY,
+    });
+  }
+}

@@ -1,0 +1,113 @@
+// The world of world.c: numbers in, robots out. Each run equals that of `feasibee run`.
+
+/**
+ * What the file holds, from document.py.
+ * @typedef {object} Given
+ * @property {string} name Of the scenario's file.
+ * @property {string} version Of feasibee.
+ * @property {string} toml
+ * @property {string} wasm In base64.
+ * @property {string[]} names Of the numbers.
+ * @property {number[]} numbers
+ * @property {{name: string, rule: string}[]} strategies By their numbers.
+ * @property {[string, string]} threshold Numerator and denominator.
+ * @property {{robots: number, tasks: number}} most
+ * @property {Settings} settings
+ * @property {{side: number, diameter: number, sight: number, radio: number}} lengths
+ * @property {{steps: number, stops: boolean}} run
+ */
+
+/**
+ * What a reader may change.
+ * @typedef {object} Settings
+ * @property {number} robots
+ * @property {number} tasks
+ * @property {number} strategy
+ * @property {string} seed
+ * @property {number} run
+ */
+
+/** @typedef {{memory: WebAssembly.Memory} & Record<string, (...given: number[]) => number>} Exports */
+
+/**
+ * Compile the world; each instance simulates one run at a time.
+ * @param {string} base64
+ */
+export function compileWorld(base64) {
+  return WebAssembly.compile(Uint8Array.from(atob(base64), (each) => each.charCodeAt(0)));
+}
+
+/**
+ * Return how many robots must hold an opinion for the swarm to have decided: strictly more than the share.
+ * @param {Given["threshold"]} threshold
+ * @param {number} robots
+ */
+export function neededOf([part, whole], robots) {
+  return Number((BigInt(part) * BigInt(robots)) / BigInt(whole)) + 1;
+}
+
+export class World {
+  /**
+   * @param {Given} given
+   * @param {WebAssembly.Instance} instance
+   */
+  constructor(given, instance) {
+    this.given = given;
+    this.exports = /** @type {Exports} */ (/** @type {unknown} */ (instance.exports));
+    this.robots = this.tasks = 0;
+  }
+
+  /** @param {Settings} settings */
+  begin({ robots, tasks, strategy, seed, run }) {
+    const { given, exports } = this,
+      { numbers, names } = given,
+      changed = { robots, tasks, strategy, needed: neededOf(given.threshold, robots) };
+    const all = new Float64Array(exports.memory.buffer, exports.world_numbers(), numbers.length);
+    all.set(numbers);
+    for (const [name, value] of Object.entries(changed)) all[names.indexOf(name)] = value;
+    this.robots = robots;
+    this.tasks = tasks;
+    const words = BigInt(seed);
+    exports.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
+  }
+
+  step() {
+    this.exports.world_step();
+  }
+
+  // 1 feasible, 0 infeasible, -1 neither.
+  get decision() {
+    return this.exports.world_decision();
+  }
+
+  get feasible() {
+    return this.exports.world_feasible();
+  }
+
+  get infeasible() {
+    return this.exports.world_infeasible();
+  }
+
+  /**
+   * Simulate until the swarm has decided, but at most so many steps; return how many.
+   * @param {number} steps
+   */
+  play(steps) {
+    return this.exports.world_play(steps);
+  }
+
+  /** @param {"world_x" | "world_y" | "world_task_x" | "world_task_y"} name */
+  places(name) {
+    const { memory } = this.exports,
+      count = name.includes("task") ? this.tasks : this.robots;
+    return new Uint32Array(memory.buffer, this.exports[name](), count);
+  }
+
+  get flags() {
+    return new Uint16Array(this.exports.memory.buffer, this.exports.world_flags(), this.robots);
+  }
+
+  get headings() {
+    return new Uint8Array(this.exports.memory.buffer, this.exports.world_headings(), this.robots);
+  }
+}

@@ -1,0 +1,111 @@
+"""The file that `feasibee page` writes, and what it can't simulate."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+from commands import invoke, refused
+
+from feasibee import Scenario, ScenarioError
+from feasibee.live.modules import STATIC as LIVE
+from feasibee.page import page_of
+from feasibee.page.document import ARENA_MODULES, MODULES, STATIC
+from feasibee.page.lowering import PAGE_FIELDS, PAGE_STRATEGIES, check_scenario
+from feasibee.scenario.fields import fields
+from feasibee.strategies import STRATEGIES
+
+
+def given(text):
+    (found,) = re.findall(r'<script type="application/json" id="given">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found)
+
+
+def test_the_page_is_small_and_loads_nothing():
+    text = page_of(Scenario(tasks={"count": 50}))
+    assert len(text.encode()) < 400_000
+    assert not re.search(r"""(src|href)=["'](?!data:|#)""", text)
+    assert not re.search(r"(?m)^\s*(import|export)\b|https?:(?!//www\.w3\.org)", text)
+
+
+def test_the_page_begins_with_the_scenario(tmp_path):
+    file, out = tmp_path / "mine.toml", tmp_path / "mine.html"
+    file.write_text("[robots]\ncount = 7\n[decision]\nstrategy = 'voter'\nthreshold = 0.8\n")
+    said = invoke("page", str(file), "--set", "tasks.count=9", "--seed", str(2**64 - 1), "--out", str(out))
+    assert (said.exit_code, said.stdout) == (0, f"Wrote {out}\n")
+    found = given(out.read_text("utf-8"))
+    assert found["name"] == "mine.toml"
+    assert found["threshold"] == ["4", "5"]
+    assert found["settings"] == {
+        "robots": 7,
+        "tasks": 9,
+        "strategy": PAGE_STRATEGIES.index("voter"),
+        "seed": str(2**64 - 1),
+        "run": 0,
+    }
+    assert Scenario.from_toml(found["toml"]).tasks.count == 9
+
+
+def test_no_name_can_end_the_data():
+    name = "</script><script>alert(1)</script>$style"
+    assert given(page_of(Scenario(), name=name))["name"] == name
+
+
+def test_all_that_a_page_cannot_simulate_is_told_at_once(tmp_path):
+    out = tmp_path / "run.html"
+    out.write_text("before")
+    said = refused(
+        *("page", "--out", str(out), "--set", "arena.boundary=walls", "--set", "faults.byzantine=0.1"),
+        *("--set", "tasks.count=401", "--set", "decision.strategy=census"),
+    )
+    assert [line.split(" = ")[0] for line in said] == [
+        f"feasibee: {path}"
+        for path in ("arena.boundary", "faults.byzantine", "tasks.count", "decision.strategy")
+    ]
+    assert "feasibee: tasks.count = 401: must be at most 400 in a page; use 400 or less" in said
+    assert out.read_text() == "before"
+
+
+@pytest.mark.parametrize(
+    ("changes", "paths"),
+    [
+        ({"arena.side": [20.0, 10.0]}, ["arena.side"]),
+        ({"robots.count": 201, "run.steps": 10_001}, ["robots.count", "run.steps"]),
+        ({"events": [{"step": 5, "tasks": 3}]}, ["events"]),
+        ({"decision.inbox": "every-message", "decision.strategy": "dc"}, ["decision.inbox"]),
+        ({"decision.inbox": "every-message", "decision.gain": 100.0}, ["decision.inbox"]),
+        ({"decision.commit": {"quorum": 0.123457}}, ["decision.commit.quorum"]),
+        ({"decision.commit": {"rounds": 65_536}}, ["decision.commit.rounds"]),
+        ({"robots.placement": "clusters"}, ["robots.placement"]),
+    ],
+)
+def test_what_a_page_cannot_simulate(changes, paths):
+    with pytest.raises(ScenarioError) as told:
+        check_scenario(Scenario().replace(changes))
+    assert [problem.path for problem in told.value.problems] == paths
+
+
+@pytest.mark.parametrize("preset", ["valentini-2016", "minimize-surprise", "subcdm-2025"])
+def test_a_page_simulates_the_presets(preset):
+    check_scenario(Scenario(preset=preset))
+
+
+def test_the_pages_fields_are_fields_and_its_strategies_pass_on_opinions_only():
+    assert set(fields()) >= PAGE_FIELDS
+    assert {name for name, each in STRATEGIES.items() if not each.knowledge} == set(PAGE_STRATEGIES)
+
+
+def test_the_file_must_be_html(tmp_path):
+    (said,) = refused("page", "--out", str(tmp_path / "run.gif"))
+    assert said.endswith("end the name with .html")
+
+
+def test_modules_come_after_those_that_they_import():
+    done = set()
+    for folder, names in ((LIVE, ARENA_MODULES), (STATIC, MODULES)):
+        for name in names:
+            text = (folder / f"{name}.js").read_text("utf-8")
+            assert set(re.findall(r'(?m)^import [^;]+ from "[./\w]*/(\w+)\.js"', text)) <= done, name
+            done.add(name)
+    assert {path.stem for path in STATIC.glob("*.js")} == set(MODULES)

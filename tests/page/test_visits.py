@@ -1,0 +1,166 @@
+"""The page in a real browser, from a file and without network: what somebody sees and does there."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from feasibee import Scenario, decision_counts, simulate, wilson
+from feasibee.page import write_page
+
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+SITE = Path(__file__).parents[2] / "docs" / "_static"
+FIFTY = Scenario(tasks={"count": 50})
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "run.html"
+    write_page(FIFTY, path, seed=1)
+    return path
+
+
+@pytest.fixture
+def visit(browser):
+    """Give a function that opens a file; no page may say an error, or load anything but files."""
+    contexts, wrong = [], []
+
+    def opened(path, more="", width=1280, **options):
+        options = {"reduced_motion": "reduce", **options}
+        context = browser.new_context(viewport={"width": width, "height": 800}, offline=True, **options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on(
+            "console", lambda said: wrong.append(said.text) if said.type in ("error", "warning") else None
+        )
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on(
+            "request",
+            lambda asked: None if asked.url.startswith(("file:", "data:")) else wrong.append(asked.url),
+        )
+        page.goto(f"{path.as_uri()}{more}")
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert not wrong
+
+
+def step_of(page):
+    return int(page.locator("#now").inner_text().replace(",", ""))
+
+
+def test_it_plays_by_itself_and_by_keys(visit, file):
+    page = visit(file, reduced_motion="no-preference")
+    expect(page.locator("#now")).not_to_have_text("0")
+    page.keyboard.press(" ")
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    page.wait_for_timeout(300)
+    there = step_of(page)
+    page.keyboard.press(".")
+    expect(page.locator("#now")).to_have_text(str(there + 1))
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press(",")
+    expect(page.locator("#now")).to_have_text(str(there - 1))
+    page.keyboard.press("r")
+    expect(page.locator("#now")).to_have_text("0")
+    page.keyboard.press("+")
+    expect(page.locator("#speed")).to_have_text("30 steps / s")
+    page.keyboard.press("g")
+    expect(page.locator("#ranges")).to_have_attribute("aria-pressed", "true")
+
+
+def test_it_rests_at_the_start_if_motion_is_to_be_reduced(visit, file):
+    page = visit(file)
+    page.wait_for_timeout(300)
+    assert step_of(page) == 0
+
+
+def test_decision_and_hundred_swarms_are_the_engines(visit, file):
+    page = visit(file)
+    swarms = simulate(FIFTY, runs=100, seed=1, curves=True)
+    counts = decision_counts(swarms.decision)
+    expect(page.locator("#swarm-counts")).to_have_text(
+        f"100 swarms: {counts['feasible']} feasible, {counts['infeasible']} infeasible.", timeout=20_000
+    )
+    rate, low, high = wilson(counts["feasible"], 100)
+    expect(page.locator("#swarm-feasible")).to_have_text(
+        f"Share feasible: {rate:.2f} ({low:.2f} to {high:.2f})."
+    )
+    for run in (0, 1):
+        page.keyboard.press("d")
+        step = int(swarms.decision_step[run])
+        word = ("infeasible", "feasible")[int(swarms.decision[run])]
+        expect(page.locator("#decision")).to_contain_text(f"The swarm decided {word} at step {step}.")
+        expect(page.locator("#feasible")).to_have_text(str(int(swarms.feasible_count[run, step])))
+        page.keyboard.press("n")
+        expect(page.locator("#run")).to_have_value(str(run + 1))
+
+
+def test_sliders_change_the_swarm_and_the_address_keeps_it(visit, file):
+    page = visit(file)
+    page.get_by_label("Tasks, slider").focus()
+    for _ in range(32):
+        page.keyboard.press("ArrowLeft")
+    expect(page.locator("#question")).to_have_text("Can 20 robots do 18 tasks?")
+    expect(page.locator("#truth")).to_have_text("Yes: 2 robots to spare")
+    page.get_by_label("Strategy").select_option("voter")
+    page.get_by_label("Seed", exact=True).fill("18446744073709551615")
+    page.get_by_label("Robots", exact=True).fill("17")
+    kept = "#robots=17&tasks=18&strategy=voter&seed=18446744073709551615&run=0"
+    expect(page).to_have_url(f"{file.as_uri()}{kept}")
+    other = visit(file, kept)
+    expect(other.locator("#question")).to_have_text("Can 17 robots do 18 tasks?")
+    expect(other.locator("#truth")).to_have_text("No: 1 robot is missing")
+    for each in (page, other):
+        each.locator("h1").click()
+        each.keyboard.press("d")
+    changes = {"robots.count": 17, "tasks.count": 18, "decision.strategy": "voter"}
+    alone = simulate(FIFTY.replace(changes), seed=2**64 - 1)
+    for each in (page, other):
+        expect(each.locator("#decision")).to_contain_text(f"at step {int(alone.decision_step[0])}.")
+
+
+def test_an_invalid_number_is_marked_and_changes_nothing(visit, file):
+    page = visit(file)
+    robots = page.get_by_label("Robots", exact=True)
+    robots.fill("201")
+    expect(robots).to_have_attribute("aria-invalid", "true")
+    expect(page.locator("#question")).to_have_text("Can 20 robots do 50 tasks?")
+    robots.press("Tab")
+    expect(robots).to_have_value("20")
+
+
+@pytest.mark.parametrize("width", [360, 740, 900, 1440])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_fits_and_has_the_systems_colours(visit, file, width, scheme):
+    page = visit(file, width=width, color_scheme=scheme)
+    expect(page.locator("#arena[data-drawn]")).to_be_visible()
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    stage, faster = (page.locator(each).bounding_box() for each in ("#stage", "#faster"))
+    assert faster["x"] + faster["width"] <= stage["x"] + stage["width"] + 1
+    ground = page.evaluate(
+        "[...document.getElementById('arena').getContext('2d').getImageData(2, 2, 1, 1).data]"
+    )
+    assert (max(ground[:3]) < 60) == (scheme == "dark")
+
+
+def test_in_a_frame_it_has_the_sites_theme_and_its_own_height(visit, file, tmp_path):
+    shutil.copy(file, tmp_path / "swarm.html")
+    shutil.copy(SITE / "swarm.js", tmp_path)
+    (tmp_path / "index.html").write_text(
+        '<!doctype html><body data-theme="dark"><iframe class="swarm" src="swarm.html"></iframe>'
+        '<script src="swarm.js" defer></script>'
+    )
+    page = visit(tmp_path / "index.html")
+    inside = page.frame_locator("iframe")
+    expect(inside.locator("html")).to_have_attribute("data-theme", "dark")
+    expect(inside.locator("header")).to_be_hidden()
+    height = page.locator("iframe").bounding_box()["height"]
+    assert abs(height - inside.locator("body").evaluate("body => body.scrollHeight")) < 8
+    assert height > 500
+    page.evaluate("document.body.dataset.theme = 'light'")
+    expect(inside.locator("html")).to_have_attribute("data-theme", "light")

@@ -1,0 +1,148 @@
+"""The world in a page against the engine: every robot's opinion and phase at every step, bit for bit."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, Swarm
+from feasibee.model import purposes
+from feasibee.page import build
+from feasibee.page.lowering import NUMBERS, PAGE_STRATEGIES
+from feasibee.simulation.snapshot import FLAGS
+
+BITS = {name: 1 << k for k, name in enumerate(FLAGS)}
+SHOWN = BITS["feasible"] | BITS["neutral"] | BITS["disseminating"] | BITS["committed"]
+
+
+def simulated(scenario, seed, run):
+    """Return what the engine has: the same flags, and the positions at the end, in units."""
+    swarm = Swarm(scenario, seed, run)
+    rows = []
+    for step in range(scenario.run.steps + 1):
+        if step:
+            swarm.advance()
+        sets = {
+            "feasible": swarm.opinions == 1,
+            "neutral": swarm.opinions == -1,
+            "disseminating": swarm.disseminating,
+            "committed": swarm.committed,
+        }
+        rows.append(sum(BITS[name] * each for name, each in sets.items()))
+    return np.array(rows), swarm.positions
+
+
+def compare(play, runs):
+    for (scenario, seed, run), (flags, places) in zip(runs, play(runs), strict=True):
+        expected, positions = simulated(scenario, seed, run)
+        where = f"{scenario.decision.strategy}, seed {seed}, run {run}"
+        assert np.array_equal(flags & SHOWN, expected), where
+        assert np.array_equal(places * (scenario.arena.size[0] / 2**32), positions), where
+
+
+@pytest.mark.parametrize(("number", "steps"), [(22, 80), pytest.param(100, 300, marks=pytest.mark.slow)])
+def test_runs_of_all_strategies_equal_the_engines(play, number, steps):
+    draw = np.random.default_rng(17)
+    runs = []
+    for k in range(number):
+        scenario = Scenario(
+            robots={"count": int(draw.integers(1, 60))},
+            tasks={"count": int(draw.integers(0, 90))},
+            decision={"strategy": PAGE_STRATEGIES[k % len(PAGE_STRATEGIES)]},
+            run={"steps": steps},
+        )
+        runs.append((scenario, int(draw.integers(0, 2**63)) * 2 + k % 2, 7 * k))
+    compare(play, runs)
+
+
+@pytest.mark.slow  # it compiles the general engine
+def test_any_fields_that_a_page_simulates_equal_the_engines(play):
+    draw = np.random.default_rng(18)
+
+    def any_of(*values):
+        return values[draw.integers(len(values))]
+
+    runs = []
+    for k in range(66):
+        decision = {
+            "strategy": PAGE_STRATEGIES[k % len(PAGE_STRATEGIES)],
+            "listen": any_of("always", "dissemination", {"last": 3}),
+            "own_vote": any_of(True, False),
+            "exploration": any_of(10.0, 5.1),
+            "gain": any_of(10.0, 3.3, 17.9),
+            "commit": any_of(None, {"quorum": 0.85}),
+            "switching": any_of(None, 0.05),
+            "inbox_size": any_of(None, 2),
+            "quality_floor": any_of(0, 2),
+            "dissemination_floor": any_of(0, 3),
+        }
+        scenario = Scenario(
+            arena={"side": any_of(20.0, 10.7)},
+            robots={"count": int(draw.integers(2, 60)), "speed": any_of(1.0, 0.7, 2.2)},
+            tasks={"count": int(draw.integers(0, 90))},
+            walk={"mean_run": any_of(10.0, 3.7)},
+            sensing={"range": any_of(2.0, 1.3, 5.0), "count_self": any_of(True, False)},
+            radio={"range": any_of(2.0, 3.7), "id_bits": any_of(None, 4)},
+            decision=decision,
+            run={"steps": 300},
+        )
+        runs.append((scenario, int(draw.integers(0, 2**63)), k))
+    compare(play, runs)
+
+
+@pytest.mark.parametrize(
+    "decision",
+    [
+        {"strategy": "k-unanimity", "parameters": {"k": 2.0}},
+        {"strategy": "bayes", "parameters": {"credence": 0.8, "positive_feedback": 0.0}},
+        {"strategy": "mixture", "parameters": {"voters": 0.7}},
+        {"inbox": "every-message"},
+    ],
+)
+def test_parameters_and_inbox_equal_the_engines(play, decision):
+    scenario = Scenario(tasks={"count": 19}, decision=decision, run={"steps": 300})
+    compare(play, [(scenario, 3, run) for run in range(5)])
+
+
+def test_durations_are_those_of_pythons_logarithm(node):
+    """A draw where they differ would need -mean log u within 1e-15 of a whole number."""
+    words = [0, 1, 2**31 - 1, 2**31, 2**32 - 2, 2**32 - 1, *range(5, 2**32, 2**32 // 3000)]
+    means = [10.0, 10 * (3 / 7), 0.3, 1e6]
+    script = f"""
+      const {{ readFileSync }} = require("fs");
+      WebAssembly.instantiate(readFileSync({json.dumps(str(build.WASM))})).then(({{ instance }}) => {{
+        const draw = instance.exports.world_duration;
+        console.log(JSON.stringify({words}.map((word) => {means}.map((mean) => draw(word, mean)))));
+      }});"""
+    said = subprocess.run([node, "-"], input=script, capture_output=True, check=True, text=True).stdout
+    expected = [[max(1, math.ceil(-mean * math.log((word + 1) / 2**32))) for mean in means] for word in words]
+    assert json.loads(said) == expected
+
+
+def constants(text, name):
+    """Return the names of an enum in C, and its values if they are written."""
+    (body,) = re.findall(rf"enum {name} \{{([^}}]+)\}}", text)
+    pairs = [each.strip().partition(" = ") for each in body.split(",")]
+    return {key: int(value) if value else k for k, (key, _, value) in enumerate(pairs)}
+
+
+def test_the_page_and_the_package_agree_on_numbers_flags_and_purposes():
+    world, draws = ((build.FOLDER / name).read_text("utf-8") for name in ("world.c", "draws.h"))
+    assert list(constants(world, "number")) == [*(name.upper() for name in NUMBERS), "NUMBERS"]
+    for name, bit in constants(world, "flag").items():
+        assert bit == BITS[name.lower()]
+    for name, number in constants(draws, "purpose").items():
+        assert number == getattr(purposes, name)
+
+
+def test_the_compiled_world_is_that_of_the_source(tmp_path):
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("no ziglang: install the dependency group wasm of pyproject.toml, from PyPI")
+    build.compile_world(tmp_path / "world.wasm")
+    assert (tmp_path / "world.wasm").read_bytes() == build.WASM.read_bytes()
