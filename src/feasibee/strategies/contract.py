@@ -230,7 +230,7 @@ class Manifest:
     needs_count : bool
         ``NEEDS_COUNT``: whether robots must know how many robots there are.
     needs_ids : bool or str
-        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter: they must if it is above 0.
+        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if they must not.
     needs_names : bool or str
         ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
         frame that they share; or the name of a parameter, as for ``needs_ids``.

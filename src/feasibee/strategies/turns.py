@@ -301,7 +301,7 @@ def declare(known, me):
 
 def low_bits(number, length):
     """Return how many low bits of a gap Rice's code writes as they are, for so many names."""
-    return (2**length // (number + 1)).bit_length() - 1
+    return max((2**length // (number + 1)).bit_length() - 1, 0)  # a lie may hold more names than there are
 
 
 def pack(writer, message, sender, setting):
@@ -313,7 +313,7 @@ def pack(writer, message, sender, setting):
         for name in message[1:]:
             writer.number(name, length)
         return
-    names, last = [name for name in message[1:] if name != 0], 0
+    names, last = sorted({name for name in message[1:] if name != 0}), 0  # a lie may hold a name twice
     writer.number(len(names), places(setting).bit_length())
     for name in names:
         writer.rice(name - last - 1, low_bits(len(names), length))
