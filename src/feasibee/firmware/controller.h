@@ -87,7 +87,7 @@ struct feasibee_choice {
 
 /* What a robot broadcasts in addition to its id. */
 struct feasibee_message {
-    int8_t opinion; /* 1 feasible, 0 infeasible */
+    int8_t opinion; /* 1 feasible, 0 infeasible; -1 if the bytes that hold knowledge don't have it */
     bool committed;
     uint16_t value; /* of 16 bits; 0 if the strategy sends none */
 #if FEASIBEE_WORDS > 0

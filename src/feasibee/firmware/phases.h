@@ -190,6 +190,8 @@ static inline void feasibee_hear(struct feasibee_robot *robot, feasibee_id sende
     if (robot->settings->strategy->knowledge)
         robot->settings->strategy->knowledge->merge(robot, message->words, sender);
 #endif
+    if (message->opinion == FEASIBEE_NONE) /* knowledge by wire: it has no opinion */
+        return;
     if (robot->settings->every_message)
         feasibee_count(robot, message->opinion);
     else

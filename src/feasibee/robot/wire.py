@@ -171,7 +171,8 @@ class Wire:
     def _read(self, reader: BitReader) -> Heard:
         sender, opinion, value, committed = NONE, NONE, 0, False
         if self._commits or not (self._knowledge and self.is_exact):
-            sender, opinion = reader.number(self._id_bits), reader.number(1)
+            robots = self._setting.robots if self._setting and self._knowledge else 2**self._id_bits
+            sender, opinion = reader.below(robots, self._id_bits), reader.number(1)
             value = reader.number(self._value_bits)
             committed = self._commits and reader.flag()
         if not self._knowledge:

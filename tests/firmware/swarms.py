@@ -1,0 +1,234 @@
+"""Swarms of controllers that pass on knowledge, the same in Python and in C (swarm.c)."""
+
+from __future__ import annotations
+
+import math
+import random
+import shutil
+import struct
+import subprocess
+from array import array
+from fractions import Fraction
+from pathlib import Path
+from zlib import crc32
+
+import pytest
+
+from feasibee.firmware import header, strategies_in_c
+from feasibee.robot import Commit, Controller, Wire, WireError
+from feasibee.robot.knowledge import Knowledge
+from feasibee.scenario.setting import setting_from
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Me, Thing
+
+HERE = Path(__file__).parent
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+NAMES = [name for name in strategies_in_c() if STRATEGIES[name].knowledge]
+STATE = struct.Struct("<BBBIHIII")
+"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, two CRCs."""
+COMMIT = Commit(Fraction(9, 10), 2, 3)
+
+
+def program(folder, *options):
+    """Return swarm.c as a program, or skip."""
+    if shutil.which("cc") is None:
+        pytest.skip("needs a C compiler: Debian's package gcc")
+    (folder / "feasibee.h").write_text(header())
+    macros = [
+        "-DSTRATEGIES=" + ", ".join(f"&feasibee_{name.replace('-', '_')}" for name in NAMES),
+        "-DNAMES=" + ", ".join(f'"{name}"' for name in NAMES),
+    ]
+    out = folder / "swarm"
+    command = ["cc", *STRICT, *options, *macros, "-I", folder, HERE / "swarm.c", "-o", out, "-lm"]
+    subprocess.run(command, check=True)
+    return out
+
+
+class Draws:
+    """The random draws of a robot in swarm.c."""
+
+    def __init__(self, word):
+        self.last = word
+
+    def word(self):
+        word = self.last
+        word ^= word << 13 & 0xFFFFFFFF
+        word ^= word >> 17
+        self.last = word ^ word << 5 & 0xFFFFFFFF
+        return self.last
+
+    def duration(self, mean):
+        drawn = -mean * math.log((self.word() + 1) / 2**32)
+        return min(max(1, math.ceil(drawn)), 2**30)
+
+    def choice(self):
+        chance = self.word() / 2**32
+        return chance, self.word() / 2**32
+
+
+def setting_of(strategy, variants, draw):
+    """Return a random setting with random parameters."""
+    robots, tasks = draw.randint(4, 24), draw.randint(1, 24)
+    parameters = strategy.parameters | {name: draw.choice(values) for name, values in variants.items()}
+    setting = setting_from(
+        (robots, tasks),
+        (0, 0),
+        draw.random() < 0.5,
+        None,
+        parameters.values(),
+        knows_count=strategy.needs_count or draw.random() < 0.5,
+        size=(draw.choice([8.0, 20.0]), draw.choice([7.0, 20.0])),
+        walled=draw.random() < 0.5,
+        sight=draw.choice([1.0, 2.5]),
+        radio=draw.choice([1.5, 2.0]),
+        phases=(draw.choice([1.0, 4.0, 10.0]), draw.choice([0.0, 3.0, 10.0])),
+    )
+    return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
+
+
+class Episode:
+    """A swarm, drawn at random, and what its robots see and hear."""
+
+    def __init__(self, name, seed, steps, variants):
+        self.draw = draw = random.Random(f"{name} {seed}")
+        self.steps = steps
+        self.strategy = strategy = STRATEGIES[name]
+        self.setting = setting = setting_of(strategy, variants, draw)
+        commits = not strategy.declares and draw.random() < 0.3
+        self.wire = Wire(strategy, setting.id_bits, commits=commits, setting=setting)
+        self.number = draw.randint(2, 4)
+        numbers = (setting.width, setting.height, setting.sight, setting.radio, setting.speed)
+        numbers += (setting.exploration, setting.dissemination, *setting.parameters)
+        self.stream = bytearray(
+            struct.pack(
+                "<BHHHHHBBB13dBBBI",
+                NAMES.index(name),
+                *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
+                *(setting.id_bits, setting.knows_count, setting.walled),
+                *(*numbers, *[0.0] * (13 - len(numbers))),
+                *(COMMIT.rounds if commits else 0, strategy.memory, self.number, steps),
+            )
+        )
+        self.robots = [self._robot(k, COMMIT if commits else None) for k in range(self.number)]
+        liar = Me(setting.robots - 1, 0, draw.getrandbits(32), 0, [0.0] * strategy.memory, setting)
+        self.liar = Knowledge(strategy, liar)
+        self.hashes = [draw.getrandbits(32) for _ in range(setting.robot_ids + setting.task_ids)]
+
+    def _robot(self, number, commit):
+        word, mark, opinion = (
+            self.draw.randrange(1, 2**32),
+            self.draw.getrandbits(32),
+            self.draw.getrandbits(1),
+        )
+        self.stream += struct.pack("<IIB", word, mark, opinion)
+        draws = Draws(word)
+        return Controller(
+            self.strategy,
+            opinion,
+            draws.duration,
+            draws.choice,
+            exploration=self.setting.exploration,
+            gain=self.setting.dissemination,
+            parameters=self.setting.parameters,
+            commit=commit,
+            me=(number, 0, mark),
+            setting=self.setting,
+        )
+
+    def things(self):
+        """Return some things in sight."""
+        for _ in range(self.draw.choice([0, 0, 1, 2, 5])):
+            is_robot = self.draw.random() < 0.5
+            number = self.draw.randrange(self.setting.robots if is_robot else self.setting.tasks)
+            yield Thing(
+                is_robot, number, 0, self.hashes[number + (0 if is_robot else self.setting.robot_ids)]
+            )
+
+    def strange_frames(self):
+        """Return frames of a robot that may lie, some of them damaged."""
+        draw = self.draw
+        for _ in range(draw.choice([0, 0, 0, 1])):
+            self.liar.observe(self.things())
+            self.liar.end_step(explores=bool(draw.getrandbits(1)))
+            words = self.liar.message()
+            if self.strategy.lie is not None and draw.random() < 0.5:
+                words = self.liar.lie(words, draw.getrandbits(1), [])
+            said = self.robots[0].compose(1, 0)._replace(knowledge=words, committed=False)
+            try:
+                frame = self.wire.encode(self.liar.me.id, said)
+            except WireError:
+                continue
+            if draw.random() < 0.3:
+                body = bytearray(frame[:-4])
+                body[draw.randrange(len(body))] ^= 1 << draw.randrange(8)
+                body = body[: draw.randrange(3, len(body) + 1)] if draw.random() < 0.3 else body
+                frame = bytes(body) + (crc32(body) ^ draw.choice([0, 0, 1])).to_bytes(4, "big")
+            yield frame
+
+    def states(self):
+        """Return what the robots in Python do; complete the stream for those in C."""
+        out = bytearray()
+        for _ in range(self.steps):
+            said = [robot.message() for robot in self.robots]
+            frames = [
+                self.wire.encode(number, message) if message else b"" for number, message in enumerate(said)
+            ]
+            for robot in self.robots:
+                self._perceive(robot, frames)
+            for robot, frame in zip(self.robots, frames, strict=True):
+                robot.end_step()
+                out += self._state(robot, frame)
+        return bytes(out)
+
+    def _perceive(self, robot, frames):
+        things = list(self.things())
+        robot.recognise(things)
+        self.stream.append(len(things))
+        for thing in things:
+            self.stream += struct.pack("<BhI", thing.is_robot, thing.id, thing.hash)
+        own = self.robots.index(robot)
+        heard = self.draw.getrandbits(self.number) & ~(1 << own)
+        strange = list(self.strange_frames())
+        self.stream += bytes([heard, len(strange)])
+        for frame in strange:
+            self.stream += struct.pack("<H", len(frame)) + frame
+        for frame in [frames[k] for k in range(self.number) if heard >> k & 1] + strange:
+            if frame and robot.listens:
+                try:
+                    robot.hear(*self.wire.decode(frame))
+                except WireError:
+                    pass
+
+    def _state(self, robot, frame):
+        knowledge = robot.knowledge
+        known = crc32(array("i", knowledge.words).tobytes())
+        memory = crc32(array("d", knowledge.me.memory).tobytes())
+        flags = robot.disseminating + 2 * robot.committed
+        return STATE.pack(
+            robot.opinion + 1,
+            robot.declared + 1,
+            flags,
+            robot.phase_left,
+            len(frame),
+            crc32(frame),
+            known,
+            memory,
+        )
+
+
+def assert_same(command, name, robot_steps, variants, length=100):
+    """Compare what swarms in C and in Python do, robot by robot and step by step."""
+    done = seed = 0
+    while done < robot_steps:
+        episode = Episode(name, seed, length, variants)
+        expected = episode.states()
+        ran = subprocess.run(command, input=bytes(episode.stream), capture_output=True, check=False)
+        assert ran.returncode == 0, (name, seed, ran.returncode, ran.stderr.decode()[-3000:])
+        for place in range(0, len(expected), STATE.size):
+            theirs, own = ran.stdout[place : place + STATE.size], expected[place : place + STATE.size]
+            assert len(theirs) == STATE.size, (name, seed, place // STATE.size)
+            where = (name, seed, divmod(place // STATE.size, episode.number))
+            assert STATE.unpack(theirs) == STATE.unpack(own), where
+        done += episode.number * length
+        seed += 1
