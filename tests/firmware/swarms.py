@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 from array import array
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from zlib import crc32
@@ -15,7 +16,7 @@ from zlib import crc32
 import pytest
 
 from feasibee.firmware import header, strategies_in_c
-from feasibee.robot import Commit, Controller, Wire, WireError
+from feasibee.robot import Commit, Controller, Message, Wire, WireError
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
@@ -152,9 +153,10 @@ class Episode:
             self.liar.observe(self.things())
             self.liar.end_step(explores=bool(draw.getrandbits(1)))
             words = self.liar.message()
-            if self.strategy.lie is not None and draw.random() < 0.5:
+            lies = self.strategy.lie is not None and self.setting.robot_ids > self.setting.robots
+            if lies and draw.random() < 0.5:
                 words = self.liar.lie(words, draw.getrandbits(1), [])
-            said = self.robots[0].compose(1, 0)._replace(knowledge=words, committed=False)
+            said = Message(1, knowledge=words)
             try:
                 frame = self.wire.encode(self.liar.me.id, said)
             except WireError:
@@ -195,10 +197,8 @@ class Episode:
             self.stream += struct.pack("<H", len(frame)) + frame
         for frame in [frames[k] for k in range(self.number) if heard >> k & 1] + strange:
             if frame and robot.listens:
-                try:
+                with suppress(WireError):
                     robot.hear(*self.wire.decode(frame))
-                except WireError:
-                    pass
 
     def _state(self, robot, frame):
         knowledge = robot.knowledge
