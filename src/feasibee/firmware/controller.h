@@ -180,6 +180,9 @@ union feasibee_memory {
         uint32_t infeasible;
     } bayes;
     uint8_t rule; /* mixture */
+#if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
+    double numbers[10]; /* fading and fading-votes */
+#endif
 };
 
 /* One robot. Read opinion, committed, disseminating, declared, phase_left; the rest is the controller's. */
