@@ -1,106 +1,13 @@
 /* Several controllers that pass on knowledge by frames: reads a swarm from standard input, writes what it does. */
 
-#define FEASIBEE_DOUBLE
-#define FEASIBEE_WORDS 4096
-#include "feasibee.h"
+#include "stream.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+enum { ROBOTS = 8 };
 
-enum { ROBOTS = 8, FRAME = 8192 };
-
-static const struct feasibee_strategy *const strategies[] = {STRATEGIES};
-static const char *const names[] = {NAMES};
 static struct feasibee_robot robots[ROBOTS];
 static uint32_t last[ROBOTS];
 static uint8_t frames[ROBOTS][FRAME];
 static size_t lengths[ROBOTS];
-static struct feasibee_settings settings;
-static struct feasibee_setting setting;
-static struct feasibee_wire wire;
-static uint32_t memory;
-
-static void take(void *place, size_t size)
-{
-    if (fread(place, 1, size, stdin) != size)
-        exit(3);
-}
-
-static void give(const void *place, size_t size)
-{
-    if (fwrite(place, 1, size, stdout) != size)
-        exit(4);
-}
-
-static uint32_t word(void *context)
-{
-    uint32_t *state = context;
-    *state ^= *state << 13;
-    *state ^= *state >> 17;
-    *state ^= *state << 5;
-    return *state;
-}
-
-static uint32_t duration(void *context, const struct feasibee_mean *mean)
-{
-    return feasibee_exponential(mean, word(context));
-}
-
-static struct feasibee_choice choice(void *context)
-{
-    struct feasibee_choice drawn;
-    drawn.chance = word(context);
-    drawn.message = word(context);
-    return drawn;
-}
-
-static uint8_t read_byte(void)
-{
-    uint8_t number;
-    take(&number, 1);
-    return number;
-}
-
-static uint16_t read_short(void)
-{
-    uint16_t number;
-    take(&number, 2);
-    return number;
-}
-
-static uint8_t read_setting(void)
-{
-    uint8_t strategy = read_byte();
-    setting.robots = read_short();
-    setting.count = read_short();
-    setting.tasks = read_short();
-    setting.robot_ids = read_short();
-    setting.task_ids = read_short();
-    setting.id_bits = read_byte();
-    setting.knows_count = read_byte();
-    setting.walled = read_byte();
-    double numbers[13];
-    take(numbers, sizeof numbers);
-    setting.width = numbers[0];
-    setting.height = numbers[1];
-    setting.sight = numbers[2];
-    setting.radio = numbers[3];
-    setting.speed = numbers[4];
-    setting.exploration = numbers[5];
-    setting.dissemination = numbers[6];
-    memcpy(setting.parameters, numbers + 7, sizeof setting.parameters);
-    settings = feasibee_defaults(strategies[strategy]);
-    settings.exploration = setting.exploration;
-    settings.gain = setting.dissemination;
-    settings.commit.rounds = read_byte();
-    settings.draw_duration = duration;
-    settings.draw_choice = choice;
-    settings.setting = &setting;
-    memory = read_byte();
-    wire = feasibee_wire_of(&settings, names[strategy], setting.id_bits);
-    return strategy;
-}
 
 static void hear_frame(struct feasibee_robot *robot, const uint8_t *frame, size_t length)
 {

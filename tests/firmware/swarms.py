@@ -25,14 +25,15 @@ from feasibee.strategies.contract import Me, Thing
 HERE = Path(__file__).parent
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-NAMES = [name for name in strategies_in_c() if STRATEGIES[name].knowledge]
+NAMES = strategies_in_c()
+KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
 STATE = struct.Struct("<BBBIHIII")
 """Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, two CRCs."""
 COMMIT = Commit(Fraction(9, 10), 2, 3)
 
 
-def program(folder, *options):
-    """Return swarm.c as a program, or skip."""
+def program(folder, source, *options):
+    """Return a C file of this folder as a program, or skip."""
     if shutil.which("cc") is None:
         pytest.skip("needs a C compiler: Debian's package gcc")
     (folder / "feasibee.h").write_text(header())
@@ -40,8 +41,8 @@ def program(folder, *options):
         "-DSTRATEGIES=" + ", ".join(f"&feasibee_{name.replace('-', '_')}" for name in NAMES),
         "-DNAMES=" + ", ".join(f'"{name}"' for name in NAMES),
     ]
-    out = folder / "swarm"
-    command = ["cc", *STRICT, *options, *macros, "-I", folder, HERE / "swarm.c", "-o", out, "-lm"]
+    out = folder / "program"
+    command = ["cc", *STRICT, *options, *macros, "-I", folder, HERE / source, "-o", out, "-lm"]
     subprocess.run(command, check=True)
     return out
 
@@ -88,6 +89,20 @@ def setting_of(strategy, variants, draw):
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
 
+def setting_bytes(name, setting, commits):
+    """Return what `read_setting` of stream.h reads."""
+    numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
+    numbers += [setting.exploration, setting.dissemination, *setting.parameters]
+    return struct.pack(
+        "<BHHHHHBBB13dBB",
+        NAMES.index(name),
+        *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
+        *(setting.id_bits, setting.knows_count, setting.walled),
+        *(*numbers, *[0.0] * (13 - len(numbers))),
+        *(COMMIT.rounds if commits else 0, STRATEGIES[name].memory),
+    )
+
+
 class Episode:
     """A swarm, drawn at random, and what its robots see and hear."""
 
@@ -99,18 +114,8 @@ class Episode:
         commits = not strategy.declares and draw.random() < 0.3
         self.wire = Wire(strategy, setting.id_bits, commits=commits, setting=setting)
         self.number = draw.randint(2, 4)
-        numbers = (setting.width, setting.height, setting.sight, setting.radio, setting.speed)
-        numbers += (setting.exploration, setting.dissemination, *setting.parameters)
-        self.stream = bytearray(
-            struct.pack(
-                "<BHHHHHBBB13dBBBI",
-                NAMES.index(name),
-                *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
-                *(setting.id_bits, setting.knows_count, setting.walled),
-                *(*numbers, *[0.0] * (13 - len(numbers))),
-                *(COMMIT.rounds if commits else 0, strategy.memory, self.number, steps),
-            )
-        )
+        self.stream = bytearray(setting_bytes(name, setting, commits))
+        self.stream += struct.pack("<BI", self.number, steps)
         self.robots = [self._robot(k, COMMIT if commits else None) for k in range(self.number)]
         liar = Me(setting.robots - 1, 0, draw.getrandbits(32), 0, [0.0] * strategy.memory, setting)
         self.liar = Knowledge(strategy, liar)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.firmware.swarms import NAMES, SANITIZED, assert_same, program
+from tests.firmware.swarms import KNOWLEDGE, SANITIZED, assert_same, program
 
 VARIANTS = {
     "turns": {
@@ -30,15 +30,15 @@ VARIANTS = {
 
 @pytest.fixture(scope="module")
 def swarm(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("swarm"), *SANITIZED)
+    return program(tmp_path_factory.mktemp("swarm"), "swarm.c", "-DFEASIBEE_DOUBLE", *SANITIZED)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_c_do_what_they_do_in_python(name, swarm):
     assert_same([swarm], name, 4_000, VARIANTS.get(name, {}))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", KNOWLEDGE)
 def test_a_million_steps_in_c_are_those_in_python(name, swarm):
     assert_same([swarm], name, 1_000_000, VARIANTS.get(name, {}))

@@ -38,7 +38,8 @@ static inline void feasibee_census_encode(struct feasibee_robot *robot, uint32_t
         words[k] = robot->known[k];
 }
 
-static inline void feasibee_census_merge(struct feasibee_robot *robot, const uint32_t *words, feasibee_id sender)
+static inline void feasibee_census_merge(struct feasibee_robot *robot, const uint32_t *words,
+                                         feasibee_id sender)
 {
     (void)sender;
     for (uint32_t k = 0; k < feasibee_census_words(robot->settings->setting); k++)
@@ -49,38 +50,12 @@ static inline void feasibee_census_count(struct feasibee_robot *robot, uint32_t 
 {
     uint32_t first = feasibee_census_words_of(robot->settings->setting->robot_ids);
     *robots = feasibee_members(robot->known, first);
-    *tasks = feasibee_members(robot->known + first, feasibee_census_words_of(robot->settings->setting->task_ids));
+    *tasks =
+        feasibee_members(robot->known + first, feasibee_census_words_of(robot->settings->setting->task_ids));
 }
 
-/* Write a list of names in rising order. */
-static inline void feasibee_pack_names(struct feasibee_writer *writer, const uint32_t *set, uint8_t in_word,
-                                       uint32_t ids, uint8_t bits)
-{
-    for (uint32_t id = 0; id < ids; id++)
-        if (set[id / in_word] >> (id % in_word) & 1) {
-            feasibee_write_flag(writer, true);
-            feasibee_write(writer, id, bits);
-        }
-    feasibee_write_flag(writer, false);
-}
-
-/* Read a list of names in rising order. */
-static inline void feasibee_unpack_names(struct feasibee_reader *reader, uint32_t *set, uint8_t in_word,
-                                         uint32_t ids, uint8_t bits)
-{
-    uint32_t least = 0;
-    while (feasibee_read_flag(reader)) {
-        uint32_t id = feasibee_read_below(reader, ids, bits);
-        feasibee_check(reader, id >= least);
-        if (reader->failed)
-            return;
-        set[id / in_word] |= UINT32_C(1) << (id % in_word);
-        least = id + 1;
-    }
-}
-
-static inline void feasibee_census_pack(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
-                                        const struct feasibee_setting *setting)
+static inline void feasibee_census_pack(struct feasibee_writer *writer, const uint32_t *words,
+                                        feasibee_id sender, const struct feasibee_setting *setting)
 {
     (void)sender;
     feasibee_pack_names(writer, words, 32, setting->robot_ids, setting->id_bits);
@@ -97,22 +72,31 @@ static inline int32_t feasibee_census_unpack(uint32_t *words, struct feasibee_re
     return -1;
 }
 
-/* Return feasible if as many robots as tasks are counted, or more. */
-static inline int8_t feasibee_at_least(struct feasibee_robot *robot, const struct feasibee_votes *votes)
-{
-    (void)votes;
-    uint32_t robots = robot->feasible_quality.part, tasks = robot->feasible_quality.whole - robots;
-    return robots >= tasks ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
-}
-
 static const struct feasibee_knowledge feasibee_census_knowledge = {
-    feasibee_census_start,   feasibee_census_observe, feasibee_census_encode, feasibee_census_merge,
-    feasibee_census_count,   NULL,                    NULL,                   feasibee_census_words,
-    feasibee_census_words,   feasibee_census_pack,    feasibee_census_unpack, 0,
+    feasibee_census_start,
+    feasibee_census_observe,
+    feasibee_census_encode,
+    feasibee_census_merge,
+    feasibee_census_count,
+    NULL,
+    NULL,
+    feasibee_census_words,
+    feasibee_census_words,
+    feasibee_census_pack,
+    feasibee_census_unpack,
+    0,
 };
 
 static const struct feasibee_strategy feasibee_census = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_at_least, &feasibee_census_knowledge,
+    true,
+    false,
+    false,
+    false,
+    feasibee_share_of_robots,
+    NULL,
+    NULL,
+    feasibee_at_least,
+    &feasibee_census_knowledge,
 };
 
 #endif

@@ -14,16 +14,25 @@ static inline void feasibee_estimate_count(struct feasibee_robot *robot, uint32_
         totals[1] += robot->known[k + 1];
         rows += (robot->known[k] | robot->known[k + 1]) != 0;
     }
-    feasibee_write_counts(totals[0] * (2 * rows + 1), rows == 0 ? 0 : totals[1] * (2 * rows - 2), robots, tasks);
+    feasibee_write_counts(totals[0] * (2 * rows + 1), rows == 0 ? 0 : totals[1] * (2 * rows - 2), robots,
+                          tasks);
 }
 
 static const struct feasibee_knowledge feasibee_estimate_knowledge = {
-    NULL, feasibee_tally_observe, feasibee_tally_encode, feasibee_tally_merge, feasibee_estimate_count, NULL, NULL,
-    feasibee_tally_words, feasibee_tally_words, feasibee_tally_pack, feasibee_tally_unpack, 0,
+    NULL, feasibee_tally_observe, feasibee_tally_encode, feasibee_tally_merge, feasibee_estimate_count, NULL,
+    NULL, feasibee_tally_words,   feasibee_tally_words,  feasibee_tally_pack,  feasibee_tally_unpack,   0,
 };
 
 static const struct feasibee_strategy feasibee_estimate = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_more, &feasibee_estimate_knowledge,
+    true,
+    false,
+    false,
+    false,
+    feasibee_share_of_robots,
+    NULL,
+    NULL,
+    feasibee_more,
+    &feasibee_estimate_knowledge,
 };
 
 #endif

@@ -2,14 +2,21 @@
  *
  * Parameters: tau, margin, ratio, sees, fast, bounded. Needs FEASIBEE_DOUBLE. */
 
-#include "quiet_census.h"
-#include "totals.h"
+#include "quiet.h"
+#include "rules.h"
 
 #if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
 
-/* Numbers of a robot's memory: the share kept in a step, its own counts, and the sums of those heard; then the
- * same of the fast ones. */
-enum { FEASIBEE_FADE, FEASIBEE_LOOKS, FEASIBEE_TASKS, FEASIBEE_ALL_LOOKS, FEASIBEE_ALL_TASKS, FEASIBEE_OF_FAST };
+/* Numbers of a robot's memory: the share kept in a step, its own counts, and the sums of those heard; then
+ * the same of the fast ones. */
+enum {
+    FEASIBEE_FADE,
+    FEASIBEE_LOOKS,
+    FEASIBEE_TASKS,
+    FEASIBEE_ALL_LOOKS,
+    FEASIBEE_ALL_TASKS,
+    FEASIBEE_OF_FAST
+};
 
 #define FEASIBEE_FADING_TAU 0
 #define FEASIBEE_FADING_MARGIN 1
@@ -47,8 +54,10 @@ static inline double feasibee_fading_tau(const struct feasibee_setting *setting)
     if (!setting->knows_count)
         return by_ratio ? 150.0 : 120.0;
     double exploring = feasibee_exploring(setting), margin = setting->parameters[FEASIBEE_FADING_MARGIN];
-    double visits = feasibee_swept(setting->sight * exploring, setting->count, setting) / feasibee_room(setting);
-    double met = feasibee_swept(setting->radio * (1.0 - exploring), 1, setting) / (setting->width * setting->height);
+    double visits =
+        feasibee_swept(setting->sight * exploring, setting->count, setting) / feasibee_room(setting);
+    double met =
+        feasibee_swept(setting->radio * (1.0 - exploring), 1, setting) / (setting->width * setting->height);
     double meets = 4.0 / FEASIBEE_PI * met;
     margin = margin > 1e-3 ? margin : 1e-3;
     double seen = 2.0 * visits * setting->count * (margin * margin);
@@ -61,9 +70,11 @@ static inline double feasibee_fading_tau(const struct feasibee_setting *setting)
 /* Return the mean share of the arena that a robot sees; within walls that of a random place. */
 static inline double feasibee_share_in_sight(const struct feasibee_setting *setting)
 {
-    double area = setting->width * setting->height, reach = setting->sight, seen = FEASIBEE_PI * reach * reach;
+    double area = setting->width * setting->height, reach = setting->sight,
+           seen = FEASIBEE_PI * reach * reach;
     if (setting->walled)
-        seen += FEASIBEE_POW(reach, 3.0) * (reach / 2.0 - 4.0 / 3.0 * (setting->width + setting->height)) / area;
+        seen +=
+            FEASIBEE_POW(reach, 3.0) * (reach / 2.0 - 4.0 / 3.0 * (setting->width + setting->height)) / area;
     return feasibee_between(seen / area * setting->parameters[FEASIBEE_FADING_SEES], 1e-9, 1.0);
 }
 
@@ -110,7 +121,8 @@ static inline double feasibee_fading_value_of(uint32_t code)
     return code > 0 ? FEASIBEE_FADING_LEAST * feasibee_power(1.04, code - 1) : 0.0;
 }
 
-/* Words of what is known: number of robots heard; then for each robot and tau its row, and the step when it came. */
+/* Words of what is known: number of robots heard; then for each robot and tau its row, and the step when it
+ * came. */
 static inline uint32_t feasibee_fading_words(const struct feasibee_setting *setting)
 {
     return 1 + 2 * (uint32_t)setting->robots * (feasibee_fading_is_fast(setting) ? 2 : 1);
@@ -170,7 +182,8 @@ static inline uint32_t feasibee_fading_believed(uint32_t word, const struct feas
         double others = setting->count > 1 ? setting->count - 1.0 : 1.0;
         double neutral = (setting->count + 0.5) * feasibee_fading_value_of(looks);
         neutral *= feasibee_fading_by_ratio(setting) ? 1.0 / others : feasibee_share_in_sight(setting);
-        uint32_t low = feasibee_fading_code_of(neutral / 2.0, 1.0), high = feasibee_fading_code_of(neutral * 2.0, 1.0);
+        uint32_t low = feasibee_fading_code_of(neutral / 2.0, 1.0),
+                 high = feasibee_fading_code_of(neutral * 2.0, 1.0);
         tasks = tasks < high ? tasks : high;
         tasks = tasks > low ? tasks : low;
     }
@@ -198,7 +211,8 @@ static inline bool feasibee_fading_drop(struct feasibee_robot *robot, uint32_t p
 }
 
 /* Replace the row of an id, and what is left of it in the sums. */
-static inline void feasibee_fading_merge(struct feasibee_robot *robot, const uint32_t *words, feasibee_id sender)
+static inline void feasibee_fading_merge(struct feasibee_robot *robot, const uint32_t *words,
+                                         feasibee_id sender)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     bool fast = feasibee_fading_is_fast(setting) && (words[0] >> 16 & 1);
@@ -281,11 +295,12 @@ static inline void feasibee_fading_count(struct feasibee_robot *robot, uint32_t 
     *robots = *tasks = 0;
     if (estimate >= 0.0)
         feasibee_write_counts((uint64_t)(scale * (feasibee_fading_robots(robot) + 0.5)),
-                              (uint64_t)(scale * (estimate < scale * scale ? estimate : scale * scale)), robots, tasks);
+                              (uint64_t)(scale * (estimate < scale * scale ? estimate : scale * scale)),
+                              robots, tasks);
 }
 
-static inline void feasibee_fading_pack(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
-                                        const struct feasibee_setting *setting)
+static inline void feasibee_fading_pack(struct feasibee_writer *writer, const uint32_t *words,
+                                        feasibee_id sender, const struct feasibee_setting *setting)
 {
     feasibee_write(writer, sender, setting->id_bits);
     feasibee_write(writer, words[0], feasibee_fading_is_fast(setting) ? 17 : 16);
@@ -300,13 +315,21 @@ static inline int32_t feasibee_fading_unpack(uint32_t *words, struct feasibee_re
 }
 
 static const struct feasibee_knowledge feasibee_fading_knowledge = {
-    feasibee_fading_start, feasibee_fading_observe, feasibee_fading_encode, feasibee_fading_merge,
-    feasibee_fading_count, NULL,                    feasibee_fading_judge,  feasibee_fading_words,
-    feasibee_one_word,     feasibee_fading_pack,    feasibee_fading_unpack, 6,
+    feasibee_fading_start, feasibee_fading_observe, feasibee_fading_encode,
+    feasibee_fading_merge, feasibee_fading_count,   NULL,
+    feasibee_fading_judge, feasibee_fading_words,   feasibee_one_word,
+    feasibee_fading_pack,  feasibee_fading_unpack,  6,
 };
 
 static const struct feasibee_strategy feasibee_fading = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_keep_opinion,
+    true,
+    false,
+    false,
+    false,
+    feasibee_share_of_robots,
+    NULL,
+    NULL,
+    feasibee_keep_opinion,
     &feasibee_fading_knowledge,
 };
 

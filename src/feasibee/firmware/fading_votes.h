@@ -20,7 +20,8 @@ static inline void feasibee_fading_votes_start(struct feasibee_robot *robot)
 }
 
 /* Count a task in sight, or, for the ratio, a robot. */
-static inline void feasibee_fading_votes_observe(struct feasibee_robot *robot, const struct feasibee_thing *thing)
+static inline void feasibee_fading_votes_observe(struct feasibee_robot *robot,
+                                                 const struct feasibee_thing *thing)
 {
     bool is_other = thing->id != (int32_t)robot->me.id;
     if (!thing->is_robot)
@@ -90,7 +91,8 @@ static inline int8_t feasibee_fading_votes_judge(struct feasibee_robot *robot)
 }
 
 /* Write the weights of the votes for and against feasible, the robot's own included. */
-static inline void feasibee_fading_votes_count(struct feasibee_robot *robot, uint32_t *robots, uint32_t *tasks)
+static inline void feasibee_fading_votes_count(struct feasibee_robot *robot, uint32_t *robots,
+                                               uint32_t *tasks)
 {
     const double *weights = robot->memory.numbers + FEASIBEE_WEIGHTS;
     uint32_t own = feasibee_fading_votes_own(robot);
@@ -121,7 +123,14 @@ static const struct feasibee_knowledge feasibee_fading_votes_knowledge = {
 };
 
 static const struct feasibee_strategy feasibee_fading_votes = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_keep_opinion,
+    true,
+    false,
+    false,
+    false,
+    feasibee_share_of_robots,
+    NULL,
+    NULL,
+    feasibee_keep_opinion,
     &feasibee_fading_votes_knowledge,
 };
 

@@ -43,11 +43,12 @@ struct feasibee_knowledge {
     /* How many words it needs: at most FEASIBEE_WORDS, and FEASIBEE_MESSAGE_WORDS for a message. */
     uint32_t (*words)(const struct feasibee_setting *setting);
     uint32_t (*message_words)(const struct feasibee_setting *setting);
-    /* A message as bits (model.md 6.13). unpack is given words that are 0; it returns the sender's id, or -1 if
-     * messages don't have it. */
+    /* A message as bits (model.md 6.13). unpack is given words that are 0; it returns the sender's id, or -1
+     * if messages don't have it. */
     void (*pack)(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
                  const struct feasibee_setting *setting);
-    int32_t (*unpack)(uint32_t *words, struct feasibee_reader *reader, const struct feasibee_setting *setting);
+    int32_t (*unpack)(uint32_t *words, struct feasibee_reader *reader,
+                      const struct feasibee_setting *setting);
     uint8_t parameters; /* number of its parameters */
 };
 
@@ -90,4 +91,38 @@ static inline void feasibee_write_counts(uint64_t robots_found, uint64_t tasks_f
         tasks_found >>= 1;
     *robots = (uint32_t)robots_found;
     *tasks = (uint32_t)tasks_found;
+}
+
+/* Messages of one word. */
+static inline uint32_t feasibee_one_word(const struct feasibee_setting *setting)
+{
+    (void)setting;
+    return 1;
+}
+
+/* Write a set of names, so many in a word, in rising order. */
+static inline void feasibee_pack_names(struct feasibee_writer *writer, const uint32_t *set, uint8_t in_word,
+                                       uint32_t ids, uint8_t bits)
+{
+    for (uint32_t id = 0; id < ids; id++)
+        if (set[id / in_word] >> (id % in_word) & 1) {
+            feasibee_write_flag(writer, true);
+            feasibee_write(writer, id, bits);
+        }
+    feasibee_write_flag(writer, false);
+}
+
+/* Read a set of names, so many in a word, in rising order. */
+static inline void feasibee_unpack_names(struct feasibee_reader *reader, uint32_t *set, uint8_t in_word,
+                                         uint32_t ids, uint8_t bits)
+{
+    uint32_t least = 0;
+    while (feasibee_read_flag(reader)) {
+        uint32_t id = feasibee_read_below(reader, ids, bits);
+        feasibee_check(reader, id >= least);
+        if (reader->failed)
+            return;
+        set[id / in_word] |= UINT32_C(1) << (id % in_word);
+        least = id + 1;
+    }
 }

@@ -13,8 +13,8 @@ static inline uint16_t feasibee_tolerated(const struct feasibee_setting *setting
     return (uint16_t)feasibee_whole(setting, place, 0, setting->robots);
 }
 
-/* Return whether more neighbours have sent a statement than are tolerated: this one and those listed, of which
- * the list holds one more than their ids. */
+/* Return whether more neighbours have sent a statement than are tolerated: this one and those listed, of
+ * which the list holds one more than their ids. */
 static inline bool feasibee_told_enough(uint32_t *list, uint16_t tolerates, feasibee_id sender)
 {
     for (uint16_t k = 0; k < tolerates; k++) {
@@ -66,7 +66,8 @@ static inline double feasibee_exploring(const struct feasibee_setting *setting)
 }
 
 /* Return the number of steps in which so many robots see a given place so often, on average. */
-static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots, const struct feasibee_setting *setting)
+static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots,
+                                          const struct feasibee_setting *setting)
 {
     double exploring = feasibee_exploring(setting);
     double seen = setting->sight * exploring, heard = setting->radio * (1.0 - exploring);
@@ -78,7 +79,8 @@ static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots, con
     return (uint32_t)steps + (steps > (double)(uint32_t)steps);
 }
 
-/* Return c, the number of times that the swarm would find a task in the quiet time (quiet_census.patience). */
+/* Return c, the number of times that the swarm would find a task in the quiet time (quiet_census.patience).
+ */
 static inline double feasibee_patience(uint32_t robots, uint32_t tolerates)
 {
     double flooding = 5.2 + 1.6 * FEASIBEE_LOG((double)(robots > 0 ? robots : 1));

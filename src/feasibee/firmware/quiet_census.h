@@ -2,13 +2,13 @@
  *
  * Parameters: quiet, tolerates. Without FEASIBEE_DOUBLE, quiet must be above 0: it isn't computed. */
 
-#include "census.h"
 #include "quiet.h"
+#include "rules.h"
 
 #if FEASIBEE_WORDS > 0
 
-/* Words of what is known: number of names, until when to wait for another; then the sets, 31 names a word, and
- * for each name the neighbours that sent it. */
+/* Words of what is known: number of names, until when to wait for another; then the sets, 31 names a word,
+ * and for each name the neighbours that sent it. */
 enum { FEASIBEE_QUIET_NAMES, FEASIBEE_QUIET_UNTIL, FEASIBEE_QUIET_SETS, FEASIBEE_QUIET_IN_WORD = 31 };
 
 /* Return the size of the set of robots, which is counted only if n is unknown. */
@@ -56,7 +56,8 @@ static inline void feasibee_quiet_encode(struct feasibee_robot *robot, uint32_t 
 }
 
 /* Add the names that enough neighbours have sent. */
-static inline void feasibee_quiet_merge(struct feasibee_robot *robot, const uint32_t *words, feasibee_id sender)
+static inline void feasibee_quiet_merge(struct feasibee_robot *robot, const uint32_t *words,
+                                        feasibee_id sender)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     uint32_t *sets = robot->known + FEASIBEE_QUIET_SETS, length = feasibee_quiet_message_words(setting);
@@ -108,8 +109,8 @@ static inline int8_t feasibee_quiet_declare(struct feasibee_robot *robot)
     return robots >= tasks ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
 }
 
-static inline void feasibee_quiet_pack(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
-                                       const struct feasibee_setting *setting)
+static inline void feasibee_quiet_pack(struct feasibee_writer *writer, const uint32_t *words,
+                                       feasibee_id sender, const struct feasibee_setting *setting)
 {
     if (feasibee_tolerated(setting, 1) > 0)
         feasibee_write(writer, sender, setting->id_bits);
@@ -138,20 +139,30 @@ static inline int8_t feasibee_quiet_say(struct feasibee_robot *robot)
     return robot->opinion == FEASIBEE_FEASIBLE ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
 }
 
-static inline int8_t feasibee_keep_opinion(struct feasibee_robot *robot, const struct feasibee_votes *votes)
-{
-    (void)votes;
-    return robot->opinion;
-}
-
 static const struct feasibee_knowledge feasibee_quiet_census_knowledge = {
-    feasibee_quiet_start,  feasibee_quiet_observe, feasibee_quiet_encode, feasibee_quiet_merge,
-    feasibee_quiet_count,  feasibee_quiet_declare, NULL,                  feasibee_quiet_words,
-    feasibee_quiet_message_words, feasibee_quiet_pack, feasibee_quiet_unpack, 2,
+    feasibee_quiet_start,
+    feasibee_quiet_observe,
+    feasibee_quiet_encode,
+    feasibee_quiet_merge,
+    feasibee_quiet_count,
+    feasibee_quiet_declare,
+    NULL,
+    feasibee_quiet_words,
+    feasibee_quiet_message_words,
+    feasibee_quiet_pack,
+    feasibee_quiet_unpack,
+    2,
 };
 
 static const struct feasibee_strategy feasibee_quiet_census = {
-    true, true, false, false, feasibee_share_of_robots, feasibee_quiet_say, NULL, feasibee_keep_opinion,
+    true,
+    true,
+    false,
+    false,
+    feasibee_share_of_robots,
+    feasibee_quiet_say,
+    NULL,
+    feasibee_keep_opinion,
     &feasibee_quiet_census_knowledge,
 };
 

@@ -23,7 +23,8 @@ static inline void feasibee_tally_encode(struct feasibee_robot *robot, uint32_t 
 }
 
 /* Keep the larger of each total, except in the robot's own row. */
-static inline void feasibee_tally_merge(struct feasibee_robot *robot, const uint32_t *words, feasibee_id sender)
+static inline void feasibee_tally_merge(struct feasibee_robot *robot, const uint32_t *words,
+                                        feasibee_id sender)
 {
     (void)sender;
     for (uint32_t k = 0; k < feasibee_tally_words(robot->settings->setting); k++)
@@ -48,8 +49,8 @@ static inline uint8_t feasibee_tally_width(const uint32_t *words, const struct f
     return feasibee_bit_length(all);
 }
 
-static inline void feasibee_tally_pack(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
-                                       const struct feasibee_setting *setting)
+static inline void feasibee_tally_pack(struct feasibee_writer *writer, const uint32_t *words,
+                                       feasibee_id sender, const struct feasibee_setting *setting)
 {
     uint8_t width = feasibee_tally_width(words, setting);
     (void)sender;
@@ -86,19 +87,9 @@ static inline int32_t feasibee_tally_unpack(uint32_t *words, struct feasibee_rea
     return -1;
 }
 
-/* Return the opinion that has more on its side; a tie keeps the robot's. */
-static inline int8_t feasibee_more(struct feasibee_robot *robot, const struct feasibee_votes *votes)
-{
-    (void)votes;
-    uint32_t robots = robot->feasible_quality.part, tasks = robot->feasible_quality.whole - robots;
-    if (robots == tasks)
-        return robot->opinion;
-    return robots > tasks ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
-}
-
 static const struct feasibee_knowledge feasibee_tally_knowledge = {
-    NULL, feasibee_tally_observe, feasibee_tally_encode, feasibee_tally_merge, feasibee_tally_count, NULL, NULL,
-    feasibee_tally_words, feasibee_tally_words, feasibee_tally_pack, feasibee_tally_unpack, 0,
+    NULL, feasibee_tally_observe, feasibee_tally_encode, feasibee_tally_merge, feasibee_tally_count,  NULL,
+    NULL, feasibee_tally_words,   feasibee_tally_words,  feasibee_tally_pack,  feasibee_tally_unpack, 0,
 };
 
 static const struct feasibee_strategy feasibee_tally = {

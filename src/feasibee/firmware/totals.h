@@ -3,7 +3,7 @@
  * Parameters: arrivals, kappa, tolerates. */
 
 #include "quiet.h"
-#include "tally.h"
+#include "rules.h"
 
 #if FEASIBEE_WORDS > 0
 
@@ -24,12 +24,6 @@ static inline uint32_t feasibee_totals_words(const struct feasibee_setting *sett
 {
     uint32_t in_sight = feasibee_totals_by_arrival(setting) ? (uint32_t)setting->robots + setting->tasks : 0;
     return FEASIBEE_TOTALS_ROWS + setting->robots + in_sight;
-}
-
-static inline uint32_t feasibee_one_word(const struct feasibee_setting *setting)
-{
-    (void)setting;
-    return 1;
 }
 
 /* Count a robot or task in sight, with arrivals only if it wasn't in sight in the step before. */
@@ -78,7 +72,8 @@ static inline void feasibee_totals_encode(struct feasibee_robot *robot, uint32_t
 }
 
 /* Keep the latest row of each id. */
-static inline void feasibee_totals_merge(struct feasibee_robot *robot, const uint32_t *words, feasibee_id sender)
+static inline void feasibee_totals_merge(struct feasibee_robot *robot, const uint32_t *words,
+                                         feasibee_id sender)
 {
     robot->known[FEASIBEE_TOTALS_ROWS + (uint32_t)sender] = words[0];
 }
@@ -96,26 +91,31 @@ static inline feasibee_lean feasibee_totals_lean_of(uint32_t row, const struct f
 {
     uint32_t robots = feasibee_totals_robots_of(row), tasks = feasibee_totals_tasks_of(row);
 #ifdef FEASIBEE_DOUBLE
-    return (setting->robots + 0.5) * robots / feasibee_totals_kappa(setting) - (setting->robots - 1.0) * tasks;
+    return (setting->robots + 0.5) * robots / feasibee_totals_kappa(setting) -
+           (setting->robots - 1.0) * tasks;
 #else
     int64_t for_it = (int64_t)(2 * (uint32_t)setting->robots + 1) * robots * FEASIBEE_NUMBER(1);
     return for_it / feasibee_totals_kappa(setting) - 2 * ((int64_t)setting->robots - 1) * tasks;
 #endif
 }
 
-/* Return the place of the first row from which on the rows heard lean most to a side after the last one; 0 for
- * none. The side is 1, feasible first, or -1, exactly the reverse order; last is 0 in the first call. */
-static inline uint32_t feasibee_totals_next_extreme(const struct feasibee_robot *robot, int8_t side, uint32_t last)
+/* Return the place of the first row from which on the rows heard lean most to a side after the last one; 0
+ * for none. The side is 1, feasible first, or -1, exactly the reverse order; last is 0 in the first call. */
+static inline uint32_t feasibee_totals_next_extreme(const struct feasibee_robot *robot, int8_t side,
+                                                    uint32_t last)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     uint32_t found = 0, end = FEASIBEE_TOTALS_ROWS + (uint32_t)setting->robots;
-    feasibee_lean most = 0, bound = last > 0 ? side * feasibee_totals_lean_of(robot->known[last], setting) : 0;
+    feasibee_lean most = 0,
+                  bound = last > 0 ? side * feasibee_totals_lean_of(robot->known[last], setting) : 0;
     for (uint32_t place = FEASIBEE_TOTALS_ROWS; place < end; place++) {
         if (robot->known[place] == 0)
             continue;
         feasibee_lean leans = side * feasibee_totals_lean_of(robot->known[place], setting);
-        bool follows = last == 0 || leans < bound || (leans == bound && (side > 0 ? place > last : place < last));
-        bool leads = found == 0 || leans > most || (leans == most && (side > 0 ? place < found : place > found));
+        bool follows =
+            last == 0 || leans < bound || (leans == bound && (side > 0 ? place > last : place < last));
+        bool leads =
+            found == 0 || leans > most || (leans == most && (side > 0 ? place < found : place > found));
         if (follows && leads) {
             found = place;
             most = leans;
@@ -130,7 +130,8 @@ static inline void feasibee_totals_count(struct feasibee_robot *robot, uint32_t 
     const struct feasibee_setting *setting = robot->settings->setting;
     uint64_t robots_seen = 0, tasks_seen = 0;
     uint32_t heard = 0, out = feasibee_tolerated(setting, 2);
-    for (uint32_t place = FEASIBEE_TOTALS_ROWS; place < FEASIBEE_TOTALS_ROWS + (uint32_t)setting->robots; place++) {
+    for (uint32_t place = FEASIBEE_TOTALS_ROWS; place < FEASIBEE_TOTALS_ROWS + (uint32_t)setting->robots;
+         place++) {
         robots_seen += feasibee_totals_robots_of(robot->known[place]);
         tasks_seen += feasibee_totals_tasks_of(robot->known[place]);
         heard += robot->known[place] != 0;
@@ -151,13 +152,13 @@ static inline void feasibee_totals_count(struct feasibee_robot *robot, uint32_t 
 #else
     product = product * (uint64_t)FEASIBEE_NUMBER(1) / (uint64_t)feasibee_totals_kappa(setting);
 #endif
-    feasibee_write_counts(product, 2 * ((uint64_t)setting->robots - 1) * (robot->known[1] + tasks_seen), robots,
-                          tasks);
+    feasibee_write_counts(product, 2 * ((uint64_t)setting->robots - 1) * (robot->known[1] + tasks_seen),
+                          robots, tasks);
 }
 
 /* An id, and a number of 16 bits: messages of totals. */
-static inline void feasibee_totals_pack(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
-                                        const struct feasibee_setting *setting)
+static inline void feasibee_totals_pack(struct feasibee_writer *writer, const uint32_t *words,
+                                        feasibee_id sender, const struct feasibee_setting *setting)
 {
     feasibee_write(writer, sender, setting->id_bits);
     feasibee_write(writer, words[0], 16);
@@ -172,12 +173,30 @@ static inline int32_t feasibee_totals_unpack(uint32_t *words, struct feasibee_re
 }
 
 static const struct feasibee_knowledge feasibee_totals_knowledge = {
-    NULL, feasibee_totals_observe, feasibee_totals_encode, feasibee_totals_merge, feasibee_totals_count, NULL, NULL,
-    feasibee_totals_words, feasibee_one_word, feasibee_totals_pack, feasibee_totals_unpack, 3,
+    NULL,
+    feasibee_totals_observe,
+    feasibee_totals_encode,
+    feasibee_totals_merge,
+    feasibee_totals_count,
+    NULL,
+    NULL,
+    feasibee_totals_words,
+    feasibee_one_word,
+    feasibee_totals_pack,
+    feasibee_totals_unpack,
+    3,
 };
 
 static const struct feasibee_strategy feasibee_totals = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_more, &feasibee_totals_knowledge,
+    true,
+    false,
+    false,
+    false,
+    feasibee_share_of_robots,
+    NULL,
+    NULL,
+    feasibee_more,
+    &feasibee_totals_knowledge,
 };
 
 #endif

@@ -1,10 +1,10 @@
 /* Turns: a census in a few bits, a few names of tasks in turn and an alarm.
  *
- * Parameters: names, name_bits, quiet, tolerates, looks. n must be known. Without FEASIBEE_DOUBLE, quiet must be
- * above 0: it isn't computed. */
+ * Parameters: names, name_bits, quiet, tolerates, looks. n must be known. Without FEASIBEE_DOUBLE, quiet must
+ * be above 0: it isn't computed. */
 
-#include "census.h"
 #include "quiet.h"
+#include "rules.h"
 
 #if FEASIBEE_WORDS > 0
 
@@ -184,7 +184,8 @@ static inline void feasibee_turns_observe(struct feasibee_robot *robot, const st
 static inline void feasibee_turns_encode(struct feasibee_robot *robot, uint32_t *words)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
-    uint32_t *known = robot->known, first = feasibee_turns_first(setting), number = known[FEASIBEE_TURNS_KNOWN];
+    uint32_t *known = robot->known, first = feasibee_turns_first(setting),
+             number = known[FEASIBEE_TURNS_KNOWN];
     uint32_t turn = feasibee_turns_sends_all(setting) ? 0 : known[FEASIBEE_TURNS_TURN];
     words[0] = known[FEASIBEE_TURNS_ALARM];
     for (uint32_t k = 1; k <= feasibee_turns_places(setting); k++) {
@@ -221,7 +222,8 @@ static inline void feasibee_turns_consider(struct feasibee_robot *robot, uint32_
         feasibee_turns_accept(robot, name);
 }
 
-static inline void feasibee_turns_merge(struct feasibee_robot *robot, const uint32_t *words, feasibee_id sender)
+static inline void feasibee_turns_merge(struct feasibee_robot *robot, const uint32_t *words,
+                                        feasibee_id sender)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     uint32_t *known = robot->known;
@@ -255,8 +257,8 @@ static inline uint8_t feasibee_turns_low_bits(uint32_t number, uint8_t length)
     return bits > 0 ? (uint8_t)(bits - 1) : 0;
 }
 
-static inline void feasibee_turns_pack(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
-                                       const struct feasibee_setting *setting)
+static inline void feasibee_turns_pack(struct feasibee_writer *writer, const uint32_t *words,
+                                       feasibee_id sender, const struct feasibee_setting *setting)
 {
     uint32_t number = 0, last = 0, places = feasibee_turns_places(setting);
     uint8_t length = feasibee_turns_name_bits(setting);
@@ -299,13 +301,30 @@ static inline int32_t feasibee_turns_unpack(uint32_t *words, struct feasibee_rea
 }
 
 static const struct feasibee_knowledge feasibee_turns_knowledge = {
-    feasibee_turns_start,         feasibee_turns_observe, feasibee_turns_encode, feasibee_turns_merge,
-    feasibee_turns_count,         feasibee_turns_declare, NULL,                  feasibee_turns_words,
-    feasibee_turns_message_words, feasibee_turns_pack,    feasibee_turns_unpack, 5,
+    feasibee_turns_start,
+    feasibee_turns_observe,
+    feasibee_turns_encode,
+    feasibee_turns_merge,
+    feasibee_turns_count,
+    feasibee_turns_declare,
+    NULL,
+    feasibee_turns_words,
+    feasibee_turns_message_words,
+    feasibee_turns_pack,
+    feasibee_turns_unpack,
+    5,
 };
 
 static const struct feasibee_strategy feasibee_turns = {
-    true, false, false, false, feasibee_share_of_robots, NULL, NULL, feasibee_at_least, &feasibee_turns_knowledge,
+    true,
+    false,
+    false,
+    false,
+    feasibee_share_of_robots,
+    NULL,
+    NULL,
+    feasibee_at_least,
+    &feasibee_turns_knowledge,
 };
 
 #endif

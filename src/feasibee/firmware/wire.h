@@ -81,10 +81,10 @@ static inline bool feasibee_commits(const struct feasibee_settings *settings)
     return settings->commit.rounds > 0;
 }
 
-/* Return the wire of a strategy, by its name in Python, such as "k-unanimity". id_bits is that of the setting,
- * if the strategy has one. The settings must outlive the wire. */
-static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settings *settings, const char *name,
-                                                    uint8_t id_bits)
+/* Return the wire of a strategy, by its name in Python, such as "k-unanimity". id_bits is that of the
+ * setting, if the strategy has one. The settings must outlive the wire. */
+static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settings *settings,
+                                                    const char *name, uint8_t id_bits)
 {
     struct feasibee_wire wire = {settings, id_bits, 0};
     uint32_t crc = UINT32_MAX;
@@ -170,8 +170,8 @@ static inline void feasibee_read_knowledge(struct feasibee_reader *reader, const
 
 /* Read a frame; return whether it is one of this wire. Otherwise sender and message mean nothing.
  *
- * Messages with knowledge have no opinion (FEASIBEE_NONE) and, for some strategies, no sender (all ones), unless
- * there is a rule to commit; feasibee_hear() takes both as they are. */
+ * Messages with knowledge have no opinion (FEASIBEE_NONE) and, for some strategies, no sender (all ones),
+ * unless there is a rule to commit; feasibee_hear() takes both as they are. */
 static inline bool feasibee_decode(const struct feasibee_wire *wire, const uint8_t *frame, size_t length,
                                    feasibee_id *sender, struct feasibee_message *message)
 {
