@@ -4,28 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from feasibee.strategies import STRATEGIES
 from tests.firmware.swarms import KNOWLEDGE, SANITIZED, assert_same, program
 
-VARIANTS = {
-    "turns": {
-        "names": [-1.0, 0.0, 1.0, 1.0, 3.0],
-        "name_bits": [4.0, 9.0, 20.0, 31.0],
-        "quiet": [0.0, 20.0, 33.5],
-        "tolerates": [0.0, 0.0, 1.0, 2.0],
-        "looks": [1.0, 2.0],
-    },
-    "quiet-census": {"quiet": [0.0, 20.0, 33.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
-    "totals": {"arrivals": [0.0, 1.0], "kappa": [1.19, 0.0, 1.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
-    "fading": {
-        "tau": [0.0, 0.0, 7.0, 60.0],
-        "margin": [0.2, 0.1],
-        "ratio": [0.0, 1.0],
-        "sees": [1.0, 0.9],
-        "fast": [0.0, 5.0],
-        "bounded": [0.0, 1.0],
-    },
-    "fading-votes": {"tau": [0.0, 7.0], "margin": [0.2, 0.1], "ratio": [0.0, 1.0], "sees": [1.0, 0.9]},
-}
+FADING = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
+"""Strategies that exist with FEASIBEE_DOUBLE only."""
 
 
 @pytest.fixture(scope="module")
@@ -33,12 +16,28 @@ def swarm(tmp_path_factory):
     return program(tmp_path_factory.mktemp("swarm"), "swarm.c", "-DFEASIBEE_DOUBLE", *SANITIZED)
 
 
+@pytest.fixture(scope="module")
+def in_whole_numbers(tmp_path_factory):
+    return program(tmp_path_factory.mktemp("whole"), "swarm.c", *SANITIZED, without=FADING)
+
+
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_c_do_what_they_do_in_python(name, swarm):
-    assert_same([swarm], name, 4_000, VARIANTS.get(name, {}))
+    assert_same([swarm], name, 4_000)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_a_million_steps_in_c_are_those_in_python(name, swarm):
-    assert_same([swarm], name, 1_000_000, VARIANTS.get(name, {}))
+    assert_same([swarm], name, 1_000_000)
+
+
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - FADING))
+def test_in_whole_numbers_c_does_the_same(name, in_whole_numbers):
+    assert_same([in_whole_numbers], name, 3_000, whole_numbers=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - FADING))
+def test_a_million_steps_in_whole_numbers(name, in_whole_numbers):
+    assert_same([in_whole_numbers], name, 1_000_000, whole_numbers=True)
