@@ -281,10 +281,9 @@ static inline void feasibee_turns_pack(struct feasibee_writer *writer, const uin
 static inline int32_t feasibee_turns_unpack(uint32_t *words, struct feasibee_reader *reader,
                                             const struct feasibee_setting *setting)
 {
-    uint32_t last = 0, places = feasibee_turns_places(setting), names;
+    uint32_t last = 0, places = feasibee_turns_places(setting);
     uint8_t length = feasibee_turns_name_bits(setting);
     int32_t sender = (int32_t)feasibee_read_below(reader, setting->robots, setting->id_bits);
-    names = UINT32_C(1) << length;
     words[0] = feasibee_read_flag(reader);
     if (!feasibee_turns_sends_all(setting)) {
         for (uint32_t k = 1; k <= places; k++)
@@ -292,9 +291,9 @@ static inline int32_t feasibee_turns_unpack(uint32_t *words, struct feasibee_rea
         return sender;
     }
     uint32_t number = feasibee_read_below(reader, places + 1, feasibee_bit_length(places));
-    feasibee_check(reader, number < names);
     for (uint32_t k = 1; k <= number && !reader->failed; k++) {
-        last += 1 + feasibee_read_rice(reader, names - 1 - last, feasibee_turns_low_bits(number, length));
+        uint32_t left = (UINT32_C(1) << length) - 1 - last; /* names above the last one */
+        last += 1 + feasibee_read_rice(reader, left, feasibee_turns_low_bits(number, length));
         words[k] = last;
     }
     return sender;

@@ -330,7 +330,6 @@ def unpack(message, reader, setting):
             message[k] = reader.number(length)
         return sender
     number = reader.below(len(message), places(setting).bit_length())
-    reader.check(number < 2**length, "has more names than there are")
     for k in range(1, number + 1):
         last += 1 + reader.rice(2**length - 1 - last, low_bits(number, length))
         message[k] = last
