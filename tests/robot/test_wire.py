@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import random
-from pathlib import Path
 from zlib import crc32
 
 import pytest
 
-from feasibee import FeasibeeError, Scenario
+from feasibee import Scenario
 from feasibee.reference.swarm import Swarm
 from feasibee.robot import Message, Wire, WireError
 from feasibee.robot.bits import BitReader, BitWriter
 from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import OVERHEAD
-from feasibee.scenario.plugins import load
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Me, Thing
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 COMMIT = {"quorum": 0.6, "rounds": 1}
 CLASSES = {
     "robots": {
@@ -317,12 +314,12 @@ def assert_rejected_or_whole(packets):
 
 
 def test_damaged_packets_are_rejected_and_no_message_has_two_frames():
-    assert_rejected_or_whole(5_000)
+    assert_rejected_or_whole(10_000)
 
 
 @pytest.mark.slow
 def test_a_million_damaged_packets():
-    assert_rejected_or_whole(500_000)
+    assert_rejected_or_whole(1_000_000)
 
 
 # --- Bits ---
@@ -353,77 +350,3 @@ def test_bits_are_read_as_they_were_written():
             assert reader.word() == number - 10
     assert reader.place == writer.length
     reader.end()
-
-
-# --- Users' strategies ---
-
-BYTES = """
-
-def pack(writer, message, sender, setting):
-    robots, tasks = setting.robot_ids, setting.task_ids
-    for first, ids, bits in ((0, robots, setting.id_bits), (robots, tasks, 32)):
-        for k in range(ids):
-            if message[first + k]:
-                writer.flag(True)
-                writer.number(k, bits)
-        writer.flag(False)
-
-
-def unpack(message, reader, setting):
-    robots, tasks = setting.robot_ids, setting.task_ids
-    for first, ids, bits in ((0, robots, setting.id_bits), (robots, tasks, 32)):
-        while reader.flag():
-            message[first + reader.below(ids, bits)] = 1
-    return -1
-"""
-
-
-def roll_call(tmp_path, text):
-    """Return the strategy of the docs with more functions."""
-    path = tmp_path / "mine.py"
-    path.write_text((EXAMPLES / "roll_call.py").read_text() + text)
-    return load(str(path))
-
-
-def test_a_users_knowledge_without_pack_goes_as_plain_words(tmp_path):
-    strategy = roll_call(tmp_path, "")
-    setting = setting_from((3, 2), (0, 0), False, None, ())
-    wire = Wire(strategy, 2, setting=setting)
-    message = Message(1, knowledge=(1, 0, 1, 0, -5))
-    assert not wire.is_exact
-    assert wire.bits(2, message) == 2 + 1 + 5 * 32
-    assert wire.decode(wire.encode(2, message)) == (2, message)
-
-
-def test_a_users_pack_makes_it_exact(tmp_path):
-    strategy = roll_call(tmp_path, BYTES)
-    setting = setting_from((3, 2), (0, 0), False, None, ())
-    wire = Wire(strategy, 2, setting=setting)
-    message = Message(-1, knowledge=(1, 0, 1, 0, 1))
-    assert wire.is_exact
-    assert wire.bits(2, message) == 2 * 3 + 33 + 2
-    assert wire.decode(wire.encode(2, message)) == (-1, message)
-    with pytest.raises(WireError):
-        wire.decode(sealed(wire.encode(2, message)[:3] + b"\xff"))
-
-
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        (
-            BYTES.replace("32)", "16)"),
-            "mine.py: pack writes .* bits of .*, and bits returns .*; they must be equal",
-        ),
-        (
-            BYTES.replace("= 1\n", "= 2\n"),
-            "mine.py: unpack reads .* from what pack wrote of .*; they must be equal",
-        ),
-        (BYTES.replace("return -1", "return -2"), "unpack.* returns -2; must be the sender's id, or -1"),
-        (BYTES.replace("range(ids)", "range(ids + 1)"), "fails: IndexError|fail: "),
-        (BYTES[: BYTES.index("def unpack")], "has pack, but no function unpack; write def unpack"),
-        (BYTES[BYTES.index("def unpack") :], "has unpack, but no function pack; write def pack"),
-    ],
-)
-def test_a_users_pack_is_tried(tmp_path, text, why):
-    with pytest.raises(FeasibeeError, match=why):
-        roll_call(tmp_path, text)

@@ -139,7 +139,7 @@ class Wire:
         return heard
 
     def _scheme(self, strategy: Strategy) -> bytes:
-        """Return the bytes that tell this strategy and setting from others."""
+        """Return bytes that differ between strategies and settings, for the header."""
         numbers = [self._id_bits, self._value_bits, int(self._commits)]
         if self._setting is not None and strategy.knowledge:
             setting = self._setting
