@@ -19,6 +19,10 @@ static void hear_frame(struct feasibee_robot *robot, const uint8_t *frame, size_
 
 static void observe(struct feasibee_robot *robot)
 {
+#ifdef FEASIBEE_DOUBLE
+    take(&robot->x, sizeof robot->x);
+    take(&robot->y, sizeof robot->y);
+#endif
     for (uint8_t left = read_byte(); left > 0; left--) {
         struct feasibee_thing thing;
         thing.is_robot = read_byte();
@@ -26,6 +30,10 @@ static void observe(struct feasibee_robot *robot)
         take(&id, sizeof id);
         thing.id = id;
         take(&thing.hash, sizeof thing.hash);
+#ifdef FEASIBEE_DOUBLE
+        take(&thing.x, sizeof thing.x);
+        take(&thing.y, sizeof thing.y);
+#endif
         feasibee_recognise(robot, &thing);
     }
 }

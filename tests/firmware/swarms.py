@@ -47,6 +47,12 @@ VARIANTS = {
         "fast": [0.0, 5.0],
         "bounded": [0.0, 1.0],
     },
+    "roster-turns": {
+        "name_bits": [2.0, 8.0, 20.0, 30.0],
+        "robot_timeout": [0.0, 0.0, 9.0, 30.5],
+        "looks": [1.0, 2.0],
+        "tolerates": [0.0, 0.0, 1.0, 2.0],
+    },
     "fading-votes": {"tau": [0.0, 7.0], "margin": [0.2, 0.1], "ratio": [0.0, 1.0], "sees": [1.0, 0.9]},
 }
 """Values of parameters to draw from."""
@@ -153,7 +159,9 @@ class Episode:
         liar = Me(setting.robots - 1, 0, draw.getrandbits(32), 0, [0.0] * strategy.memory, setting)
         self.liar = Knowledge(strategy, liar)
         self.frames = []
-        self.hashes = [draw.getrandbits(32) for _ in range(setting.robot_ids + setting.task_ids)]
+        things = range(setting.robot_ids + setting.task_ids)
+        self.hashes = [draw.getrandbits(32) for _ in things]
+        self.places = [self.place() for _ in things]
 
     def _robot(self, number, commit):
         word, mark, opinion = (
@@ -176,14 +184,17 @@ class Episode:
             setting=self.setting,
         )
 
+    def place(self):
+        """Return a random place."""
+        return self.draw.uniform(0, self.setting.width), self.draw.uniform(0, self.setting.height)
+
     def things(self):
         """Return some things in sight."""
         for _ in range(self.draw.choice([0, 0, 1, 2, 5])):
             is_robot = self.draw.random() < 0.5
             number = self.draw.randrange(self.setting.robots if is_robot else self.setting.tasks)
-            yield Thing(
-                is_robot, number, 0, self.hashes[number + (0 if is_robot else self.setting.robot_ids)]
-            )
+            mark = number + (0 if is_robot else self.setting.robot_ids)
+            yield Thing(is_robot, number, 0, self.hashes[mark], *self.places[mark])
 
     def strange_frames(self):
         """Return frames of a robot that may lie, some of them damaged."""
@@ -225,10 +236,16 @@ class Episode:
 
     def _perceive(self, robot, frames):
         things = list(self.things())
+        if not self.whole_numbers:
+            place = self.place()
+            robot.move_to(*place)
+            self.stream += struct.pack("<dd", *place)
         robot.recognise(things)
         self.stream.append(len(things))
         for thing in things:
             self.stream += struct.pack("<BhI", thing.is_robot, thing.id, thing.hash)
+            if not self.whole_numbers:
+                self.stream += struct.pack("<dd", thing.x, thing.y)
         own = self.robots.index(robot)
         heard = self.draw.getrandbits(self.number) & ~(1 << own)
         strange = list(self.strange_frames())

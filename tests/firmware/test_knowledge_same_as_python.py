@@ -7,7 +7,7 @@ import pytest
 from feasibee.strategies import STRATEGIES
 from tests.firmware.swarms import KNOWLEDGE, SANITIZED, assert_same, program
 
-FADING = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
+IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""
 
 
@@ -18,7 +18,7 @@ def swarm(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def in_whole_numbers(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("whole"), "swarm.c", *SANITIZED, without=FADING)
+    return program(tmp_path_factory.mktemp("whole"), "swarm.c", *SANITIZED, without=IN_DOUBLE)
 
 
 @pytest.mark.parametrize("name", KNOWLEDGE)
@@ -32,12 +32,12 @@ def test_a_million_steps_in_c_are_those_in_python(name, swarm):
     assert_same([swarm], name, 1_000_000)
 
 
-@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - FADING))
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
 def test_in_whole_numbers_c_does_the_same(name, in_whole_numbers):
     assert_same([in_whole_numbers], name, 3_000, whole_numbers=True)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - FADING))
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
 def test_a_million_steps_in_whole_numbers(name, in_whole_numbers):
     assert_same([in_whole_numbers], name, 1_000_000, whole_numbers=True)

@@ -167,6 +167,9 @@ struct feasibee_thing {
     bool is_robot;
     int32_t id;    /* -1 for a false sighting */
     uint32_t hash; /* 32 random bits, the same for all who see it */
+#if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
+    double x, y; /* its position in a frame that all robots share, in units */
+#endif
 };
 
 /* What strategies keep for life, 0 at the start. */
@@ -211,6 +214,9 @@ struct feasibee_robot {
 #endif
 #if FEASIBEE_WORDS > 0
     uint32_t known[FEASIBEE_WORDS];
+#ifdef FEASIBEE_DOUBLE
+    double x, y; /* its position in the shared frame, in units; write it in each step */
+#endif
 #endif
 };
 
