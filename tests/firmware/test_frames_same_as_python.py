@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import shutil
 import struct
 import subprocess
 from array import array
@@ -10,13 +11,32 @@ from zlib import crc32
 
 import pytest
 
+from feasibee.firmware import header
 from feasibee.robot import Message, Wire, WireError
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
-from tests.firmware.swarms import NAMES, SANITIZED, Episode, program, setting_bytes
+from tests.firmware.swarms import NAMES, SANITIZED, STRICT, Episode, program, setting_bytes
 
 WORDS = 4096
 """FEASIBEE_MESSAGE_WORDS of stream.h."""
+RADIO = """
+#include "feasibee.h"
+
+size_t put(const struct feasibee_wire *wire, struct feasibee_robot *robot, uint8_t *frame, size_t room)
+{
+    struct feasibee_message message;
+    return feasibee_message(robot, &message) ? feasibee_encode(wire, robot->me.id, &message, frame, room) : 0;
+}
+
+void get(const struct feasibee_wire *wire, struct feasibee_robot *robot, const uint8_t *frame, size_t length)
+{
+    struct feasibee_message message;
+    feasibee_id sender;
+    if (feasibee_decode(wire, frame, length, &sender, &message) && feasibee_listens(robot))
+        feasibee_hear(robot, sender, &message);
+}
+"""
+"""A robot's radio, for a compiler."""
 
 
 @pytest.fixture(scope="module")
@@ -101,3 +121,24 @@ def test_frames_in_c_are_those_of_python(name, frames):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_million_damaged_frames_in_c(name, frames):
     assert_same(frames, name, 1_000_000 // len(NAMES))
+
+
+@pytest.mark.parametrize("words", [0, 40])
+@pytest.mark.parametrize(
+    ("command", "package"),
+    [
+        (["avr-gcc", "-mmcu=atmega328p"], "gcc-avr and avr-libc"),
+        (
+            ["arm-none-eabi-gcc", "-mcpu=cortex-m0", "-mthumb"],
+            "gcc-arm-none-eabi and libnewlib-arm-none-eabi",
+        ),
+    ],
+)
+def test_frames_compile_for_small_processors_without_warnings(command, package, words, tmp_path):
+    if shutil.which(command[0]) is None:
+        pytest.skip(f"needs a cross-compiler: Debian's packages {package}")
+    (tmp_path / "feasibee.h").write_text(header())
+    (tmp_path / "radio.c").write_text(RADIO)
+    subprocess.run(
+        [*command, *STRICT, "-Os", f"-DFEASIBEE_WORDS={words}", "-c", "radio.c"], cwd=tmp_path, check=True
+    )

@@ -116,7 +116,7 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
     const struct feasibee_settings *settings = wire->settings;
     if (room < FEASIBEE_FRAME_OVERHEAD)
         return 0;
-    struct feasibee_writer writer = {frame, (uint32_t)(8 * (room - 4)), 0, false};
+    struct feasibee_writer writer = {frame, 8 * (uint32_t)(room - 4), 0, false};
     feasibee_write(&writer, FEASIBEE_FRAME_VERSION, 8);
     feasibee_write(&writer, wire->scheme, 16);
     if (feasibee_has_opinion(settings)) {
@@ -131,10 +131,10 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
 #endif
     while ((writer.length & 7) != 0 && !writer.failed)
         feasibee_write_flag(&writer, false);
-    uint32_t crc = feasibee_crc(frame, writer.length >> 3);
+    uint32_t crc = feasibee_crc(frame, (size_t)(writer.length >> 3));
     writer.room += 32;
     feasibee_write(&writer, crc, 32);
-    return writer.failed ? 0 : writer.length >> 3;
+    return writer.failed ? 0 : (size_t)(writer.length >> 3);
 }
 
 /* Read what isn't knowledge. */
