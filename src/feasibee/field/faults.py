@@ -6,6 +6,7 @@ import re
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
+from feasibee.model.codes import LONGEST
 
 KILL, PAUSE, RESUME, PARTITION, RESTART = "kill", "pause", "resume", "partition", "restart-world"
 PROCESS: Final = (KILL, PAUSE, RESUME, RESTART)
@@ -39,7 +40,10 @@ def parse_length(option: str, text: str, hz: float) -> float:
     if found is None:
         raise FeasibeeError(f"{option} {text}: must be a time, such as 200ms, 5s or 20 (steps)")
     number = float(found[1])
-    return {"": number, "s": number * hz, "ms": number * hz / 1000.0}[found[2]]
+    steps = {"": number, "s": number * hz, "ms": number * hz / 1000.0}[found[2]]
+    if steps > LONGEST:
+        raise FeasibeeError(f"{option} {text}: is more than {LONGEST:,} steps; use less")
+    return steps
 
 
 def parse_fault(kind: str, text: str, hz: float) -> list[Fault]:
@@ -53,19 +57,23 @@ def parse_fault(kind: str, text: str, hz: float) -> list[Fault]:
     option = f"--{kind}"
     what, at, when = text.partition("@")
     when, colon, lasting = when.partition(":")
-    if not (at and when.isascii() and when.isdigit() and (kind == PAUSE or not colon)):
+    if not (at and _is_number(when) and (kind == PAUSE or not colon)):
         example = {KILL: "3@50", PAUSE: "1@80 or 1@80:5s", PARTITION: "5s@100"}[kind]
         raise FeasibeeError(f"{option} {text}: must end with a step, such as {option} {example}")
     step = int(when)
     if kind == PARTITION:
         return [Fault(step, PARTITION, lasts=parse_length(option, what, hz))]
-    if not (what.isascii() and what.isdigit() and int(what) > 0):
+    if not (_is_number(what) and int(what) > 0):
         raise FeasibeeError(f"{option} {text}: must begin with a number of robots, such as {option} 1@50")
     faults = [Fault(step, kind, int(what))]
     if colon:
         ends = step + max(1, round(parse_length(option, lasting, hz)))
         faults.append(Fault(ends, RESUME, int(what)))
     return faults
+
+
+def _is_number(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) < 10
 
 
 def schedule(faults: list[Fault], robots: int, steps: int) -> list[Fault]:

@@ -139,8 +139,8 @@ def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque
         kept, found = line.get(name), again.get(name)
         if kept != found:
             raise FeasibeeError(
-                f"{named(path)}: line {at}: {name} is {quoted(kept)} in the log and {quoted(found)} in the replay; "
-                "the log was changed, or another version or strategy wrote it"
+                f"{named(path)}: line {at}: {name} is {quoted(kept)} in the log and {quoted(found)} in the "
+                "replay; the log was changed, or another version or strategy wrote it: use an intact copy"
             )
 
 

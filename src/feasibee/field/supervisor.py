@@ -8,6 +8,7 @@ import secrets
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -77,6 +78,7 @@ class Field:
         self._environment = {**os.environ, KEY_VARIABLE: network.key}
         self._world: Process | None = None
         self._nursery: Process | None = None
+        self._joined_at = time.monotonic()
 
     def run(self) -> dict[str, Any]:
         """Run the field to its end; return its result.
@@ -91,16 +93,24 @@ class Field:
             for event in self._events():
                 self._follow(event)
                 if event["event"] == "result":
-                    return {name: value for name, value in event.items() if name != "event"}
+                    return self._result(event)
                 if event["event"] == "error":
                     raise FeasibeeError(str(event["why"]))
         raise FeasibeeError("the world's process ended without a result; run the field again")
+
+    def _result(self, event: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the world's result, with the time that the field took."""
+        seconds = time.monotonic() - self._joined_at
+        result = {name: value for name, value in event.items() if name != "event"}
+        return {**result, "seconds": round(seconds, 3), "achieved_hz": round(event["steps"] / seconds, 3)}
 
     def _follow(self, event: Mapping[str, Any]) -> None:
         """Act on an event of the world."""
         self._tell(event)
         if event["event"] == "listening" and self._starts_robots and self._nursery is None:
             self._start_robots(event["address"])
+        elif event["event"] == "joined":
+            self._joined_at = time.monotonic()
         elif event["event"] == "fault":
             self._cause(event)
 

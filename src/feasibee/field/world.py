@@ -87,7 +87,6 @@ class World:
         self._cut_until = -1.0
         self._faults = list(plan.faults)
         self.said: dict[int, str | None] = {}
-        self.began = time.monotonic()
         lines = read_lines(log) if resumes else []
         self._resume(lines)
         self.log = WorldLog(log, plan, appends=bool(lines))
@@ -131,7 +130,6 @@ class World:
                 raise FeasibeeError(
                     f"robots {shown}: did not join within {self.plan.wait:g} s; start them, or raise --wait"
                 )
-        self.began = time.monotonic()
         self.report({"event": "joined", "robots": count})
 
     def receive(self, timeout: float) -> Frame | None:
@@ -281,7 +279,6 @@ class World:
             "infeasible": self.bodies.infeasible_count,
             "lost": self.lost,
             "dropped": dict(self.frames.dropped),
-            "seconds": round(time.monotonic() - self.began, 3),
         }
 
 

@@ -39,7 +39,7 @@ def _run(order: Mapping[str, Any]) -> dict[str, Any]:
     try:
         frames = Frames(order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]
-        world = World(plan, link, frames, print_event, log, resumes, lambda: sys.stdin.readline())
+        world = World(plan, link, frames, print_event, log, resumes, _wait_for_go)
         print_event({"event": "listening", "address": link.address})
         if not resumes:
             world.gather()
@@ -47,6 +47,11 @@ def _run(order: Mapping[str, Any]) -> dict[str, Any]:
         return world.end()
     finally:
         link.close()
+
+
+def _wait_for_go() -> None:
+    """Wait until the field has caused a fault of processes."""
+    sys.stdin.readline()
 
 
 def plan_from(plain: Mapping[str, Any]) -> Plan:
