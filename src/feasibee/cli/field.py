@@ -94,11 +94,15 @@ if TYPE_CHECKING:
 @key_option
 @click.option("--no-robots", is_flag=True, help="Start no robots; wait for those that feasibee robot starts.")
 @click.option(
-    "--wait", type=FiniteRange(0.1), default=60.0, show_default=True, help="Seconds that robots have to join."
+    "--wait",
+    type=FiniteRange(0.1, 86_400),
+    default=60.0,
+    show_default=True,
+    help="Seconds that robots have to join.",
 )
 @click.option(
     "--patience",
-    type=FiniteRange(0.1),
+    type=FiniteRange(0.1, 86_400),
     default=5.0,
     show_default=True,
     help="Seconds of silence after which a robot is lost.",

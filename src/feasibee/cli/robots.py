@@ -44,7 +44,7 @@ key_option = click.option(
 )
 @click.option(
     "--patience",
-    type=FiniteRange(0.1),
+    type=FiniteRange(0.1, 86_400),
     default=20.0,
     show_default=True,
     help="Seconds of silence after which the world is gone.",

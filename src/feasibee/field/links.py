@@ -48,7 +48,7 @@ class UdpLink:
             self._socket.setsockopt(socket.SOL_SOCKET, option, BUFFER)
         try:
             (self._socket.bind if listens else self._socket.connect)((host, port))
-        except (OSError, UnicodeError) as error:
+        except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
             self._socket.close()
             why = error.strerror if isinstance(error, OSError) else "invalid name"
             action = "listen on" if listens else "send to"

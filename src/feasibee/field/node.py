@@ -9,6 +9,7 @@ from typing import Any, Final, NamedTuple
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import Mind, Settings, settings_from
 from feasibee.robot.bits import WireError
+from feasibee.robot.controller import Message
 from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy, Thing
@@ -97,9 +98,16 @@ class Node:
         self.step = step
         self._mind.move_to(*place)
         message = self._mind.says(step, self._insight)
-        said = None if message is None else self._wire.encode(self._id, message).hex()
+        said = None if message is None else self._encoded(message)
         self._line = {"step": step, "place": list(place), "said": said, "see": [], "heard": []}
         return said
+
+    def _encoded(self, message: Message) -> str | None:
+        try:
+            return self._wire.encode(self._id, message).hex()
+        except WireError:  # such as a lie about robots whose ids no message can hold
+            self.dropped["message that can't be encoded"] += 1
+            return None
 
     def sense(self, sightings: Sequence[Sequence[Any]]) -> None:
         """Take the robots and tasks in sight, in the form of `sighting_of`."""

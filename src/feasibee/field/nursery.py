@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.robot import KEY_VARIABLE, take_part
 from feasibee.strategies.contract import Strategy
 
@@ -60,6 +60,8 @@ def _robot(order: Mapping[str, Any], number: int, strategy: Strategy | None) -> 
         )
     except FeasibeeError as error:
         status, why = 2, str(error)
+    except Exception as error:  # a bug, or the user's strategy: one robot's failure, said at once
+        status, why = 1, f"failed: {type(error).__name__}: {one_line(str(error))}"
     if why:
         os.write(2, f"feasibee: robot {number}: {why}\n".encode())
     return status

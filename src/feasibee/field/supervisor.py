@@ -227,6 +227,6 @@ def _free_port(network: Network) -> int:
         with socket.socket(family, kind) as probe:
             probe.bind((network.host, 0))
             return int(probe.getsockname()[1])
-    except (OSError, UnicodeError) as error:
+    except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
         why = error.strerror if isinstance(error, OSError) else "invalid name"
         raise FeasibeeError(f"--host {network.host}: can't listen on it: {why}; use 127.0.0.1") from None

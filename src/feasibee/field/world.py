@@ -87,6 +87,7 @@ class World:
         self._cut_until = -1.0
         self._faults = list(plan.faults)
         self.said: dict[int, str | None] = {}
+        self._recorded = -1
         lines = read_lines(log) if resumes else []
         self._resume(lines)
         self.log = WorldLog(log, plan, appends=bool(lines))
@@ -99,7 +100,7 @@ class World:
         state = next((line for line in reversed(lines) if "bodies" in line), None)
         if state is None:
             return
-        self.step = state["step"]
+        self.step = self._recorded = state["step"]
         self.decision, self.decision_step = state["decision"]
         self.said = {number: text for number, text in enumerate(state["said"]) if text is not None}
         for body, kept, status in zip(self.bodies.bodies, state["bodies"], state["minds"], strict=True):
@@ -237,6 +238,8 @@ class World:
 
     def look(self, step: int, places: list[list[int]]) -> None:
         """Record a step: states of the bodies, opinions, messages, and the decision if it is new."""
+        if step <= self._recorded:  # before the world was restarted
+            return
         self.bodies.time = step
         decision = self.bodies.decision
         if self.decision == UNDECIDED != decision:
