@@ -17,6 +17,7 @@ from feasibee.cli.options import (
     FiniteRange,
     folder_type,
     json_option,
+    named,
     read_scenario,
     scenario_options,
     seed_option,
@@ -86,6 +87,7 @@ if TYPE_CHECKING:
 @transport_option
 @click.option(
     "--host",
+    callback=named,
     default="127.0.0.1",
     show_default=True,
     help="Address to listen on; 0.0.0.0 is reachable from outside.",

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.options import FiniteRange, file_type, json_option, path_type
+from feasibee.cli.options import (
+    FiniteRange,
+    file_type,
+    json_option,
+    named,
+    path_type,
+    read_scenario,
+    scenario_options,
+)
 from feasibee.errors import FeasibeeError, one_line
 
 if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
     from feasibee.strategies.contract import Strategy
 
 transport_option = click.option(
@@ -32,13 +42,22 @@ key_option = click.option(
 
 
 @click.command()
-@click.option("--connect", required=True, metavar="ADDRESS", help="Address of the world, HOST:PORT.")
+@scenario_options
+@click.option("--connect", metavar="ADDRESS", help="Address of the world of a field, HOST:PORT.")
+@click.option(
+    "--senses",
+    metavar="SOURCE",
+    callback=named,
+    help="Without a world: a named pipe, udp:HOST:PORT or zenoh:KEY that a driver of yours writes to.",
+)
 @click.option(
     "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
 )
 @transport_option
 @key_option
-@click.option("--log", type=path_type, metavar="FILE", help="Write the robot's log, for feasibee replay.")
+@click.option(
+    "--log", type=path_type, metavar="FILE", help="Write the robot's log, in .jsonl, for feasibee replay."
+)
 @click.option(
     "--strategy", type=file_type, metavar="FILE", help="The swarm's strategy, if it is a file of yours."
 )
@@ -50,7 +69,10 @@ key_option = click.option(
     help="Seconds of silence after which the world is gone.",
 )
 def robot(
-    connect: str,
+    file: Path | None,
+    changes: tuple[str, ...],
+    connect: str | None,
+    senses: str | None,
     number: int,
     transport: str,
     key_file: Path | None,
@@ -58,30 +80,61 @@ def robot(
     strategy: Path | None,
     patience: float,
 ) -> None:
-    """Run one robot of a field, until the field ends.
+    """Run one robot: of a field, or a real one whose driver writes what it senses.
+
+    FILE is the scenario of a real robot; in a field, the world has the scenario.
 
     \b
-    Example:
+    Examples:
       feasibee robot --connect 192.0.2.7:7400 --id 3 --key-file key.txt
+      feasibee robot mine.toml --id 3 --senses senses.pipe --log robot-3.jsonl
     """
-    from feasibee.field.robot import GONE, take_part
     from feasibee.files import check_output
 
+    if (connect is None) == (senses is None):
+        raise FeasibeeError("feasibee robot: needs either a world or senses; give --connect or --senses")
+    if connect is not None and (file or changes):
+        raise FeasibeeError("--connect with a scenario: the world has the scenario; leave out FILE and --set")
     if log is not None:
         check_output(log, (".jsonl",), "--log")
-    status, why = take_part(
-        connect,
-        number,
-        transport=transport,
-        key=read_key(key_file).encode(),
-        log=log,
-        strategy=_strategy(strategy),
-        patience=patience,
-    )
+    if senses is not None:
+        _drive(read_scenario(file, changes), number, senses, log)
+        return
+    from feasibee.field.robot import GONE, take_part
+
+    key, own = read_key(key_file).encode(), _strategy(strategy)
+    options: dict[str, Any] = {"transport": transport, "log": log, "patience": patience}
+    status, why = take_part(str(connect), number, key=key, strategy=own, **options)
     if why:
         raise FeasibeeError(f"{connect}: {one_line(why)}")
     if status == GONE:
         raise FeasibeeError(f"{connect}: silent for {patience:g} s; check the address, or start the field")
+
+
+def _drive(scenario: Scenario, number: int, senses: str, log: Path | None) -> None:
+    """Run a real robot until its driver ends."""
+    from feasibee.field.bodies import Bodies
+    from feasibee.field.node import Node
+    from feasibee.field.senses import drive, open_senses
+
+    bodies = Bodies(scenario, 0, 0)
+    if number >= len(bodies.bodies):
+        raise FeasibeeError(f"--id {number}: must be below robots.count, {len(bodies.bodies)}; use 0 or more")
+    with log.open("w", encoding="utf-8") if log is not None else nullcontext() as file:
+
+        def write(line: Mapping[str, Any]) -> None:
+            if file is not None:
+                file.write(json.dumps(line, separators=(",", ":")) + "\n")
+                file.flush()
+
+        orders = bodies.orders(bodies.bodies[number])
+        orders["settings"] = json.loads(json.dumps(orders["settings"]))
+        node = Node(orders, write if log is not None else None, strategy=scenario.strategy)
+        with suppress(KeyboardInterrupt):
+            drive(node, open_senses(senses), lambda line: click.echo(json.dumps(line)))
+    for why, count in node.dropped.items():
+        if count:
+            click.echo(f"feasibee: dropped, {why}: {count:,}", err=True)
 
 
 @click.command()

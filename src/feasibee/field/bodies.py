@@ -89,11 +89,11 @@ class Bodies(Swarm):
                 "scenario: its world changes, and that of a field can't; use feasibee run, or remove events, "
                 "arrival rates, lifetimes, failures and the response"
             )
-        setting = scenario.setting
-        if scenario.manifest.knowledge and setting.robot_ids > 2**setting.id_bits:
+        ids, bits = scenario.setting.robot_ids, scenario.setting.id_bits
+        if scenario.manifest.by_name and ids > 2**bits:
             raise FeasibeeError(
-                "faults.byzantine: no message can hold the ids of the robots that they invent, "
-                f"{setting.robot_ids} with {setting.id_bits} bits; use feasibee run, or set faults.byzantine to 0"
+                f"faults.byzantine: with the robots that they invent there are {ids} ids, and messages hold "
+                f"{bits} bits; use feasibee run, or set faults.byzantine to 0"
             )
         super().__init__(scenario, seed, run)
         self.bodies = cast("list[Body]", self.robots)
