@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,9 @@ from feasibee.cli.robots import key_option, read_key, transport_option
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
+    from feasibee.field.faults import Fault
     from feasibee.field.world import Plan
+    from feasibee.scenario.scenario import Scenario
 
 
 @click.command()
@@ -146,7 +148,7 @@ def field(
       feasibee field --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
       feasibee field --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
-    from feasibee.field.faults import RESTART, Fault, parse_fault, parse_length, schedule
+    from feasibee.field.faults import parse_length
     from feasibee.field.links import is_loopback
     from feasibee.field.supervisor import Field, Network
     from feasibee.field.world import Plan
@@ -155,18 +157,11 @@ def field(
     _check_platform()
     scenario = read_scenario(file, changes)
     one = Runs.single(seed, run)
-    faults = [Fault(step, RESTART) for step in restart_world]
-    for kind, texts in (("kill", kill), ("pause", pause), ("partition", partition)):
-        faults += [fault for text in texts for fault in parse_fault(kind, text, hz)]
-    if no_robots and any(fault.robots_hit for fault in faults):
-        raise FeasibeeError(
-            "--no-robots with --kill or --pause: robots from elsewhere can't be; leave one out"
-        )
-    planned = schedule(faults, scenario.robots.count, scenario.run.steps)
+    options = {"kill": kill, "pause": pause, "partition": partition}
+    faults = _faults(options, restart_world, hz, scenario, starts_robots=not no_robots)
     late = parse_length("--delay", delay, hz)
-    plan = Plan(
-        scenario, one.seed, one.first, lockstep, hz, drift, jitter, late, tuple(planned), patience, wait
-    )
+    clocks = (lockstep, hz, drift, jitter, late)
+    plan = Plan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
     key = read_key(key_file)
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
@@ -178,6 +173,27 @@ def field(
             result = processes.run()
     result = {**result, **_details(plan, network.transport)}
     click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
+
+
+def _faults(
+    options: Mapping[str, tuple[str, ...]],
+    restarts: tuple[int, ...],
+    hz: float,
+    scenario: Scenario,
+    *,
+    starts_robots: bool,
+) -> tuple[Fault, ...]:
+    """Return the faults of the options, in their order."""
+    from feasibee.field.faults import RESTART, Fault, parse_fault, schedule
+
+    faults = [Fault(step, RESTART) for step in restarts]
+    for kind, texts in options.items():
+        faults += [fault for text in texts for fault in parse_fault(kind, text, hz)]
+    if not starts_robots and any(fault.robots_hit for fault in faults):
+        raise FeasibeeError(
+            "--no-robots with --kill or --pause: robots from elsewhere can't be; leave one out"
+        )
+    return tuple(schedule(faults, scenario.robots.count, scenario.run.steps))
 
 
 def _check_platform() -> None:
