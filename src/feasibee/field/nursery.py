@@ -27,7 +27,6 @@ LOOK = 0.1
 
 def main() -> None:
     """Start the robots of an order, and wait until they have ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the field, which ends its processes
     order = json.loads(sys.stdin.buffer.readline())
     strategy = None
     if order["strategy_file"] is not None:
@@ -68,7 +67,7 @@ def _robot(order: Mapping[str, Any], number: int, strategy: Strategy | None) -> 
 
 
 def _watch(robots: dict[int, int]) -> None:
-    """Do as told until all robots have ended; kill those left when the field ends."""
+    """Follow commands until all robots have ended; kill the rest when the field ends."""
     source = sys.stdin.fileno()
     unread = b""
     while robots:

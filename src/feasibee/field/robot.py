@@ -208,7 +208,7 @@ def take_part(
     strategy: Strategy | None = None,
     patience: float = 20.0,
 ) -> tuple[int, str]:
-    """Run a robot until its world ends; return the exit status, and why it was refused, if it was."""
+    """Run a robot until its world ends; return the exit status, and why it could not join, if it couldn't."""
     link = open_link(transport, *split_address(connect), listens=False, name=str(number))
     file = log.open("w", encoding="utf-8") if log is not None else None
     try:

@@ -187,6 +187,7 @@ def _started(module: str, order: Mapping[str, Any], environment: Mapping[str, st
         stdout=subprocess.PIPE,
         text=True,
         env=environment,
+        process_group=0,  # Ctrl-C reaches the field, which ends its processes
     )
     _write(process, json.dumps(order) + "\n")
     return process

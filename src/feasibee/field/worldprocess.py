@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,10 +22,11 @@ from feasibee.scenario.scenario import Scenario
 
 def main() -> None:
     """Run the world of one field; report its result or its error as an event."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the field, which ends its processes
     order = json.loads(sys.stdin.readline())
     try:
         print_event({"event": "result", **_run(order)})
+    except BrokenPipeError:  # the field is gone
+        os._exit(1)
     except FeasibeeError as error:
         print_event({"event": "error", "why": str(error)})
         sys.exit(2)
