@@ -1,4 +1,4 @@
-"""Decisions of fields by clocks, drift and delay, and simulated ones; it takes half an hour: docs/field.md."""
+"""Decisions of fields by clocks, drift and delay, and simulated ones: docs/field.md. Takes half an hour."""
 
 from __future__ import annotations
 

@@ -56,7 +56,12 @@ WORLDS = {
 }
 
 
-@pytest.mark.parametrize("world", WORLDS)
+QUICK = ("the paper's strategy", "faults", "bad senses and radio")
+
+
+@pytest.mark.parametrize(
+    "world", [world if world in QUICK else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
+)
 def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
     check_equal(small(**WORLDS[world]), tmp_path)
 
@@ -70,6 +75,7 @@ def test_a_field_whose_packets_are_signed_equals_the_run(tmp_path):
     check_equal(small(), tmp_path, key="a key of some length")
 
 
+@pytest.mark.slow
 def test_a_field_with_a_users_strategy_equals_the_run(tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(
