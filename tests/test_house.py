@@ -84,6 +84,11 @@ def test_a_robots_mind_needs_neither_numpy_nor_numba():
     assert not {"numpy", "numba", "pydantic"} & loaded_by(code)
 
 
+def test_a_robots_process_needs_neither_numpy_nor_pydantic():
+    code = "import feasibee.field.nursery"
+    assert not {"numpy", "numba", "pydantic", "click"} & loaded_by(code)
+
+
 def modules_imported(node):
     """Return the modules that a statement imports, or names from."""
     if isinstance(node, ast.Import):

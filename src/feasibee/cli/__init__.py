@@ -17,11 +17,13 @@ from feasibee.cli import interrupts
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
+from feasibee.cli.field import field
 from feasibee.cli.header import header
 from feasibee.cli.limits import frontier, limits
 from feasibee.cli.listings import presets, strategies
 from feasibee.cli.page import page
 from feasibee.cli.recommend import recommend
+from feasibee.cli.robots import replay, robot
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import scenario, schema, truth
 from feasibee.cli.search import sensitivity, tune
@@ -117,6 +119,9 @@ for command in (
     watch,
     animate,
     page,
+    field,
+    robot,
+    replay,
     assess,
     size,
     recommend,

@@ -7,14 +7,13 @@ from itertools import combinations
 from typing import Any
 
 from feasibee.model.codes import exact
-from feasibee.model.purposes import FAILURE, FIRST_OPINION, LIE, PHASE, WALK
-from feasibee.reference.draws import TURN, cos_sin, duration, happens, philox
+from feasibee.model.purposes import FAILURE, WALK
+from feasibee.reference.draws import cos_sin, duration, happens, philox
 from feasibee.reference.identities import Names
+from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.world import Place, World
-from feasibee.robot.controller import Commit, Controller, Message
+from feasibee.robot.controller import Commit, Message
 from feasibee.scenario.scenario import Scenario
-
-HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 
 
 class Robot:
@@ -66,14 +65,16 @@ class Robot:
         self._reach = float(exact(scenario.robots.speed) / world.unit)
         self.joined: int = before.joined + 1 if before else 0
         self._walks: int = before._walks if before else 0
-        self._phases: int = before._phases if before else 0
         self._turn()
         self._names = names
         rate = scenario.robots.failure_rate
         self.leaves_at = step + duration(self.draw(self.joined, FAILURE), 1 / rate) if rate else None
-        self.mind = self._mind(step)
-        self._remembered: set[tuple[str, int]] = set()
-        self._remembers_since = 0
+        phases = before.mind.phases if before else 0
+        self.mind: Mind = self.mind_of(self._settings(phases, step))
+
+    def mind_of(self, settings: Settings) -> Mind:
+        """Return the robot's mind; that of a robot of ``feasibee field`` is in another process."""
+        return Mind(self._scenario.strategy, settings)
 
     def works(self, step: int) -> bool:
         """Return whether the robot still works at a step."""
@@ -81,39 +82,7 @@ class Robot:
 
     def says(self, step: int) -> Message | None:
         """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
-        message = self.mind.message()
-        if self.fault != BYZANTINE:
-            return message
-        says = self._scenario.faults.byzantine_says
-        if message is None:
-            if says != "colluding":
-                return None
-            message = self.mind.compose(0, 0)  # opinion and value are replaced below
-        lies = {
-            "opposite": 1 - message.opinion,
-            "feasible": 1,
-            "infeasible": 0,
-            "random": self.draw(step, LIE) >> 31,
-            "colluding": 1 - self._names.truth,
-        }
-        told = lies[says]
-        value = 2**self.mind.strategy.value_bits - 1 if told else 0
-        knowledge: tuple[int, ...] = ()
-        if self.mind.knowledge:
-            knowledge = self.mind.knowledge.lie(message.knowledge, told, self._names.inventions(told))
-        return message._replace(opinion=told, value=value, knowledge=knowledge)
-
-    def counts(self, thing: str, number: int) -> bool:
-        """Return whether a robot or task in sight counts: always, or only when new (model.md 6.3)."""
-        sensing = self._scenario.sensing
-        if sensing.observation == "repeated":
-            return True
-        if sensing.memory == "exploration" and self._remembers_since != self.mind.explorations:
-            self._remembers_since = self.mind.explorations
-            self._remembered.clear()
-        is_new = (thing, number) not in self._remembered
-        self._remembered.add((thing, number))
-        return is_new
+        return self.mind.says(step, self._names)
 
     def move_to(self, place: Place) -> None:
         """Move to a place."""
@@ -147,15 +116,14 @@ class Robot:
         self.velocity = (math.floor(self._reach * cosine + 0.5), math.floor(self._reach * sine + 0.5))
         self._walk_left = duration(lasting, self._scenario.walk.mean_run)
 
-    def _mind(self, step: int) -> Controller:
-        """Return the controller with the settings of the scenario."""
-        decision = self._scenario.decision
+    def _settings(self, phases: int, step: int) -> Settings:
+        """Return the settings of the robot's mind."""
+        decision, sensing = self._scenario.decision, self._scenario.sensing
         rule = decision.commit
-        return Controller(
-            self._scenario.strategy,
-            opinion=self.draw(self.joined, FIRST_OPINION) >> 31,
-            draw_duration=self._draw_phase,
-            draw_choice=self._draw_choice,
+        return Settings(
+            coordinates=self._coordinates,
+            joined=self.joined,
+            phases=phases,
             exploration=decision.exploration,
             gain=decision.gain,
             dissemination_floor=decision.dissemination_floor,
@@ -166,29 +134,17 @@ class Robot:
             inbox_size=decision.inbox_size,
             parameters=list(decision.parameters.values()),
             commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
-            draw_switch=None if decision.switching is None else self._draw_switch,
-            stubborn=self.fault == STUBBORN,
+            switching=decision.switching,
             sets=hall_sets(self._scenario),
             me=self._names.me(self.number, self.kind),
             place=self._world.in_units(self.place),
             setting=self._scenario.setting,
             step=max(0, step - 1),
+            fault=self.fault,
+            byzantine_says=self._scenario.faults.byzantine_says,
+            repeated=sensing.observation == "repeated",
+            forgets_things=sensing.memory == "exploration",
         )
-
-    def _draw_choice(self) -> tuple[float, float]:
-        """Return a chance and a drawn message; the next phase's duration has the same coordinate."""
-        _, chance, message, _ = philox(*self._coordinates, self._phases, PHASE)
-        return chance / TURN, message / TURN
-
-    def _draw_switch(self) -> bool:
-        """Return whether the robot switches to its own evidence in the decision that ends a phase."""
-        word = self.draws(self._phases, PHASE)[3]
-        return happens(word, self._scenario.decision.switching or 0.0)
-
-    def _draw_phase(self, mean: float) -> int:
-        word = self.draw(self._phases, PHASE)
-        self._phases += 1
-        return duration(word, mean)
 
 
 def listening(listen: Any) -> int | None:

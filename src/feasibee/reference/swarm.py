@@ -23,8 +23,9 @@ from feasibee.model.record import Record
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
 from feasibee.reference.dynamics import Dynamics
 from feasibee.reference.identities import Names
+from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.reference.response import Operator
-from feasibee.reference.robot import BYZANTINE, HONEST, STOPPED, STUBBORN, Robot
+from feasibee.reference.robot import Robot
 from feasibee.reference.world import Place, World
 from feasibee.robot.controller import Message
 from feasibee.scenario.feasibility import explain_numbers
@@ -130,21 +131,21 @@ class Swarm:
         if self._dynamics is not None and self._dynamics.change(held):
             self._look_up_truth()
         working = [robot for robot in self.robots if robot.works(self.time)]
-        blocked = self._move(working)
+        blocked = self.move(working)
         # What is said is fixed before anyone changes: the opinions held when the step began.
         messages = [(robot, robot.says(self.time)) for robot in working]
         self.bits_sent += sum(self._bits(sender, message) for sender, message in messages if message)
         for robot in working:
             if not robot.mind.disseminating:
-                self._observe(robot)
+                robot.mind.see(self.sightings(robot))
             if robot.mind.listens:
                 for sender, message in messages:
-                    if message and sender is not robot and self._hears(robot, sender):
+                    if message and sender is not robot and self.hears(robot, sender):
                         robot.mind.hear(self.names.id(sender.number), message)
         for robot in working:
             robot.end_step(robot in blocked)
 
-    def _move(self, working: list[Robot]) -> set[Robot]:
+    def move(self, working: list[Robot]) -> set[Robot]:
         """Move at once all robots whose way is clear; return the blocked ones (model.md 3.1, 6.2)."""
         intended = {robot: self.world.moved(robot.place, robot.velocity) for robot in working}
         blocked = {robot for robot in working if not self._is_clear(robot, intended)}
@@ -169,34 +170,26 @@ class Swarm:
                 return False
         return True
 
-    def _observe(self, robot: Robot) -> None:
-        """Count the robots and tasks that a robot sees, by class (model.md 4.2, 6.3)."""
+    def sightings(self, robot: Robot) -> Iterator[tuple[Thing, int]]:
+        """Yield all that a robot sees in this step, with the number of each thing; -1 if it isn't there."""
         sensing = self.scenario.sensing
-        robots, tasks = robot.mind.robots_seen, robot.mind.tasks_seen
-        robots_now, tasks_now = [0] * len(robots), [0] * len(tasks)
-        things: list[Thing] = []
         for other in self.robots:
             seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
-            if (seen or (other is robot and sensing.count_self)) and robot.counts("robot", other.number):
-                robots_now[other.kind] += 1
-                things.append(self.names.robot(other.number, other.kind, *self.world.in_units(other.place)))
+            if seen or (other is robot and sensing.count_self):
+                where = self.world.in_units(other.place)
+                yield self.names.robot(other.number, other.kind, *where), other.number
         for number, place in self.tasks.items():
-            if self._sees(robot, place, MISS_TASK, number) and robot.counts("task", number):
-                tasks_now[self.task_kinds[number]] += 1
+            if self._sees(robot, place, MISS_TASK, number):
                 where = self.world.in_units(place)
-                things.append(self.names.task(number, self.task_kinds[number], *where))
+                yield self.names.task(number, self.task_kinds[number], *where), number
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
         kinds = self.robot_kinds[: self.scenario.robots.count]
         for kind, mark in self._false_sightings(robot, sensing.false_robots, kinds, *false):
-            robots_now[kind] += 1
-            things.append(Thing(True, -1, kind, mark))
+            yield Thing(True, -1, kind, mark), -1
         false = (FALSE_TASK, FALSE_TASK_CLASS)
         kinds = self.task_kinds[: self.scenario.tasks.count]
         for kind, mark in self._false_sightings(robot, sensing.false_tasks, kinds, *false):
-            tasks_now[kind] += 1
-            things.append(Thing(False, -1, kind, mark))
-        robot.mind.observe(robots_now, tasks_now)
-        robot.mind.recognise(things)
+            yield Thing(False, -1, kind, mark), -1
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
@@ -204,7 +197,7 @@ class Swarm:
             self.time, purpose + PAIR * number, self.miss
         )
 
-    def _hears(self, robot: Robot, sender: Robot) -> bool:
+    def hears(self, robot: Robot, sender: Robot) -> bool:
         """Return whether a sender's message arrives (model.md 6.5)."""
         distance = self.world.squared_distance(robot.place, sender.place)
         return distance <= self._radio and not robot.happens(

@@ -16,6 +16,7 @@ NEEDED = {
     "status": ["results"],
     "plot": ["results", "--x", "tasks.count"],
     "export": ["results"],
+    "robot": ["--connect", "127.0.0.1:9", "--id", "0", "--patience", "0.1"],
 }
 """What a command must have beside, to be right."""
 

@@ -1,0 +1,63 @@
+"""Decisions of fields by clocks, drift and delay, and simulated ones: docs/field.md. Takes an hour."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from statistics import mean, stdev
+from typing import Any
+
+from feasibee import Scenario, simulate, wilson
+
+SEED = 1
+CHANGES = {"tasks.count": 15, "run.stop_at_decision": True}
+DRIFTING = ("--drift", "0.1", "--jitter", "0.5")
+CASES = {
+    "free, 10 steps per second": (30, "--hz", "10"),
+    "free, 50 steps per second": (100, "--hz", "50"),
+    "the same, drift up to 10 %, jitter up to 50 %": (100, "--hz", "50", *DRIFTING),
+    "free, 25 steps per second, delay of 2 steps": (30, "--hz", "25", "--delay", "2"),
+    "free, 25 steps per second, delay of 10 steps": (30, "--hz", "25", "--delay", "10"),
+    "lockstep, delay of 10 steps": (100, "--lockstep", "--delay", "10"),
+    "lockstep, delay of 30 steps": (100, "--lockstep", "--delay", "30"),
+}
+
+
+def played(run: int, *options: str) -> dict[str, Any]:
+    """Return the result of one field."""
+    changes = [word for path, value in CHANGES.items() for word in ("--set", f"{path}={json.dumps(value)}")]
+    command = [sys.executable, "-m", "feasibee", "field", "--json", f"--seed={SEED}", f"--run={run}"]
+    done = subprocess.run([*command, *changes, *options], capture_output=True, text=True, check=True)
+    return dict(json.loads(done.stdout))
+
+
+def row(case: str, decisions: list[bool], steps: list[int], hz: float | None) -> dict[str, Any]:
+    """Return the rate of feasible and the mean step of the decision, with their 95 % intervals."""
+    half = 1.96 * stdev(steps) / math.sqrt(len(steps))
+    middle = mean(steps)
+    rate = wilson(sum(decisions), len(decisions))._asdict()
+    times = {"estimate": middle, "low": middle - half, "high": middle + half}
+    return {"case": case, "runs": len(steps), "rate": rate, "steps": times, "least_hz": hz}
+
+
+def main() -> None:
+    """Print the rows as JSON; each swarm starts as that of the same run."""
+    simulated = simulate(Scenario().replace(CHANGES), runs=10_000, seed=SEED)
+    decisions, steps = (simulated.decision == 1).to_numpy(), simulated.decision_step.to_numpy()
+    rows = [
+        row("simulated", decisions.tolist(), steps.tolist(), None),
+        row("simulated, the first 30", decisions[:30].tolist(), steps[:30].tolist(), None),
+        row("simulated, the first 100", decisions[:100].tolist(), steps[:100].tolist(), None),
+    ]
+    for case, (runs, *options) in CASES.items():
+        results = [played(run, *options) for run in range(runs)]
+        decided = [result["decision"] == "feasible" for result in results]
+        least = min(result["achieved_hz"] for result in results)
+        rows.append(row(case, decided, [result["decision_step"] for result in results], least))
+    print(json.dumps({"rows": rows}))
+
+
+if __name__ == "__main__":
+    main()

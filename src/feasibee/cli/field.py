@@ -1,0 +1,226 @@
+"""feasibee field: a swarm as processes."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.cli.field_words import Told, fault_in_words, in_words
+from feasibee.cli.options import (
+    FiniteRange,
+    folder_type,
+    json_option,
+    named,
+    read_scenario,
+    scenario_options,
+    seed_option,
+)
+from feasibee.cli.robots import key_option, read_key, transport_option
+from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.field.faults import Fault
+    from feasibee.field.world import Plan
+    from feasibee.scenario.scenario import Scenario
+
+
+@click.command()
+@scenario_options
+@seed_option
+@click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the run.")
+@click.option(
+    "--lockstep", is_flag=True, help="Wait for all robots in each step; the result is that of the run."
+)
+@click.option(
+    "--hz",
+    type=FiniteRange(0.01, 1000),
+    default=10.0,
+    show_default=True,
+    help="Steps per second of a robot's clock.",
+)
+@click.option(
+    "--drift",
+    type=FiniteRange(0, 0.5),
+    default=0.0,
+    show_default=True,
+    help="Largest error of a robot's clock, as a share: 0.01 is 1 %.",
+)
+@click.option(
+    "--jitter",
+    type=FiniteRange(0, 1),
+    default=0.0,
+    show_default=True,
+    help="Largest deviation of a step's duration, as a share.",
+)
+@click.option("--delay", metavar="TIME", default="0", help="Delay of each message, such as 200ms.")
+@click.option("--kill", multiple=True, metavar="COUNT@STEP", help="Kill robots at a step; repeatable.")
+@click.option(
+    "--pause",
+    multiple=True,
+    metavar="COUNT@STEP[:TIME]",
+    help="Stop robots' processes at a step, for a time or for good; repeatable.",
+)
+@click.option(
+    "--partition",
+    multiple=True,
+    metavar="TIME@STEP",
+    help="Cut the radio between two halves of the robots at a step, for a time; repeatable.",
+)
+@click.option(
+    "--restart-world",
+    multiple=True,
+    type=int,
+    metavar="STEP",
+    help="Kill the world's process at a step, and start it again; repeatable.",
+)
+@click.option(
+    "--out",
+    type=folder_type,
+    metavar="FOLDER",
+    help="Write the world's log and one log per robot, which feasibee replay replays.",
+)
+@transport_option
+@click.option(
+    "--host",
+    callback=named,
+    default="127.0.0.1",
+    show_default=True,
+    help="Address to listen on; 0.0.0.0 is reachable from outside.",
+)
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port; by default a free one.")
+@key_option
+@click.option("--no-robots", is_flag=True, help="Start no robots; wait for those that feasibee robot starts.")
+@click.option(
+    "--wait",
+    type=FiniteRange(0.1, 86_400),
+    default=60.0,
+    show_default=True,
+    help="Seconds that robots have to join.",
+)
+@click.option(
+    "--patience",
+    type=FiniteRange(0.1, 86_400),
+    default=5.0,
+    show_default=True,
+    help="Seconds of silence after which a robot is lost.",
+)
+@json_option
+def field(
+    file: Path | None,
+    changes: tuple[str, ...],
+    seed: int,
+    run: int,
+    lockstep: bool,
+    hz: float,
+    drift: float,
+    jitter: float,
+    delay: str,
+    kill: tuple[str, ...],
+    pause: tuple[str, ...],
+    partition: tuple[str, ...],
+    restart_world: tuple[int, ...],
+    out: Path | None,
+    transport: str,
+    host: str,
+    port: int,
+    key_file: Path | None,
+    no_robots: bool,
+    wait: float,
+    patience: float,
+    as_json: bool,
+) -> None:
+    """Run a swarm as processes: one world, and one process for each robot with its own clock.
+
+    FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks. A TIME is a number of
+    steps, or a time in seconds or milliseconds of the robots' clock: 20, 2s or 200ms.
+
+    \b
+    Examples:
+      feasibee field --lockstep --json
+      feasibee field mine.toml --hz 50 --drift 0.01 --delay 200ms
+      feasibee field --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
+      feasibee field --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
+    """
+    from feasibee.field.faults import parse_length
+    from feasibee.field.links import is_loopback
+    from feasibee.field.supervisor import Field, Network
+    from feasibee.field.world import Plan
+    from feasibee.scenario.runs import Runs
+
+    _check_platform()
+    scenario = read_scenario(file, changes)
+    one = Runs.single(seed, run)
+    options = {"kill": kill, "pause": pause, "partition": partition}
+    faults = _faults(options, restart_world, hz, scenario, starts_robots=not no_robots)
+    late = parse_length("--delay", delay, hz)
+    clocks = (lockstep, hz, drift, jitter, late)
+    plan = Plan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
+    key = read_key(key_file)
+    if not (key or is_loopback(host)):
+        click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
+    with _folder(out) as folder:
+        told = Told(scenario, as_json)
+        network = Network(transport, host, port, key)
+        processes = Field(plan, network, folder, told.tell, starts_robots=not no_robots, robot_logs=bool(out))
+        with told:
+            result = processes.run()
+    result = {**result, **_details(plan, network.transport)}
+    click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
+
+
+def _faults(
+    options: Mapping[str, tuple[str, ...]],
+    restarts: tuple[int, ...],
+    hz: float,
+    scenario: Scenario,
+    *,
+    starts_robots: bool,
+) -> tuple[Fault, ...]:
+    """Return the faults of the options, in their order."""
+    from feasibee.field.faults import RESTART, Fault, parse_fault, schedule
+
+    faults = [Fault(step, RESTART) for step in restarts]
+    for kind, texts in options.items():
+        faults += [fault for text in texts for fault in parse_fault(kind, text, hz)]
+    if not starts_robots and any(fault.robots_hit for fault in faults):
+        raise FeasibeeError(
+            "--no-robots with --kill or --pause: robots from elsewhere can't be; leave one out"
+        )
+    return tuple(schedule(faults, scenario.robots.count, scenario.run.steps))
+
+
+def _check_platform() -> None:
+    if not hasattr(os, "fork"):
+        raise FeasibeeError("feasibee field: needs a system with fork; use Linux, macOS or WSL")
+
+
+@contextmanager
+def _folder(path: Path | None) -> Iterator[Path]:
+    """Give the folder of the logs, a temporary one if the user names none."""
+    from feasibee.files.writing import make_folder
+
+    if path is not None:
+        yield make_folder(path)
+        return
+    with tempfile.TemporaryDirectory(prefix="feasibee-field-") as name:
+        yield Path(name)
+
+
+def _details(plan: Plan, transport: str) -> dict[str, Any]:
+    """Return what a result says of its field."""
+    return {
+        "lockstep": plan.lockstep,
+        "hz": None if plan.lockstep else plan.hz,
+        "transport": transport,
+        "faults": [fault_in_words(fault._asdict()) for fault in plan.faults],
+        "seed": plan.seed,
+        "run": plan.run,
+        "scenario_hash": plan.scenario.hash,
+    }

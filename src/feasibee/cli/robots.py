@@ -1,0 +1,202 @@
+"""feasibee robot and replay: one robot of a field, and what robots did."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import nullcontext, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.cli.options import (
+    FiniteRange,
+    file_type,
+    json_option,
+    named,
+    path_type,
+    read_scenario,
+    scenario_options,
+)
+from feasibee.errors import FeasibeeError, one_line
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
+    from feasibee.strategies.contract import Strategy
+
+transport_option = click.option(
+    "--transport",
+    type=click.Choice(["udp", "zenoh"]),
+    default="udp",
+    show_default=True,
+    help="How packets travel; zenoh needs the extra 'zenoh'.",
+)
+key_option = click.option(
+    "--key-file",
+    type=file_type,
+    metavar="FILE",
+    help="File with the shared key that signs packets; by default that of FEASIBEE_FIELD_KEY, if set.",
+)
+
+
+@click.command()
+@scenario_options
+@click.option("--connect", metavar="ADDRESS", help="Address of the world of a field, HOST:PORT.")
+@click.option(
+    "--senses",
+    metavar="SOURCE",
+    callback=named,
+    help="Without a world: a named pipe, udp:HOST:PORT or zenoh:KEY that a driver of yours writes to.",
+)
+@click.option(
+    "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
+)
+@transport_option
+@key_option
+@click.option(
+    "--log", type=path_type, metavar="FILE", help="Write the robot's log, in .jsonl, for feasibee replay."
+)
+@click.option(
+    "--strategy", type=file_type, metavar="FILE", help="The swarm's strategy, if it is a file of yours."
+)
+@click.option(
+    "--patience",
+    type=FiniteRange(0.1, 86_400),
+    default=20.0,
+    show_default=True,
+    help="Seconds of silence after which the world is gone.",
+)
+def robot(
+    file: Path | None,
+    changes: tuple[str, ...],
+    connect: str | None,
+    senses: str | None,
+    number: int,
+    transport: str,
+    key_file: Path | None,
+    log: Path | None,
+    strategy: Path | None,
+    patience: float,
+) -> None:
+    """Run one robot: of a field, or a real one whose driver writes what it senses.
+
+    FILE is the scenario of a real robot; in a field, the world has the scenario.
+
+    \b
+    Examples:
+      feasibee robot --connect 192.0.2.7:7400 --id 3 --key-file key.txt
+      feasibee robot mine.toml --id 3 --senses senses.pipe --log robot-3.jsonl
+    """
+    from feasibee.files import check_output
+
+    if (connect is None) == (senses is None):
+        raise FeasibeeError("feasibee robot: needs either a world or senses; give --connect or --senses")
+    if connect is not None and (file or changes):
+        raise FeasibeeError("--connect with a scenario: the world has the scenario; leave out FILE and --set")
+    if log is not None:
+        check_output(log, (".jsonl",), "--log")
+    if senses is not None:
+        _drive(read_scenario(file, changes), number, senses, log)
+        return
+    from feasibee.field.robot import GONE, take_part
+
+    key, own = read_key(key_file).encode(), _strategy(strategy)
+    options: dict[str, Any] = {"transport": transport, "log": log, "patience": patience}
+    status, why = take_part(str(connect), number, key=key, strategy=own, **options)
+    if why:
+        raise FeasibeeError(f"{connect}: {one_line(why)}")
+    if status == GONE:
+        raise FeasibeeError(f"{connect}: silent for {patience:g} s; check the address, or start the field")
+
+
+def _drive(scenario: Scenario, number: int, senses: str, log: Path | None) -> None:
+    """Run a real robot until its driver ends."""
+    from feasibee.field.bodies import Bodies
+    from feasibee.field.node import Node
+    from feasibee.field.senses import drive, open_senses
+
+    bodies = Bodies(scenario, 0, 0)
+    if number >= len(bodies.bodies):
+        raise FeasibeeError(f"--id {number}: must be below robots.count, {len(bodies.bodies)}; use 0 or more")
+    with log.open("w", encoding="utf-8") if log is not None else nullcontext() as file:
+
+        def write(line: Mapping[str, Any]) -> None:
+            if file is not None:
+                file.write(json.dumps(line, separators=(",", ":")) + "\n")
+                file.flush()
+
+        orders = bodies.orders(bodies.bodies[number])
+        orders["settings"] = json.loads(json.dumps(orders["settings"]))
+        node = Node(orders, write if log is not None else None, strategy=scenario.strategy)
+        with suppress(KeyboardInterrupt):
+            drive(node, open_senses(senses), lambda line: click.echo(json.dumps(line)))
+    for why, count in node.dropped.items():
+        if count:
+            click.echo(f"feasibee: dropped, {why}: {count:,}", err=True)
+
+
+@click.command()
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=path_type)
+@click.option(
+    "--strategy", type=file_type, metavar="FILE", help="The robots' strategy, if it is a file of yours."
+)
+@json_option
+def replay(logs: tuple[Path, ...], strategy: Path | None, as_json: bool) -> None:
+    """Replay logs of robots, and check that each decision is the same to the bit.
+
+    LOG is a robot's log, or the folder of a field with those of all robots.
+
+    \b
+    Examples:
+      feasibee replay logs
+      feasibee replay logs/robot-3.jsonl --json
+    """
+    from feasibee.field.replay import replay as replay_log
+
+    own = _strategy(strategy)
+    replays = [(path, replay_log(path, own)) for path in _log_files(logs)]
+    if as_json:
+        click.echo(json.dumps([{"log": str(path), **found._asdict()} for path, found in replays], indent=2))
+        return
+    for _, found in replays:
+        cut = "; the last line is incomplete and left out" if found.cut else ""
+        click.echo(
+            f"Robot {found.number}: {found.steps:,} steps and {found.decisions} decisions replayed, "
+            f"equal to the log; {found.opinion} at the end{cut}."
+        )
+
+
+def read_key(path: Path | None) -> str:
+    """Return the shared key: that of a file, or of the environment."""
+    from feasibee.field.robot import KEY_VARIABLE
+    from feasibee.files import read_text
+
+    if path is None:
+        return os.environ.get(KEY_VARIABLE, "")
+    key = read_text(path, "a file with the shared key").strip()
+    if not key:
+        raise FeasibeeError(f"--key-file {path}: is empty; write a key of 16 or more random characters")
+    return key
+
+
+def _strategy(path: Path | None) -> Strategy | None:
+    """Return a user's strategy."""
+    if path is None:
+        return None
+    from feasibee.scenario.plugins import load
+
+    return load(str(path))
+
+
+def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
+    """Yield robots' logs, those of a folder by the robots' numbers."""
+    for path in paths:
+        if not path.is_dir():
+            yield path
+            continue
+        found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
+        if not found:
+            raise FeasibeeError(f"{path}: has no logs of robots; run feasibee field --out {path}")
+        yield from found

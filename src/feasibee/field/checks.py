@@ -1,0 +1,117 @@
+"""Checks of what packets hold: a packet whose content can't be is dropped, whoever signed it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED = range(9)
+"""Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it."""
+TEXT_LIMIT: Final = 100_000
+"""Largest number of hexadecimal digits of a message."""
+
+
+def is_whole(value: Any, least: int, most: int) -> bool:
+    """Return whether a value is an int from ``least`` to ``most``, and not a bool."""
+    return type(value) is int and least <= value <= most
+
+
+def is_sighting(value: Any) -> bool:
+    """Return whether a value has the form of `node.sighting_of`."""
+    if not (isinstance(value, list) and len(value) == 7):
+        return False
+    is_robot, name, kind, mark, x, y, number = value
+    return (
+        is_whole(is_robot, 0, 1)
+        and is_whole(name, -1, 2**32)
+        and is_whole(kind, 0, 2**16)
+        and is_whole(mark, 0, 2**32 - 1)
+        and is_place([x, y])
+        and is_whole(number, -1, 2**32)
+    )
+
+
+def is_heard(value: Any) -> bool:
+    """Return whether a value is a pair of a sender's number and its message."""
+    return (
+        isinstance(value, list) and len(value) == 2 and is_whole(value[0], -1, 2**32) and _is_text(value[1])
+    )
+
+
+def is_status(value: Any) -> bool:
+    """Return whether a value has the form of `node.Status`."""
+    if not (isinstance(value, list) and len(value) == 5):
+        return False
+    opinion, committed, declared, disseminating, left = value
+    return (
+        is_whole(opinion, -1, 1)
+        and isinstance(committed, bool)
+        and is_whole(declared, -1, 1)
+        and isinstance(disseminating, bool)
+        and is_whole(left, 0, 2**62)
+    )
+
+
+def is_place(value: Any) -> bool:
+    """Return whether a value is a pair of finite numbers."""
+    return (
+        isinstance(value, list)
+        and len(value) == 2
+        and all(type(each) in (int, float) and math.isfinite(each) for each in value)
+    )
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str) and len(value) <= TEXT_LIMIT
+
+
+def _is_list(value: Any, check: Callable[[Any], bool]) -> bool:
+    return isinstance(value, list) and all(check(each) for each in value)
+
+
+def _is_step(body: dict[str, Any]) -> bool:
+    return is_whole(body.get("t"), 0, 2**62)
+
+
+def _is_said(body: dict[str, Any]) -> bool:
+    said = body.get("said")
+    return _is_step(body) and is_status(body.get("was")) and (said is None or _is_text(said))
+
+
+def _is_seen(body: dict[str, Any]) -> bool:
+    return is_place(body.get("place")) and _is_list(body.get("see"), is_sighting)
+
+
+def _is_order(body: dict[str, Any]) -> bool:
+    if not (_is_step(body) and _is_list(body.get("heard"), is_heard)):
+        return False
+    return body.get("end") is True or _is_seen(body)
+
+
+def _is_named(body: dict[str, Any]) -> bool:
+    return is_whole(body.get("nonce"), 0, 2**63)
+
+
+def _is_welcome(body: dict[str, Any]) -> bool:
+    clock = body.get("clock")
+    return (
+        _is_named(body)
+        and is_whole(body.get("session"), 1, 2**64 - 1)
+        and isinstance(body.get("settings"), dict)
+        and (clock is None or isinstance(clock, dict))
+    )
+
+
+CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
+    HELLO: _is_named,
+    WELCOME: _is_welcome,
+    STEP: _is_order,
+    SAID: _is_said,
+    TICK: _is_said,
+    SIGHT: _is_seen,
+    HEARD: lambda body: is_heard(body.get("heard")),
+    BYE: lambda body: True,
+    REFUSED: _is_named,
+}
+"""What a packet of each kind may hold."""

@@ -1,0 +1,118 @@
+"""Faults on purpose: which robots die or pause, when the radio is cut, when the world starts again."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final, NamedTuple
+
+from feasibee.errors import FeasibeeError
+from feasibee.model.codes import LONGEST
+
+KILL, PAUSE, RESUME, PARTITION, RESTART = "kill", "pause", "resume", "partition", "restart-world"
+PROCESS: Final = (KILL, PAUSE, RESUME, RESTART)
+"""Faults of processes, which the field causes; the world causes the others."""
+_LENGTH: Final = re.compile(r"(\d+(?:\.\d+)?)(ms|s|)", re.ASCII)
+
+
+class Fault(NamedTuple):
+    """One fault."""
+
+    step: int
+    """The step at whose beginning it happens."""
+    kind: str
+    robots_hit: int = 0
+    """Number of robots it concerns: those with the highest numbers that no other fault concerns."""
+    robots: tuple[int, ...] = ()
+    """Numbers of these robots."""
+    lasts: float = 0.0
+    """For how many steps; 0: until the end."""
+
+
+def parse_length(option: str, text: str, hz: float) -> float:
+    """Return a length of time in steps: ``200ms``, ``5s``, or a number of steps.
+
+    Raises
+    ------
+    FeasibeeError
+        If the text is no length of time.
+    """
+    found = _LENGTH.fullmatch(text.strip())
+    if found is None:
+        raise FeasibeeError(f"{option} {text}: must be a time, such as 200ms, 5s or 20 (steps)")
+    number = float(found[1])
+    steps = {"": number, "s": number * hz, "ms": number * hz / 1000.0}[found[2]]
+    if steps > LONGEST:
+        raise FeasibeeError(f"{option} {text}: is more than {LONGEST:,} steps; use less")
+    return steps
+
+
+def parse_fault(kind: str, text: str, hz: float) -> list[Fault]:
+    """Return the faults of an option: COUNT@STEP, COUNT@STEP:TIME for a pause, TIME@STEP for a partition.
+
+    Raises
+    ------
+    FeasibeeError
+        If the text isn't of this form.
+    """
+    option = f"--{kind}"
+    what, at, when = text.partition("@")
+    when, colon, lasting = when.partition(":")
+    if not (at and _is_number(when) and (kind == PAUSE or not colon)):
+        example = {KILL: "3@50", PAUSE: "1@80 or 1@80:5s", PARTITION: "5s@100"}[kind]
+        raise FeasibeeError(f"{option} {text}: must end with a step, such as {option} {example}")
+    step = int(when)
+    if kind == PARTITION:
+        return [Fault(step, PARTITION, lasts=parse_length(option, what, hz))]
+    if not (_is_number(what) and int(what) > 0):
+        raise FeasibeeError(f"{option} {text}: must begin with a number of robots, such as {option} 1@50")
+    faults = [Fault(step, kind, int(what))]
+    if colon:
+        ends = step + max(1, round(parse_length(option, lasting, hz)))
+        faults.append(Fault(ends, RESUME, int(what)))
+    return faults
+
+
+def _is_number(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) < 10
+
+
+def schedule(faults: list[Fault], robots: int, steps: int) -> list[Fault]:
+    """Return the faults in their order, with the numbers of their robots; the last robots fail first.
+
+    Raises
+    ------
+    FeasibeeError
+        If no robot would be left, or a fault lies beyond the last step.
+    """
+    left = list(range(robots))
+    planned: list[Fault] = []
+    paused: list[tuple[int, ...]] = []
+    for fault in sorted(faults, key=lambda each: each.step):
+        if fault.kind == RESUME and fault.step > steps:
+            continue
+        if not 0 < fault.step <= steps:
+            raise FeasibeeError(
+                f"--{fault.kind} at step {fault.step}: must be from 1 to {steps}, the last step"
+            )
+        if fault.kind in (KILL, PAUSE):
+            if fault.robots_hit >= len(left):
+                raise FeasibeeError(
+                    f"--{fault.kind} {fault.robots_hit}@{fault.step}: leaves no robot of {len(left)}; "
+                    f"use at most {len(left) - 1}"
+                )
+            chosen = tuple(left[-fault.robots_hit :])
+            del left[-fault.robots_hit :]
+            if fault.kind == PAUSE:
+                paused.append(chosen)
+            fault = fault._replace(robots=chosen)  # noqa: PLW2901
+        elif fault.kind == RESUME:
+            same = next(each for each in paused if len(each) == fault.robots_hit)
+            paused.remove(same)
+            fault = fault._replace(robots=same)  # noqa: PLW2901
+        planned.append(fault)
+    return planned
+
+
+def fault_from(plain: dict[str, Any]) -> Fault:
+    """Return a fault from its fields, as JSON gives them back."""
+    return Fault(**{**plain, "robots": tuple(plain["robots"])})

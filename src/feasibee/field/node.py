@@ -1,0 +1,187 @@
+"""One robot of a field without its network: settings and senses in, messages out, each step in its log."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Final, NamedTuple
+
+from feasibee.reference.draws import philox
+from feasibee.reference.mind import Mind, Settings, settings_from
+from feasibee.robot.bits import WireError
+from feasibee.robot.controller import Message
+from feasibee.robot.wire import Wire
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy, Thing
+
+VERSION: Final = 1
+"""Version of a robot's log."""
+HEARD_LIMIT: Final = 4_096
+"""Largest number of messages that a robot keeps for one step; more are dropped."""
+
+Words = tuple[int, int, int, int]
+Draw = Callable[[int, int], Words]
+
+
+class Status(NamedTuple):
+    """What a robot reports to the observer; the world's physics doesn't use it."""
+
+    opinion: int
+    committed: bool
+    declared: int
+    disseminating: bool
+    phase_left: int
+
+
+class Known(NamedTuple):
+    """What a Byzantine robot knows; others are given nothing."""
+
+    truth: int
+    invented: tuple[list[Thing], list[Thing]]
+    """Invented tasks, which speak for *infeasible*, and invented robots, which speak for *feasible*."""
+
+    def inventions(self, feasible: int) -> list[Thing]:
+        """Return the robots (feasible) or tasks that it invents."""
+        return self.invented[feasible]
+
+
+class Node:
+    """The mind of one robot, with its messages as bytes.
+
+    Parameters
+    ----------
+    orders : mapping
+        What the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
+    write : callable, optional
+        Takes each line of the log, as a mapping.
+    draw : callable, optional
+        Returns the random words of a counter and a purpose; by default those of the robot's coordinates.
+    strategy : Strategy, optional
+        The robot's own strategy; by default the built-in one of the name in ``orders``.
+    """
+
+    def __init__(
+        self,
+        orders: Mapping[str, Any],
+        write: Callable[[Mapping[str, Any]], None] | None = None,
+        draw: Draw | None = None,
+        strategy: Strategy | None = None,
+    ) -> None:
+        settings = settings_from(orders["settings"])
+        strategy = strategy if strategy is not None else STRATEGIES[orders["strategy"]]
+        self.step = 0
+        self.dropped: Counter[str] = Counter()
+        self._write = write
+        self._draws: list[Words] = []
+        self._drawn = draw or (lambda counter, purpose: philox(*settings.coordinates, counter, purpose))
+        self._line: dict[str, Any] = {}
+        self._insight = known_from(orders["insight"])
+        self._mind = _DrawingMind(strategy, settings, self._draw)
+        self._id = settings.me[0]
+        self._wire = Wire(
+            strategy,
+            settings.setting.id_bits,
+            commits=settings.commit is not None,
+            setting=settings.setting,
+        )
+        if write is not None:
+            write({"feasibee": "robot", "version": VERSION, **orders, "draws": self._taken(), **self._now()})
+
+    @property
+    def status(self) -> Status:
+        """What the robot holds now."""
+        mind = self._mind
+        return Status(mind.opinion, mind.committed, mind.declared, mind.disseminating, mind.phase_left)
+
+    def speak(self, step: int, place: tuple[float, float]) -> str | None:
+        """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one."""
+        self.step = step
+        self._mind.move_to(*place)
+        message = self._mind.says(step, self._insight)
+        said = None if message is None else self._encoded(message)
+        self._line = {"step": step, "place": list(place), "said": said, "see": [], "heard": []}
+        return said
+
+    def _encoded(self, message: Message) -> str | None:
+        try:
+            return self._wire.encode(self._id, message).hex()
+        except WireError:  # such as a lie about robots whose ids no message can hold
+            self.dropped["message that can't be encoded"] += 1
+            return None
+
+    def sense(self, sightings: Sequence[Sequence[Any]]) -> None:
+        """Take the robots and tasks in sight, in the form of `sighting_of`."""
+        seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
+        self.dropped["impossible sighting"] += len(sightings) - len(seen)
+        self._line["see"] = seen
+        self._mind.see(sighting_from(each) for each in seen)
+
+    def _can_be(self, thing: Thing) -> bool:
+        """Return whether the scenario has such an id and class."""
+        setting = self._mind.settings.setting
+        ids, kinds = (
+            (setting.robot_ids, setting.robot_classes)
+            if thing.is_robot
+            else (setting.task_ids, setting.task_classes)
+        )
+        return -1 <= thing.id < ids and 0 <= thing.kind < kinds
+
+    def finish(self, heard: Iterable[Sequence[Any]]) -> None:
+        """Take the messages heard, pairs of a sender's number and its bytes, and end the step."""
+        for sender, text in heard:
+            if not self._mind.listens:
+                break
+            try:
+                named, message = self._wire.decode(bytes.fromhex(text))
+            except (WireError, ValueError, TypeError):
+                self.dropped["malformed message"] += 1
+                continue
+            self._line["heard"].append([sender, text])
+            self._mind.hear(sender if named == -1 else named, message)
+        self._mind.end_step()
+        if self._write is not None:
+            self._write({**self._line, "draws": self._taken(), **self._now()})
+
+    def _now(self) -> dict[str, Any]:
+        return {"status": list(self.status)}
+
+    def _draw(self, counter: int, purpose: int) -> Words:
+        words = self._drawn(counter, purpose)
+        if self._write is not None:
+            self._draws.append(words)
+        return words
+
+    def _taken(self) -> list[Words]:
+        """Return the draws since the last line."""
+        taken, self._draws = self._draws, []
+        return taken
+
+
+class _DrawingMind(Mind):
+    """A mind whose draws come from a function that it is given."""
+
+    def __init__(self, strategy: Strategy, settings: Settings, draw: Draw) -> None:
+        self._draw = draw
+        super().__init__(strategy, settings)
+
+    def _words(self, counter: int, purpose: int) -> Words:
+        return self._draw(counter, purpose)
+
+
+def sighting_of(thing: Thing, number: int) -> list[Any]:
+    """Return a sighting as a list, the form that a packet and a log hold."""
+    return [int(thing.is_robot), thing.id, thing.kind, thing.hash, thing.x, thing.y, number]
+
+
+def sighting_from(plain: Sequence[Any]) -> tuple[Thing, int]:
+    """Return a robot or task in sight, and its number, from a list of `sighting_of`."""
+    is_robot, name, kind, mark, x, y, number = plain
+    return Thing(bool(is_robot), name, kind, mark, x, y), number
+
+
+def known_from(plain: Any) -> Known:
+    """Return what a Byzantine robot knows, from its plain form."""
+    if plain is None:
+        return Known(0, ([], []))
+    invented = [[sighting_from(each)[0] for each in things] for things in plain["invented"]]
+    return Known(plain["truth"], (invented[0], invented[1]))

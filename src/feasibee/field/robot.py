@@ -1,0 +1,220 @@
+"""The process of one robot: it joins a world, and steps in lockstep or by its own clock.
+
+It needs the standard library only. Its settings come from the world.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TextIO
+
+from feasibee.field.checks import BYE, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
+from feasibee.field.frames import Frame, Frames
+from feasibee.field.links import Link, open_link, split_address
+from feasibee.field.node import HEARD_LIMIT, Node
+from feasibee.strategies.contract import Strategy
+
+RETRY = 0.2
+"""Seconds after which a robot that has no answer asks again."""
+IDLE = 1.0
+"""Seconds after which a robot without orders lets the world know that it is there."""
+KEPT = 3
+"""Number of answers that a robot keeps: a world that starts again asks for at most two earlier ones."""
+KEY_VARIABLE = "FEASIBEE_FIELD_KEY"
+"""Environment variable of the shared key."""
+GONE = 3
+"""Exit status of a robot whose world is silent."""
+
+
+class Robot:
+    """A robot of a field.
+
+    Parameters
+    ----------
+    link : Link
+        To the world.
+    frames : Frames
+        Of this side, with the shared key.
+    number : int
+        The robot's number.
+    log : file, optional
+        Where its log goes.
+    strategy : Strategy, optional
+        A strategy of the user; by default the built-in one that the world names.
+    patience : float
+        Seconds of silence after which the world is gone.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        frames: Frames,
+        number: int,
+        log: TextIO | None = None,
+        strategy: Strategy | None = None,
+        patience: float = 20.0,
+    ) -> None:
+        self._link, self._frames, self._number = link, frames, number
+        self._log, self._strategy, self._patience = log, strategy, patience
+        self._heard_at = time.monotonic()
+        self.why = ""
+
+    def run(self) -> int:
+        """Join and take part until the end; return the exit status."""
+        orders = self._join()
+        if orders is None:
+            return 2 if self.why else GONE
+        self._node = Node(orders, self._write if self._log else None, strategy=self._strategy)
+        self._place = tuple(orders["settings"]["place"])
+        self._frames.session = orders["session"]
+        self._ready = {"t": 0, "said": None, "was": list(self._node.status)}
+        self._send(SAID, self._ready)
+        return self._free(orders["clock"]) if orders["clock"] else self._lockstep()
+
+    def _join(self) -> dict[str, Any] | None:
+        """Say hello until the world answers with the robot's settings."""
+        nonce = random.SystemRandom().getrandbits(63)
+        asked = 0.0
+        while not self._is_alone():
+            if time.monotonic() - asked > RETRY:
+                self._send(HELLO, {"nonce": nonce})
+                asked = time.monotonic()
+            frame = self._receive(RETRY)
+            if frame is None or frame.body.get("nonce") != nonce:
+                continue
+            if frame.kind == REFUSED:
+                self.why = str(frame.body.get("why"))
+                return None
+            if frame.kind == WELCOME:
+                return frame.body
+        return None
+
+    def _lockstep(self) -> int:
+        """Answer each step of the world; a step that comes again gets the same answer."""
+        self._answers = {0: self._ready}
+        sent = time.monotonic()
+        while not self._is_alone():
+            frame = self._receive(RETRY)
+            if frame is not None and frame.kind == BYE:
+                return 0
+            if frame is not None and frame.kind == STEP:
+                self._step(frame.body)
+                sent = time.monotonic()
+            elif time.monotonic() - sent > IDLE:
+                self._send(SAID, self._answers[max(self._answers)])
+                sent = time.monotonic()
+        return GONE
+
+    def _step(self, body: Mapping[str, Any]) -> None:
+        """End the step before and begin one, unless this has been done."""
+        step, latest = body["t"], max(self._answers)
+        if step > latest:
+            if latest:
+                self._node.finish(body["heard"])
+            answer: dict[str, Any] = {"t": step, "was": list(self._node.status), "said": None}
+            if not body.get("end"):
+                answer["said"] = self._node.speak(step, tuple(body["place"]))
+                self._node.sense(body["see"])
+            self._answers[step] = answer
+            self._answers.pop(min(self._answers) if len(self._answers) > KEPT else -1, None)
+        if step in self._answers:
+            self._send(SAID, self._answers[step])
+
+    def _free(self, clock: Mapping[str, float]) -> int:
+        """Step by the robot's own clock, with what it saw and heard last."""
+        self._see: list[Any] = []
+        self._heard: list[Any] = []
+        if not self._wait_for_start():
+            return GONE
+        noise = random.Random()
+        period = clock["period"] * (1.0 + clock["drift"])
+        due = time.monotonic() + period * noise.random()
+        step = 0
+        while not self._is_alone():
+            now = time.monotonic()
+            if now < due:
+                frame = self._receive(due - now)
+                if frame is not None and frame.kind == BYE:
+                    return 0
+                if frame is not None:
+                    self._take(frame)
+                continue
+            if step:
+                self._node.sense(self._see)
+                self._node.finish(self._heard)
+                self._see, self._heard = [], []
+            step += 1
+            was = list(self._node.status)
+            said = self._node.speak(step, self._place)
+            self._send(TICK, {"t": step, "said": said, "was": was})
+            due += period * (1.0 + clock["jitter"] * (2.0 * noise.random() - 1.0))
+            if time.monotonic() > due + period:  # it was stopped, or the machine is busy
+                due = time.monotonic()
+        return GONE
+
+    def _wait_for_start(self) -> bool:
+        while not self._is_alone():
+            frame = self._receive(RETRY)
+            if frame is not None and frame.kind == SIGHT:
+                self._take(frame)
+                return True
+            self._send(SAID, self._ready)
+        return False
+
+    def _take(self, frame: Frame) -> None:
+        """Keep what is seen or heard for the end of this step."""
+        body = frame.body
+        if frame.kind == SIGHT:
+            self._see, self._place = body["see"], tuple(body["place"])
+        elif frame.kind == HEARD:
+            if len(self._heard) < HEARD_LIMIT:
+                self._heard.append(body["heard"])
+            else:
+                self._node.dropped["too many messages"] += 1
+
+    def _receive(self, timeout: float) -> Frame | None:
+        """Return the world's next packet, or None if none comes in so many seconds."""
+        received = self._link.receive(timeout)
+        frame = self._frames.read(received[0]) if received else None
+        if frame is None or frame.robot != self._number:
+            return None
+        self._heard_at = time.monotonic()
+        return frame
+
+    def _send(self, kind: int, body: Mapping[str, Any]) -> None:
+        self._link.send(self._frames.write(kind, self._number, dict(body)))
+
+    def _is_alone(self) -> bool:
+        """Whether the world has been silent for too long."""
+        return time.monotonic() - self._heard_at > self._patience
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        if self._log is not None:
+            self._log.write(json.dumps(line, separators=(",", ":")) + "\n")
+            self._log.flush()
+
+
+def take_part(
+    connect: str,
+    number: int,
+    *,
+    transport: str = "udp",
+    key: bytes = b"",
+    log: Path | None = None,
+    strategy: Strategy | None = None,
+    patience: float = 20.0,
+) -> tuple[int, str]:
+    """Run a robot until its world ends; return the exit status, and why it could not join, if it couldn't."""
+    link = open_link(transport, *split_address(connect), listens=False, name=str(number))
+    file = log.open("w", encoding="utf-8") if log is not None else None
+    try:
+        robot = Robot(link, Frames(0, key), number, file, strategy, patience)
+        return robot.run(), robot.why
+    finally:
+        link.close()
+        if file is not None:
+            file.close()

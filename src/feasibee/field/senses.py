@@ -1,0 +1,140 @@
+"""A real robot: a driver of the user writes what it senses, one object a step, and reads its messages."""
+
+from __future__ import annotations
+
+import json
+import queue
+import socket
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.field.checks import is_heard, is_place, is_sighting, is_whole
+from feasibee.field.links import split_address
+from feasibee.field.node import HEARD_LIMIT, Node
+from feasibee.files.reading import named, why_not
+
+SENSES_LIMIT = 65_507
+"""Largest object of a driver, in bytes: what a datagram holds."""
+COUNT_LIMIT = 10_000
+"""Largest number of robots or of tasks in sight."""
+
+
+def drive(node: Node, senses: Iterable[bytes], write: Callable[[Mapping[str, Any]], None]) -> int:
+    """Let a robot take one step for each object of its driver; return the number of steps.
+
+    Parameters
+    ----------
+    node : Node
+        The robot.
+    senses : iterable of bytes
+        The driver's objects. One that is invalid is counted in ``node.dropped`` and left out.
+    write : callable
+        Takes after each step its number, the robot's message and what it holds.
+    """
+    step = 0
+    for text in senses:
+        sensed = _parsed(text)
+        if sensed is None:
+            node.dropped["invalid object"] += 1
+            continue
+        step += 1
+        said = node.speak(step, sensed["place"])
+        node.sense(sensed["see"])
+        node.finish(sensed["heard"])
+        write({"step": step, "said": said, **node.status._asdict()})
+    return step
+
+
+def open_senses(source: str) -> Iterator[bytes]:
+    """Return the objects of a driver: from a named pipe or file, ``udp:HOST:PORT`` or ``zenoh:KEY``.
+
+    Raises
+    ------
+    FeasibeeError
+        If the source can't be read.
+    """
+    kind, _, rest = source.partition(":")
+    readers = {"udp": _datagrams, "zenoh": _samples}
+    return readers[kind](rest) if kind in readers else _lines(Path(source))
+
+
+def _parsed(text: bytes) -> dict[str, Any] | None:
+    """Return what a robot senses in a step, or None if the text is invalid."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(found, dict) or len(text) > SENSES_LIMIT:
+        return None
+    place, heard, see = found.get("place", [0.0, 0.0]), found.get("heard", []), found.get("see", [])
+    counts = [found.get("robots", 0), found.get("tasks", 0)]
+    fits = (
+        is_place(place)
+        and isinstance(heard, list)
+        and len(heard) <= HEARD_LIMIT
+        and all(map(is_heard, heard))
+        and isinstance(see, list)
+        and all(map(is_sighting, see))
+        and all(is_whole(count, 0, COUNT_LIMIT) for count in counts)
+    )
+    if not fits:
+        return None
+    counted = [[is_robot, -1, 0, 0, 0.0, 0.0, -1] for is_robot in (1, 0) for _ in range(counts[1 - is_robot])]
+    return {"place": tuple(place), "heard": heard, "see": see + counted}
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield the lines of a named pipe or a file, until its writer closes it."""
+    try:
+        with path.open("rb") as file:
+            while line := file.readline(SENSES_LIMIT + 1):
+                yield line
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(
+            f"--senses {named(path)}: can't be read: {why_not(error)}; name a pipe that mkfifo made"
+        ) from None
+
+
+def _datagrams(address: str) -> Iterator[bytes]:
+    """Yield the datagrams that come to an address; one that says ``{"end": true}`` is the last."""
+    host, port = split_address(address)
+    with closing(socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM)) as end:
+        try:
+            end.bind((host, port))
+        except (OSError, UnicodeError, TypeError):
+            raise FeasibeeError(
+                f"--senses udp:{address}: can't listen on it; use a free port of this machine"
+            ) from None
+        while not _ends(text := end.recv(SENSES_LIMIT + 1)):
+            yield text
+
+
+def _samples(key: str) -> Iterator[bytes]:
+    """Yield what is published under a key of zenoh; one that says ``{"end": true}`` is the last."""
+    try:
+        import zenoh
+    except ImportError:
+        raise FeasibeeError(
+            f"--senses zenoh:{key}: eclipse-zenoh isn't installed; {how_to_install('zenoh')}"
+        ) from None
+    waiting: queue.Queue[bytes] = queue.Queue(HEARD_LIMIT)
+
+    def keep(sample: Any) -> None:
+        if not waiting.full():
+            waiting.put_nowait(sample.payload.to_bytes())
+
+    try:
+        with zenoh.open(zenoh.Config()) as session:
+            subscriber = session.declare_subscriber(key, keep)
+            while not _ends(text := waiting.get()):
+                yield text
+            subscriber.undeclare()
+    except zenoh.ZError as error:
+        raise FeasibeeError(f"--senses zenoh:{key}: {error}; use a valid key") from None
+
+
+def _ends(text: bytes) -> bool:
+    return text.replace(b" ", b"").strip() == b'{"end":true}'

@@ -1,0 +1,233 @@
+"""The field itself: it starts the processes, causes their faults, and ends them all."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from feasibee.errors import FeasibeeError
+from feasibee.field.faults import KILL, PAUSE, RESTART, RESUME
+from feasibee.field.links import DEFAULT_HOST, join_address, split_address
+from feasibee.field.robot import KEY_VARIABLE
+from feasibee.field.world import Plan
+from feasibee.field.worldprocess import plain_plan
+
+GRACE = 2.0
+"""Seconds that processes have to end by themselves."""
+
+COMMANDS: Final = {KILL: "kill", PAUSE: "stop", RESUME: "cont"}
+"""Faults of robots' processes, and the nursery's commands."""
+
+Process = subprocess.Popen[str]
+Tell = Callable[[Mapping[str, Any]], None]
+
+
+class Network(NamedTuple):
+    """How the processes of a field find each other."""
+
+    transport: str = "udp"
+    host: str = "127.0.0.1"
+    port: int = 0
+    """Port of the world; 0 takes a free one."""
+    key: str = ""
+    """The shared key; empty for none."""
+
+
+class Field:
+    """The processes of one field.
+
+    Parameters
+    ----------
+    plan : Plan
+        What the field does.
+    network : Network
+        How they find each other.
+    folder : Path
+        Where the logs go.
+    tell : callable
+        Takes each event, for people.
+    starts_robots : bool
+        Whether the robots are started here; otherwise they join from elsewhere.
+    robot_logs : bool
+        Whether robots write logs.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        network: Network,
+        folder: Path,
+        tell: Tell,
+        *,
+        starts_robots: bool = True,
+        robot_logs: bool = False,
+    ) -> None:
+        self._plan, self._network, self._folder, self._tell = plan, network, folder, tell
+        self._starts_robots, self._robot_logs = starts_robots, robot_logs
+        self._port = network.port or _free_port(network)
+        self._session = secrets.randbits(63) + 1
+        self._environment = {**os.environ, KEY_VARIABLE: network.key}
+        self._world: Process | None = None
+        self._nursery: Process | None = None
+        self._joined_at = time.monotonic()
+
+    def run(self) -> dict[str, Any]:
+        """Run the field to its end; return its result.
+
+        Raises
+        ------
+        FeasibeeError
+            If the world or the robots can't start, or don't join.
+        """
+        with self._ending():
+            self._start_world(resumes=False)
+            for event in self._events():
+                self._follow(event)
+                if event["event"] == "result":
+                    return self._result(event)
+                if event["event"] == "error":
+                    raise FeasibeeError(str(event["why"]))
+        raise FeasibeeError("the world's process ended without a result; run the field again")
+
+    def _result(self, event: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the world's result, with the time that the field took."""
+        seconds = time.monotonic() - self._joined_at
+        result = {name: value for name, value in event.items() if name != "event"}
+        return {**result, "seconds": round(seconds, 3), "achieved_hz": round(event["steps"] / seconds, 3)}
+
+    def _follow(self, event: Mapping[str, Any]) -> None:
+        """Act on an event of the world."""
+        self._tell(event)
+        if event["event"] == "listening" and self._starts_robots and self._nursery is None:
+            self._start_robots(event["address"])
+        elif event["event"] == "joined":
+            self._joined_at = time.monotonic()
+        elif event["event"] == "fault":
+            self._cause(event)
+
+    def _cause(self, fault: Mapping[str, Any]) -> None:
+        """Cause a fault of processes, and let the world go on."""
+        if fault["kind"] in COMMANDS:
+            self._tell_robots(COMMANDS[fault["kind"]], fault["robots"])
+            _write(self._world, "go\n")
+        elif fault["kind"] == RESTART and self._world is not None:
+            self._world.kill()
+            self._world.wait()
+            _close(self._world)
+            self._start_world(resumes=True)
+
+    def _tell_robots(self, command: str, numbers: Iterable[int]) -> None:
+        """Have robots killed, stopped or continued; wait until it has happened."""
+        _write(self._nursery, "".join(f"{command} {number}\n" for number in numbers))
+        if self._nursery is not None and self._nursery.stdout is not None:
+            self._nursery.stdout.readline()
+
+    def _start_world(self, *, resumes: bool) -> None:
+        order = {
+            "plan": plain_plan(self._plan),
+            "transport": self._network.transport,
+            "host": self._network.host,
+            "port": self._port,
+            "session": self._session,
+            "log": str(self._folder / "world.jsonl"),
+            "resumes": resumes,
+        }
+        self._world = _started("worldprocess", order, self._environment)
+
+    def _start_robots(self, address: str) -> None:
+        manifest = self._plan.scenario.manifest
+        host, port = split_address(address)
+        order = {
+            "connect": address if host not in ("0.0.0.0", "::") else join_address(DEFAULT_HOST, port),
+            "numbers": list(range(self._plan.scenario.robots.count)),
+            "transport": self._network.transport,
+            "patience": max(20.0, 4 * self._plan.patience),
+            "strategy_file": manifest.name if manifest.source else None,
+            "logs": str(self._folder) if self._robot_logs else "",
+        }
+        self._nursery = _started("nursery", order, self._environment)
+
+    def _events(self) -> Iterator[dict[str, Any]]:
+        """Yield the world's events; after a restart those of the new process."""
+        while self._world is not None and self._world.stdout is not None:
+            world = self._world
+            assert world.stdout is not None
+            line = world.stdout.readline()
+            if not line:
+                return
+            yield json.loads(line)
+
+    @contextmanager
+    def _ending(self) -> Iterator[None]:
+        """End all processes, whatever happens."""
+        grace = 0.0
+        try:
+            yield
+            grace = GRACE
+        finally:
+            for process in (self._world, self._nursery):
+                if process is not None:
+                    _end(process, grace)
+
+
+def _started(module: str, order: Mapping[str, Any], environment: Mapping[str, str]) -> Process:
+    """Start a process of a field, and write its order to its standard input."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", f"feasibee.field.{module}"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        process_group=0,  # Ctrl-C reaches the field, which ends its processes
+    )
+    _write(process, json.dumps(order) + "\n")
+    return process
+
+
+def _write(process: Process | None, text: str) -> None:
+    """Write to a process; one that has ended needs nothing."""
+    if process is not None and process.stdin is not None:
+        with suppress(BrokenPipeError):
+            process.stdin.write(text)
+            process.stdin.flush()
+
+
+def _end(process: Process, grace: float) -> None:
+    """Wait for a process so many seconds; then close its input, and kill it if it doesn't end."""
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(grace)
+    _close(process)
+    try:
+        process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def _close(process: Process) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            with suppress(OSError):
+                pipe.close()
+
+
+def _free_port(network: Network) -> int:
+    """Return a free port, which the world keeps when it starts again."""
+    kind = socket.SOCK_DGRAM if network.transport == "udp" else socket.SOCK_STREAM
+    family = socket.AF_INET6 if ":" in network.host else socket.AF_INET
+    try:
+        with socket.socket(family, kind) as probe:
+            probe.bind((network.host, 0))
+            return int(probe.getsockname()[1])
+    except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
+        why = error.strerror if isinstance(error, OSError) else "invalid name"
+        raise FeasibeeError(f"--host {network.host}: can't listen on it: {why}; use 127.0.0.1") from None

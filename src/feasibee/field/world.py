@@ -1,0 +1,291 @@
+"""The world of a field, apart from its clock: bodies, sight, radio, and the robots that joined."""
+
+from __future__ import annotations
+
+import json
+import random
+import sys
+import time
+from collections.abc import Callable, Hashable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from feasibee.errors import FeasibeeError
+from feasibee.field.bodies import Bodies, Body
+from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, WELCOME
+from feasibee.field.faults import PARTITION, PROCESS, Fault
+from feasibee.field.frames import ROBOTS_LIMIT, Frame, Frames
+from feasibee.field.links import Link
+from feasibee.field.node import Status
+from feasibee.field.worldlog import WorldLog, read_lines
+from feasibee.model.codes import DECISIONS, UNDECIDED
+from feasibee.scenario.scenario import Scenario
+
+
+class Plan(NamedTuple):
+    """What a field does: the scenario, the clock of its robots, and the faults."""
+
+    scenario: Scenario
+    seed: int
+    run: int
+    lockstep: bool
+    hz: float
+    """Steps per second of a robot's clock; in lockstep only the unit of times in faults."""
+    drift: float
+    """Largest error of a robot's clock, as a share."""
+    jitter: float
+    """Largest deviation of a step's duration, as a share."""
+    delay: float
+    """Delay of messages, in steps."""
+    faults: tuple[Fault, ...]
+    patience: float
+    """Seconds of silence after which a robot is lost."""
+    wait: float
+    """Seconds that the robots have to join."""
+
+
+class World:
+    """The world's side of a field, without its clock.
+
+    Parameters
+    ----------
+    plan : Plan
+        What the field does.
+    link : Link
+        To the robots.
+    frames : Frames
+        Of this side, with session and key.
+    report : callable
+        Takes events, as mappings, for whoever watches.
+    log : Path
+        The world's log.
+    resumes : bool
+        Whether to go on where the log ends.
+    wait_for_go : callable
+        Returns once a fault of processes has happened.
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        link: Link,
+        frames: Frames,
+        report: Callable[[Mapping[str, Any]], None],
+        log: Path,
+        resumes: bool = False,
+        wait_for_go: Callable[[], object] = lambda: None,
+    ) -> None:
+        if plan.scenario.robots.count > ROBOTS_LIMIT:
+            raise FeasibeeError(f"robots.count: a field has at most {ROBOTS_LIMIT:,} robots; use fewer")
+        self.plan, self.link, self.frames, self.report = plan, link, frames, report
+        self.bodies = Bodies(plan.scenario, plan.seed, plan.run)
+        self.step = 0
+        self.decision, self.decision_step = UNDECIDED, -1
+        self._peers: dict[int, Hashable] = {}
+        self._nonces: dict[int, int] = {}
+        self._wait_for_go = wait_for_go
+        self._cut_until = -1.0
+        self._faults = list(plan.faults)
+        self.said: dict[int, str | None] = {}
+        self._recorded = -1
+        lines = read_lines(log) if resumes else []
+        self._resume(lines)
+        self.log = WorldLog(log, plan, appends=bool(lines))
+
+    def _resume(self, lines: list[dict[str, Any]]) -> None:
+        """Go on where a log ends."""
+        for line in lines:
+            if line.get("event") == "fault":
+                self._begin_fault(self._faults.pop(0))
+        state = next((line for line in reversed(lines) if "bodies" in line), None)
+        if state is None:
+            return
+        self.step = self._recorded = state["step"]
+        self.decision, self.decision_step = state["decision"]
+        self.said = {number: text for number, text in enumerate(state["said"]) if text is not None}
+        for body, kept, status in zip(self.bodies.bodies, state["bodies"], state["minds"], strict=True):
+            body.restore(kept)
+            body.remote.report(Status(*status))
+            body.lost = body.number in state["lost"]
+
+    def gather(self) -> None:
+        """Wait until all robots have joined and are ready.
+
+        Raises
+        ------
+        FeasibeeError
+            If some don't come in time.
+        """
+        ready: set[int] = set()
+        until = time.monotonic() + self.plan.wait
+        count = len(self.bodies.bodies)
+        while len(ready) < count:
+            frame = self.receive(0.2)
+            if frame is not None and frame.kind == SAID and frame.body["t"] == 0:
+                self.body(frame).remote.report(Status(*frame.body["was"]))
+                ready.add(frame.robot)
+                self.answer(self.body(frame))
+            if time.monotonic() > until:
+                missing = [number for number in range(count) if number not in ready]
+                shown = ", ".join(map(str, missing[:10])) + (" and more" if len(missing) > 10 else "")
+                raise FeasibeeError(
+                    f"robots {shown}: did not join within {self.plan.wait:g} s; start them, or raise --wait"
+                )
+        self.report({"event": "joined", "robots": count})
+
+    def receive(self, timeout: float) -> Frame | None:
+        """Return the next packet of a robot that has joined; answer those that join."""
+        received = self.link.receive(timeout)
+        frame = self.frames.read(received[0]) if received else None
+        if frame is None or received is None:
+            return None
+        if frame.kind == HELLO:
+            self._join(frame, received[1])
+            return None
+        if frame.robot >= len(self.bodies.bodies):
+            self.frames.dropped["of no robot"] += 1
+            return None
+        self._peers[frame.robot] = received[1]
+        return frame
+
+    def _join(self, frame: Frame, peer: Hashable) -> None:
+        """Welcome a robot with its settings, or say why it can't join."""
+        count, nonce = len(self.bodies.bodies), frame.body["nonce"]
+        why = ""
+        if frame.robot >= count:
+            why = f"this field has robots 0 to {count - 1}; use one of these as --id"
+        elif self._nonces.setdefault(frame.robot, nonce) != nonce:
+            why = "a robot of this number has joined already; use another --id"
+        if why:
+            packet = self.frames.write(REFUSED, frame.robot, {"nonce": nonce, "why": why})
+            self.link.send(packet, peer)
+            return
+        self._peers[frame.robot] = peer
+        body = self.bodies.bodies[frame.robot]
+        self.send(body, WELCOME, self._welcome(body))
+
+    def _welcome(self, body: Body) -> dict[str, Any]:
+        plan = self.plan
+        clock = None
+        if not plan.lockstep:
+            # Not a draw of the model: clocks differ between fields of the same seed.
+            drift = random.Random(f"{self.frames.session} {body.number}").uniform(-plan.drift, plan.drift)
+            clock = {"period": 1.0 / plan.hz, "drift": drift, "jitter": plan.jitter}
+        orders = self.bodies.orders(body)
+        nonce = self._nonces.get(body.number, 0)
+        return {"nonce": nonce, "session": self.frames.session, "clock": clock, **orders}
+
+    def send(self, body: Body, kind: int, content: dict[str, Any]) -> None:
+        """Send a packet to a robot, if it has joined."""
+        if body.number not in self._peers:
+            return
+        try:
+            packet = self.frames.write(kind, body.number, content)
+        except ValueError as error:
+            raise FeasibeeError(
+                f"robot {body.number}: {error}; use shorter messages or fewer robots"
+            ) from None
+        self.link.send(packet, self._peers[body.number])
+
+    def body(self, frame: Frame) -> Body:
+        """Return the body of the robot that sent a packet."""
+        return self.bodies.bodies[frame.robot]
+
+    def answer(self, body: Body) -> None:
+        """Let a robot know that the world is there; one that was silent takes part again."""
+        if body.lost:
+            self.find(body)
+        self.send(body, WELCOME, self._welcome(body))
+
+    def reaches(self, sender: Body, receiver: Body) -> bool:
+        """Return whether a message arrives: within range, not lost, and not cut off."""
+        if sender is receiver:
+            return False
+        half = len(self.bodies.bodies) // 2
+        if self.step < self._cut_until and (sender.number < half) != (receiver.number < half):
+            return False
+        return self.bodies.hears(receiver, sender)
+
+    def cause_faults(self) -> None:
+        """Let the faults of this step happen."""
+        while self._faults and self._faults[0].step <= self.step:
+            fault = self._faults.pop(0)
+            self._begin_fault(fault)
+            event = {"event": "fault", **fault._asdict()}
+            self.log.write(event)
+            self.report(event)
+            if fault.kind in PROCESS:
+                self._wait_for_go()
+
+    def _begin_fault(self, fault: Fault) -> None:
+        if fault.kind == PARTITION:
+            self._cut_until = max(self._cut_until, fault.step + fault.lasts)
+
+    def lose(self, body: Body) -> None:
+        """Count a silent robot no longer."""
+        body.lost = True
+        self._tell("lost", body)
+
+    def find(self, body: Body) -> None:
+        """Count a robot again that was silent."""
+        body.lost = False
+        self._tell("back", body)
+
+    def _tell(self, what: str, body: Body) -> None:
+        event = {"event": what, "robot": body.number, "step": self.step}
+        self.report(event)
+        self.log.write(event)
+
+    def look(self, step: int, places: list[list[int]]) -> None:
+        """Record a step: states of the bodies, opinions, messages, and the decision if it is new."""
+        if step <= self._recorded:  # before the world was restarted
+            return
+        self.bodies.time = step
+        decision = self.bodies.decision
+        if self.decision == UNDECIDED != decision:
+            self.decision, self.decision_step = decision, step
+        counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
+        self.report({"event": "step", "step": step, **counts})
+        self.log.write(
+            {
+                "step": step,
+                "bodies": places,
+                "minds": [body.remote.status for body in self.bodies.bodies],
+                "said": [self.said.get(body.number) for body in self.bodies.bodies],
+                "lost": self.lost,
+                "decision": [self.decision, self.decision_step],
+            }
+        )
+
+    @property
+    def lost(self) -> list[int]:
+        """The numbers of the robots whose processes are silent."""
+        return [body.number for body in self.bodies.bodies if body.lost]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the swarm has decided, and that ends the run."""
+        return self.plan.scenario.run.stop_at_decision and self.decision != UNDECIDED
+
+    def end(self) -> dict[str, Any]:
+        """Let the robots go; return the result."""
+        for _ in range(3):  # a packet may be lost; a robot that gets none leaves after its patience
+            for body in self.bodies.bodies:
+                self.send(body, BYE, {})
+        self.log.close()
+        return {
+            "decision": DECISIONS[self.decision],
+            "decision_step": self.decision_step if self.decision != UNDECIDED else None,
+            "steps": self.step,
+            "robots": len(self.bodies.bodies),
+            "feasible": self.bodies.feasible_count,
+            "infeasible": self.bodies.infeasible_count,
+            "lost": self.lost,
+            "dropped": dict(self.frames.dropped),
+        }
+
+
+def print_event(event: Mapping[str, Any]) -> None:
+    """Print an event as one line of JSON, for the field that started the world."""
+    sys.stdout.write(json.dumps(event) + "\n")
+    sys.stdout.flush()

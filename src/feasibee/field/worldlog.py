@@ -1,0 +1,65 @@
+"""The world's log: one JSON object a line, with all that a restarted world needs, and an animation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from feasibee.errors import FeasibeeError
+from feasibee.files.reading import named
+
+if TYPE_CHECKING:
+    from feasibee.field.world import Plan
+
+VERSION: Final = 1
+"""Version of a world's log."""
+
+
+class WorldLog:
+    """The log of one world.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    plan : Plan
+        What the field does; the first line has it.
+    appends : bool
+        Whether the file is of the same field, whose world starts again.
+    """
+
+    def __init__(self, path: Path, plan: Plan, *, appends: bool) -> None:
+        self._file = path.open("a" if appends else "w", encoding="utf-8")
+        if not appends:
+            head = {"scenario": plan.scenario.to_toml(), "seed": plan.seed, "run": plan.run}
+            self.write({"feasibee": "field", "version": VERSION, **head, "lockstep": plan.lockstep})
+
+    def write(self, line: Mapping[str, Any]) -> None:
+        """Write a line at once, so that a killed process loses nothing."""
+        self._file.write(json.dumps(line, separators=(",", ":")) + "\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    """Return the lines of a log; cut off an incomplete last line, of a world that was killed.
+
+    Raises
+    ------
+    FeasibeeError
+        If the file can't be read.
+    """
+    try:
+        data = path.read_bytes()
+        end = data.rfind(b"\n") + 1
+        if end < len(data):
+            with path.open("r+b") as file:
+                file.truncate(end)
+        return [json.loads(line) for line in data[:end].splitlines()]
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(f"{named(path)}: can't be resumed: {error}; start the field again") from None

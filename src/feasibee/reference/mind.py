@@ -1,0 +1,198 @@
+"""The mind of a simulated robot: its controller, with draws that are coordinates, its memory and its lies.
+
+It needs no scenario, only plain settings, so that a swarm's minds can live in processes of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple, Protocol
+
+from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
+from feasibee.reference.draws import TURN, duration, happens, philox
+from feasibee.robot.controller import Commit, Controller, Message
+from feasibee.strategies.contract import Setting, Strategy, Thing
+
+HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
+
+
+class Insight(Protocol):
+    """What Byzantine robots know (model.md 6.12, 6.16)."""
+
+    @property
+    def truth(self) -> int:
+        """Whether the tasks are feasible: 1 or 0."""
+
+    def inventions(self, feasible: int) -> list[Thing]:
+        """Return the robots (feasible) or tasks that they invent."""
+
+
+class Settings(NamedTuple):
+    """The settings of one mind: plain values, those of the scenario and those of the robot."""
+
+    coordinates: tuple[int, int, int]
+    """Seed, run and number of the robot, the coordinates of its draws."""
+    joined: int
+    """Number of robots that have had this number before it."""
+    phases: int
+    """Number of phases that these have begun."""
+    exploration: float
+    gain: float
+    dissemination_floor: int
+    quality_floor: int
+    own_vote: bool
+    listens_for: int | None
+    every_message: bool
+    inbox_size: int | None
+    parameters: Sequence[float]
+    commit: Commit | None
+    switching: float | None
+    """Probability that a decision adopts what the robot's own counts favour; None if it never does."""
+    sets: Sequence[tuple[Sequence[int], Sequence[int]]]
+    me: tuple[int, int, int]
+    place: tuple[float, float]
+    setting: Setting
+    step: int
+    fault: str
+    """The robot's fault (model.md 6.6)."""
+    byzantine_says: str
+    """What it says if it is Byzantine."""
+    repeated: bool
+    """Whether a robot or task counts each time it is seen."""
+    forgets_things: bool
+    """Whether each exploration counts robots and tasks as new."""
+
+
+class Mind(Controller):
+    """The mind of one simulated robot.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        How opinions are rated, broadcast and chosen.
+    settings : Settings
+        Its settings and those of the robot.
+    """
+
+    def __init__(self, strategy: Strategy, settings: Settings) -> None:
+        self.settings = settings
+        self.phases = settings.phases
+        self._remembered: set[tuple[bool, int]] = set()
+        self._remembers_since = 0
+        super().__init__(
+            strategy,
+            opinion=self._words(settings.joined, FIRST_OPINION)[0] >> 31,
+            draw_duration=self._duration,
+            draw_choice=self._choice,
+            exploration=settings.exploration,
+            gain=settings.gain,
+            dissemination_floor=settings.dissemination_floor,
+            quality_floor=settings.quality_floor,
+            own_vote=settings.own_vote,
+            listens_for=settings.listens_for,
+            every_message=settings.every_message,
+            inbox_size=settings.inbox_size,
+            parameters=settings.parameters,
+            commit=settings.commit,
+            draw_switch=None if settings.switching is None else self._switches,
+            stubborn=settings.fault == STUBBORN,
+            sets=settings.sets,
+            me=settings.me,
+            place=settings.place,
+            setting=settings.setting,
+            step=settings.step,
+        )
+
+    def says(self, step: int, insight: Insight) -> Message | None:
+        """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
+        message = self.message()
+        if self.settings.fault != BYZANTINE:
+            return message
+        says = self.settings.byzantine_says
+        if message is None:
+            if says != "colluding":
+                return None
+            message = self.compose(0, 0)  # opinion and value are replaced below
+        lies = {
+            "opposite": 1 - message.opinion,
+            "feasible": 1,
+            "infeasible": 0,
+            "random": self._words(step, LIE)[0] >> 31,
+            "colluding": 1 - insight.truth,
+        }
+        told = lies[says]
+        value = 2**self.strategy.value_bits - 1 if told else 0
+        knowledge: tuple[int, ...] = ()
+        if self.knowledge:
+            knowledge = self.knowledge.lie(message.knowledge, told, insight.inventions(told))
+        return message._replace(opinion=told, value=value, knowledge=knowledge)
+
+    def see(self, sightings: Iterable[tuple[Thing, int]]) -> None:
+        """Count and recognise the robots and tasks in sight, while exploring (model.md 4.2, 6.3).
+
+        Each comes with its number, which tells it from others; -1 for a false sighting.
+        """
+        if self.disseminating:
+            return
+        robots, tasks = [0] * len(self.robots_seen), [0] * len(self.tasks_seen)
+        things = [thing for thing, number in sightings if self._counts(thing, number)]
+        for thing in things:
+            (robots if thing.is_robot else tasks)[thing.kind] += 1
+        self.observe(robots, tasks)
+        self.recognise(things)
+
+    def _counts(self, thing: Thing, number: int) -> bool:
+        """Return whether a robot or task in sight counts: always, or only when new (model.md 6.3)."""
+        if self.settings.repeated or number == -1:
+            return True
+        if self.settings.forgets_things and self._remembers_since != self.explorations:
+            self._remembers_since = self.explorations
+            self._remembered.clear()
+        is_new = (thing.is_robot, number) not in self._remembered
+        self._remembered.add((thing.is_robot, number))
+        return is_new
+
+    def _choice(self) -> tuple[float, float]:
+        """Return a chance and a drawn message; the next phase's duration has the same coordinate."""
+        _, chance, message, _ = self._words(self.phases, PHASE)
+        return chance / TURN, message / TURN
+
+    def _switches(self) -> bool:
+        """Return whether the robot switches to its own evidence in the decision that ends a phase."""
+        return happens(self._words(self.phases, PHASE)[3], self.settings.switching or 0.0)
+
+    def _duration(self, mean: float) -> int:
+        word = self._words(self.phases, PHASE)[0]
+        self.phases += 1
+        return duration(word, mean)
+
+    def _words(self, counter: int, purpose: int) -> tuple[int, int, int, int]:
+        """Return the random words of a coordinate of this robot; a replay takes them from a log instead."""
+        return philox(*self.settings.coordinates, counter, purpose)
+
+
+def plain_settings(settings: Settings) -> dict[str, Any]:
+    """Return settings as plain values, which JSON keeps exactly."""
+    commit = settings.commit
+    return settings._asdict() | {
+        "setting": settings.setting._asdict(),
+        "commit": None if commit is None else commit._asdict() | {"quorum": str(commit.quorum)},
+    }
+
+
+def settings_from(plain: Mapping[str, Any]) -> Settings:
+    """Return settings from the form of `plain_settings`."""
+    commit = plain["commit"]
+    if commit is not None:
+        commit = Commit(**{**commit, "quorum": Fraction(commit["quorum"])})
+    return Settings(
+        **{
+            **plain,
+            "coordinates": tuple(plain["coordinates"]),
+            "me": tuple(plain["me"]),
+            "place": tuple(plain["place"]),
+            "commit": commit,
+            "setting": Setting(**plain["setting"]),
+        }
+    )

@@ -1,0 +1,56 @@
+"""What tests of fields share: small scenarios, and fields of real processes."""
+
+from __future__ import annotations
+
+import json
+
+from feasibee import Scenario
+from feasibee.field.supervisor import Field, Network
+from feasibee.field.world import Plan
+from feasibee.reference import play
+
+
+def small(robots=4, steps=40, **changes):
+    arena = {"arena.side": 8.0, "robots.count": robots, "tasks.count": robots, "run.steps": steps}
+    return Scenario().replace({**arena, **changes})
+
+
+def a_plan(scenario, lockstep=True, **changes):
+    usual = {
+        "hz": 50.0,
+        "drift": 0.0,
+        "jitter": 0.0,
+        "delay": 0.0,
+        "faults": (),
+        "patience": 20.0,
+        "wait": 60.0,
+    }
+    return Plan(scenario, 1, 0, lockstep, **{**usual, **changes})
+
+
+def run(plan, folder, transport="udp", key="", **options):
+    """Run a field; return its result, its events and its world's log."""
+    events = []
+    folder.mkdir(exist_ok=True)
+    field = Field(plan, Network(transport, key=key), folder, events.append, robot_logs=True, **options)
+    result = field.run()
+    return result, events, steps_of(folder)
+
+
+def steps_of(folder):
+    lines = [json.loads(line) for line in (folder / "world.jsonl").read_text().splitlines()]
+    return [line for line in lines if "minds" in line]
+
+
+def opinions(steps):
+    return [[mind[0] for mind in step["minds"]] for step in steps]
+
+
+def simulated(scenario):
+    """Return the opinions of the reference at each step, and step and opinion of its decision."""
+    found, decision = [], (-1, None)
+    for step, swarm in enumerate(play(scenario, 1, 0)):
+        found.append([robot.mind.opinion for robot in swarm.robots])
+        if decision[1] is None and swarm.decision != -1:
+            decision = (swarm.decision, step)
+    return found, decision

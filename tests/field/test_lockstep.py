@@ -1,0 +1,94 @@
+"""A field in lockstep equals the run, bit for bit, on each transport and for each kind of strategy."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+from fields import a_plan, opinions, run, simulated, small
+
+from feasibee import Scenario
+from feasibee.model.codes import DECISIONS
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee field needs fork")
+
+
+def check_equal(scenario, folder, **options):
+    result, _, steps = run(a_plan(scenario), folder, **options)
+    expected, (decision, decision_step) = simulated(scenario)
+    assert opinions(steps) == expected
+    assert [step["step"] for step in steps] == list(range(len(expected)))
+    assert (result["decision"], result["decision_step"]) == (DECISIONS[decision], decision_step)
+    assert result["lost"] == []
+
+
+WORLDS = {
+    "the paper's strategy": {},
+    "knowledge": {"decision.strategy": "census", "robots.know_count": True},
+    "names in a shared frame": {"decision.strategy": "map", "robots.know_count": True},
+    "a value in each message": {"decision.strategy": "average"},
+    "commitment and switching": {
+        "decision.commit": {"quorum": 0.7, "rounds": 1, "heard": 1},
+        "decision.switching": 0.3,
+    },
+    "faults": {
+        "robots.count": 6,
+        "faults.stopped": 0.2,
+        "faults.stop_step": 20,
+        "faults.byzantine": 0.2,
+        "faults.byzantine_says": "colluding",
+        "faults.stubborn": 0.2,
+    },
+    "liars who lie about totals": {
+        "robots.count": 6,
+        "decision.strategy": "fading-votes",
+        "faults.byzantine": 0.3,
+        "faults.byzantine_says": "random",
+    },
+    "bad senses and radio": {
+        "sensing.miss": 0.2,
+        "sensing.false_robots": 0.3,
+        "sensing.false_tasks": 0.3,
+        "sensing.observation": "unique",
+        "radio.loss": 0.3,
+        "radio.id_bits": 2,
+    },
+}
+
+
+QUICK = ("the paper's strategy", "faults", "bad senses and radio")
+
+
+@pytest.mark.parametrize(
+    "world", [world if world in QUICK else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
+)
+def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
+    check_equal(small(**WORLDS[world]), tmp_path)
+
+
+def test_a_field_over_zenoh_equals_the_run(tmp_path):
+    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    check_equal(small(), tmp_path, transport="zenoh")
+
+
+def test_a_field_whose_packets_are_signed_equals_the_run(tmp_path):
+    check_equal(small(), tmp_path, key="a key of some length")
+
+
+@pytest.mark.slow
+def test_a_field_with_a_users_strategy_equals_the_run(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(
+        "def quality(robots_seen, tasks_seen):\n    return 0.6\n"
+        "def dissemination(quality, gain):\n    return gain * quality\n"
+        "def decide(mind, inbox):\n    return 1 if inbox.chance < 0.5 else 0\n"
+    )
+    check_equal(small(**{"decision.strategy": str(path)}), tmp_path / "out")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("transport", ["udp", "zenoh"])
+def test_fifty_processes_over_300_steps_equal_the_run(transport, tmp_path):
+    if transport == "zenoh":
+        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    check_equal(Scenario().replace({"robots.count": 50, "run.steps": 300}), tmp_path, transport=transport)

@@ -1,0 +1,132 @@
+"""A robot's log replays to the same decisions; a damaged or changed one is an error that names the line."""
+
+from __future__ import annotations
+
+import json
+import random
+import sys
+
+import pytest
+from commands import invoke, refused_in_a_line
+from fields import small
+
+from feasibee.errors import FeasibeeError
+from feasibee.field.bodies import Bodies
+from feasibee.field.node import Node, sighting_of
+from feasibee.field.replay import replay
+from feasibee.strategies.contract import Thing
+
+
+@pytest.fixture
+def log(tmp_path):
+    """The log of a robot that sees a task and hears a neighbour now and then."""
+    bodies = Bodies(small(**{"decision.strategy": "voter"}), 1, 0)
+    lines = []
+    orders = json.loads(json.dumps(bodies.orders(bodies.bodies[1])))
+    node, other = Node(orders, lines.append), Node(json.loads(json.dumps(bodies.orders(bodies.bodies[2]))))
+    for step in range(1, 101):
+        node.speak(step, (1.0, 1.0))
+        said = other.speak(step, (2.0, 1.0))
+        node.sense([sighting_of(Thing(False, 1, 0, 9), 1)] if step % 3 else [])
+        node.finish([[2, said]] if said else [])
+        other.finish([])
+    path = tmp_path / "robot-1.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    return path
+
+
+def test_a_log_replays_to_the_same_decisions(log):
+    found = replay(log)
+    assert (found.number, found.steps, found.cut) == (1, 100, False)
+    assert found.decisions > 1
+
+
+def test_a_log_of_a_killed_robot_replays_without_its_last_line(log):
+    log.write_text(log.read_text() + '{"step":101,"pl')
+    assert replay(log) == replay(log)._replace(steps=100, cut=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("status", [1, False, -1, True, 9999], "status is .* in the log"),
+        ("said", "00", "said is '00' in the log"),
+        ("draws", [[1, 2, 3, 4]], "too many draws"),
+        ("draws", "none", "no valid draws"),
+        ("heard", [[2]], "no valid heard"),
+        ("see", [[1, 2, 3]], "no valid see"),
+        ("step", "many", "no valid step"),
+    ],
+)
+def test_a_changed_line_is_named(log, name, value, told):
+    lines = log.read_text().splitlines()
+    at = next(i for i, line in enumerate(lines) if i > 4 and not json.loads(line)["draws"])
+    lines[at] = json.dumps({**json.loads(lines[at]), name: value})
+    log.write_text("\n".join(lines) + "\n")
+    with pytest.raises(FeasibeeError, match=rf"robot-1\.jsonl: line {at + 1}: .*{told}"):
+        replay(log)
+
+
+def test_any_damage_is_a_clear_error_or_harmless(log):
+    data, generator, errors = log.read_bytes(), random.Random(1), []
+    for _ in range(300):
+        damaged = bytearray(data)
+        for _ in range(generator.randrange(1, 4)):
+            damaged[generator.randrange(len(damaged))] = generator.randrange(256)
+        log.write_bytes(damaged)
+        try:
+            replay(log)
+        except FeasibeeError as error:
+            errors.append(str(error))
+    assert len(errors) > 200
+    assert all("robot-1.jsonl" in error for error in errors)
+
+
+def test_a_log_never_says_which_file_to_run(log, tmp_path):
+    bomb = tmp_path / "bomb.py"
+    bomb.write_text("raise SystemExit('ran')")
+    lines = log.read_text().splitlines()
+    lines[0] = json.dumps({**json.loads(lines[0]), "strategy": str(bomb)})
+    log.write_text("\n".join(lines) + "\n")
+    with pytest.raises(FeasibeeError, match="give --strategy FILE"):
+        replay(log)
+
+
+def test_the_command_replays_a_folder(log):
+    assert invoke("replay", log.parent).stdout.startswith("Robot 1: 100 steps")
+    (found,) = json.loads(invoke("replay", log, "--json").stdout)
+    assert found["steps"] == 100
+    assert "isn't the log of a robot" in refused_in_a_line("replay", _copy(log, '{"a": 1}\n'))
+
+
+def _copy(log, text):
+    other = log.with_name("other.jsonl")
+    other.write_text(text)
+    return other
+
+
+def test_a_real_robot_steps_with_its_drivers_senses(tmp_path):
+    senses = tmp_path / "senses"
+    said = bytes.fromhex("00").hex()
+    lines = [{"robots": 1, "tasks": 2}, {"robots": -1}, {"robots": 1, "heard": [[2, said]]}, {"tasks": 1}]
+    senses.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    log = tmp_path / "robot-1.jsonl"
+    result = invoke("robot", "--id", "1", "--senses", senses, "--log", log)
+    assert [json.loads(line)["step"] for line in result.stdout.splitlines()] == [1, 2, 3]
+    assert "dropped, invalid object: 1" in result.stderr
+    assert replay(log).steps == 3
+
+
+def test_a_field_is_the_run_on_the_command_line(tmp_path):
+    if sys.platform == "win32":
+        pytest.skip("feasibee field needs fork")
+    from feasibee import simulate
+
+    scenario = small(robots=4, steps=30)
+    path = tmp_path / "small.toml"
+    path.write_text(scenario.to_toml())
+    result = json.loads(invoke("field", path, "--lockstep", "--seed", "1", "--json").stdout)
+    run = simulate(scenario, runs=1, seed=1, backend="reference")
+    code = {"feasible": 1, "infeasible": 0, "undecided": -1}[result["decision"]]
+    assert code == int(run.decision[0])
+    assert result["decision_step"] == (None if code == -1 else int(run.decision_step[0]))
