@@ -119,8 +119,8 @@ UNSET = {
     "units.seconds": 2.0,
 }
 """Fields that the paper's scenario leaves out, and values for them."""
-RESPONSE = [f"response.{name}" for name in ("patience", "delay", "release", "margin")]
-"""Fields that it leaves out, and that have defaults; they need each other."""
+DEFAULTED = ["robots.contact", *(f"response.{name}" for name in ("patience", "delay", "release", "margin"))]
+"""Fields that it leaves out, and that have defaults; they need other fields."""
 PATHS = [f"{section}.{key}" for section, table in PAPER.items() for key in table]
 
 
@@ -749,6 +749,10 @@ BEYOND_WRONG = [
         {"robots": {"avoid_collisions": True, "classes": [{**LIFTERS, "count": 500}]}},
         ["robots.count = 500: must be at most 361, the number of discs"],
     ),
+    (
+        {"robots": {"contact": "deflect"}},
+        ["robots.contact = 'deflect': needs robots.avoid_collisions = true"],
+    ),
     ({"robots": {"placement": "points"}}, ["robots.points = '': is missing, but robots.placement is"]),
     (
         {"robots": {"placement": "points", "points": [[1, 2]], "count": 3}},
@@ -1292,7 +1296,7 @@ def field_schemas():
 def test_the_schema_lists_every_field_with_its_default_and_meaning():
     fields = dict(field_schemas())
     lists = {"robots.points", "robots.classes", "tasks.points", "tasks.classes"}
-    unset = {*lists, *UNSET, *RESPONSE, "decision.parameters"}
+    unset = {*lists, *UNSET, *DEFAULTED, "decision.parameters"}
     assert [path for path in fields if path not in unset] == PATHS
     assert unset < set(fields)
     for path, field in fields.items():

@@ -51,6 +51,7 @@ def random_crowd(generator):
         float(generator.uniform(0.01, 0.99) * most),
         float(generator.uniform(1, 10)),
         placement=str(placement),
+        contact=str(generator.choice(["stand", "deflect"])),
     )
 
 
@@ -95,7 +96,8 @@ def assert_keeps_apart(scenario, seed, steps):
         assert_within_walls(scenario, after)
         lengths = np.hypot(*wrapped(after - before, scenario).T)
         stays = (after == before).all(axis=1)
-        np.testing.assert_allclose(lengths[~stays], scenario.robots.speed, rtol=0, atol=1e-7)
+        # A robot that turns often becomes slower by roundings, never faster.
+        assert (np.abs(lengths[~stays] - scenario.robots.speed + 4e-7) < 5e-7).all()
         moved += (~stays).sum()
     return moved / steps / scenario.robots.count
 
@@ -104,25 +106,33 @@ def assert_keeps_apart(scenario, seed, steps):
 def test_no_two_discs_ever_overlap_in_thousands_of_small_crowds():
     """Catches an overlap at a start, between or within steps, half a move, and a disc in a wall."""
     generator = np.random.default_rng(3)
-    shares = [assert_keeps_apart(random_crowd(generator), seed, steps=6) for seed in range(2500)]
-    assert 0.2 < np.mean(shares) < 0.9  # there were both: moves and blocks
+    shares = {"stand": [], "deflect": []}
+    for seed in range(2500):
+        scenario = random_crowd(generator)
+        shares[scenario.robots.contact].append(assert_keeps_apart(scenario, seed, steps=6))
+    stand, deflect = map(np.mean, shares.values())
+    assert 0.2 < stand < deflect < 0.95  # there were both: moves and blocks
 
 
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
 @pytest.mark.parametrize("sides", [(20.0, 20.0), (31.0, 13.0)])
 @pytest.mark.parametrize("coverage", [0.3, 0.6])
-@pytest.mark.parametrize("speed", [0.1, 1.0])
-def test_no_two_discs_ever_overlap_in_large_crowds(boundary, sides, coverage, speed):
+@pytest.mark.parametrize(
+    ("speed", "contact"), [(0.1, "stand"), (1.0, "stand"), (0.1, "deflect"), (1.0, "deflect")]
+)
+def test_no_two_discs_ever_overlap_in_large_crowds(boundary, sides, coverage, speed, contact):
     """Catches what only a grid of many cells does wrong: a neighbour missed across a cell or the edge."""
     count = robots_for(coverage, sides, 1.0)
-    assert assert_keeps_apart(crowd(sides, boundary, count, speed=speed), seed=1, steps=60) > 0
+    scenario = crowd(sides, boundary, count, speed=speed, contact=contact)
+    assert assert_keeps_apart(scenario, seed=1, steps=60) > 0
 
 
 @pytest.mark.slow
 def test_fast_discs_dont_jump_over_each_other():
     """Two on one line, each with a step of many diameters: apart after each step isn't enough."""
     for seed in range(300):
-        scenario = crowd((12.0, 12.0), "torus", 6, diameter=1.0, speed=2.4)
+        contact = ("stand", "deflect")[seed % 2]
+        scenario = crowd((12.0, 12.0), "torus", 6, diameter=1.0, speed=2.4, contact=contact)
         assert_keeps_apart(scenario, seed, steps=10)
 
 
@@ -149,12 +159,33 @@ def test_a_blocked_robot_stands_still_and_takes_another_heading(boundary):
 
 
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
-def test_the_order_of_robots_doesnt_matter(boundary):
+def test_a_blocked_robot_deflects_by_45_or_90_degrees_and_keeps_that_heading(boundary):
+    """Catches other angles, a heading drawn though the robot went, and one kept though it stood."""
+    swarm = reference.Swarm(crowd((6.0, 5.0), boundary, 18, speed=0.4, mean_run=1e6, contact="deflect"), 4, 0)
+    turns, stood = set(), 0
+    for _ in range(40):
+        before = [(robot.place, robot.velocity) for robot in swarm.robots]
+        swarm.step()
+        for robot, (place, velocity) in zip(swarm.robots, before, strict=True):
+            turn = np.degrees(np.angle(complex(*robot.velocity) / complex(*velocity)))
+            if robot.place == place:
+                stood += 1
+                assert min(abs(turn - each) for each in (-90, -45, 0, 45, 90)) > 1e-3  # drawn
+            else:
+                assert robot.place == swarm.world.moved(place, robot.velocity)
+                turns.add(round(float(turn), 6))
+    assert turns == {-90.0, -45.0, 0.0, 45.0, 90.0}
+    assert 30 < stood < 40 * 18
+
+
+@pytest.mark.parametrize("contact", ["stand", "deflect"])
+@pytest.mark.parametrize("boundary", ["torus", "walls"])
+def test_the_order_of_robots_doesnt_matter(boundary, contact):
     """The reference visits its robots in the order of a list: shuffled before each step, nothing changes.
 
     The engine equals the reference bit for bit (test_equivalence), so its order doesn't matter either.
     """
-    scenario = crowd((6.0, 5.0), boundary, 18, speed=0.4)
+    scenario = crowd((6.0, 5.0), boundary, 18, speed=0.4, contact=contact)
     plain, mixed = reference.Swarm(scenario, 4, 0), reference.Swarm(scenario, 4, 0)
     generator = np.random.default_rng(1)
     for _ in range(30):
@@ -170,9 +201,11 @@ def test_the_order_of_robots_doesnt_matter(boundary):
 @pytest.mark.parametrize(
     ("coverage", "speed"), [(0.3, 1.0), (0.4, 0.5), (0.5, 0.25), (0.6, 0.1), (0.6, 0.05)]
 )
-def test_nobody_freezes_while_there_is_room(boundary, coverage, speed):
+@pytest.mark.parametrize("contact", ["stand", "deflect"])
+def test_nobody_freezes_while_there_is_room(boundary, coverage, speed, contact):
     """Every robot moves in each half of 1,600 steps, even where many start side by side."""
-    scenario = crowd((12.0, 10.0), boundary, robots_for(coverage, (12.0, 10.0), 1.0), speed=speed)
+    count = robots_for(coverage, (12.0, 10.0), 1.0)
+    scenario = crowd((12.0, 10.0), boundary, count, speed=speed, contact=contact)
     swarm = Swarm(scenario, seed=2)
     for _ in range(2):
         moved = np.zeros(scenario.robots.count, bool)

@@ -216,6 +216,7 @@ def beyond(draw):
             "speed": speed,
             "diameter": diameter,
             "avoid_collisions": avoid,
+            "contact": draw(st.sampled_from(["stand", "deflect"])) if avoid else "stand",
             "know_count": draw(knows_count(decision)),
         },
         tasks=draw(placing((width, height), what, spots)),
@@ -366,6 +367,22 @@ BEYOND = {
         "robots.count": 45,
     },
     "few in a crowd": {"arena.side": 7.0, "robots.avoid_collisions": True, "robots.speed": 0.3},
+    "few that deflect": {
+        "arena.side": 7.0,
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "robots.contact": "deflect",
+        "robots.speed": 0.5,
+        "faults.stopped": 0.2,
+        "faults.stop_step": 9,
+    },
+    "many that deflect": {
+        "arena.side": [9.0, 12.0],
+        "robots.count": 50,
+        "robots.avoid_collisions": True,
+        "robots.contact": "deflect",
+        "robots.speed": 0.4,
+    },
     "a rectangular torus": {"arena.side": [9.0, 4.5], "robots.count": 33, "sensing.observation": "unique"},
     "clusters and a bad sensor": {
         "robots.placement": "clusters",
@@ -564,6 +581,7 @@ CHANGING = {
 CHANGING_WORLDS = {
     "twenty": {},
     "forty that collide": {"robots.count": 40, "arena.boundary": "walls", "robots.avoid_collisions": True},
+    "twenty that deflect": {"arena.side": 8.0, "robots.avoid_collisions": True, "robots.contact": "deflect"},
     "faults": {
         "faults.byzantine": 0.2,
         "faults.byzantine_says": "random",

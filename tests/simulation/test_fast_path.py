@@ -27,6 +27,7 @@ OTHER_VALUES = {
     "robots.speed": 0.7,
     "robots.diameter": 0.5,
     "robots.avoid_collisions": True,
+    "robots.contact": "deflect",
     "robots.know_count": True,
     "robots.classes": (RobotClass(name="all", count=20),),
     "robots.arrival_rate": 0.1,

@@ -87,6 +87,19 @@ WORLDS = {
         "faults.byzantine_says": "colluding",
         "tasks.count": 23,
     },
+    "bodies that deflect": {
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "robots.contact": "deflect",
+        "arena.side": 12.0,
+    },
+    "forty that deflect on a torus": {
+        "robots.count": 40,
+        "robots.avoid_collisions": True,
+        "robots.contact": "deflect",
+        "arena.side": [11.0, 13.0],
+        "robots.speed": 0.6,
+    },
 }
 """Append only: the seeds of the first corpus count on."""
 

@@ -32,7 +32,8 @@ from feasibee.model.purposes import (
     VANISH,
 )
 
-OWN_SETS = tuple(int(each) for each in Set if each not in (Set.BLOCKED, Set.LISTENING))
+OF_A_STEP = (Set.BLOCKED, Set.LISTENING, Set.TURNING_LEFT, Set.CLEARED)
+OWN_SETS = tuple(int(each) for each in Set if each not in OF_A_STEP)
 """Sets that a robot leaves when it leaves the arena."""
 
 

@@ -1,32 +1,30 @@
-"""Up to 32 robots in the general engine: their neighbours as sets, found at once (model.md 6.1 to 6.6).
+"""Up to 32 robots in the general engine: their neighbours as sets, found at once (model.md 6.3 to 6.6).
 
-Places are compared in 16 bits first, and exactly where these leave a range in doubt. Larger swarms move and
-sense robot by robot: see `feasibee.engine.motion` and `feasibee.engine.sensing`. What takes the state is
-inlined, since passing it 20 times a step took a fifth of the time.
+Places are compared in 16 bits first, and exactly where these leave a range in doubt. Larger swarms sense
+robot by robot: see `feasibee.engine.sensing`. What takes the state is inlined, since passing it 20 times a
+step took a fifth of the time.
 """
 
 from __future__ import annotations
 
-from numba import float64, int32, int64, uint32, uint64
+from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import (
     bit,
     bit_if,
-    first_bits,
     has_bit,
     lowest_member,
     pack_label,
     says_feasible,
     without_lowest,
 )
-from feasibee.engine.cells import near, shortest
+from feasibee.engine.cells import near
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import draw
 from feasibee.engine.inbox import receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within_roughly
 from feasibee.engine.knowledge import defer_all, update_pending
 from feasibee.engine.layout import WORD, Clock, Count, Link, Point, Robot, Set
-from feasibee.engine.motion import around, meet, move_freely
 from feasibee.engine.params import Action
 from feasibee.engine.publishing import publish
 from feasibee.engine.sensing import (
@@ -36,131 +34,6 @@ from feasibee.engine.sensing import (
 )
 from feasibee.engine.tasklists import pack_place
 from feasibee.model.purposes import LOSS, MISS_ROBOT, MISS_TASK, PAIR
-
-SURELY = 1e-14
-"""More than the relative error of a product of four numbers, each rounded once."""
-
-
-@spliced
-def move_few(params, state, part):
-    """Move each robot whose way is clear; the others stay and will turn (model.md 6.1, 6.2)."""
-    blocked = uint32(0)
-    if params.arena.walls:
-        blocked |= find_beyond_walls(params, state.robots)
-    if params.robots.avoid_collisions:
-        blocked |= find_colliding(params, state.robots, state.links, state.sets[Set.THERE, 0])
-    blocked &= state.sets[Set.WORKING, 0]
-    state.sets[Set.BLOCKED, 0] = blocked
-    if blocked == 0 and params.arena.wraps:
-        move_freely(state, part)
-    else:
-        move_unless(params, state.robots, blocked)
-
-
-@called
-def find_beyond_walls(params, robots):
-    """Return the set of robots whose step leads beyond a wall."""
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    low, right = params.robots.radius, params.arena.width - params.robots.radius
-    top = params.arena.height - params.robots.radius
-    found = uint32(0)
-    for i in range(32):
-        x, y = int64(uint32(xs[i])) + int64(steps_x[i]), int64(uint32(ys[i])) + int64(steps_y[i])
-        found |= bit_if((x < low) | (y < low) | (x > right) | (y > top), i)
-    return found
-
-
-@called
-def move_unless(params, robots, blocked):
-    """Move all robots but those of a set; a torus whose sides differ doesn't wrap by itself."""
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    wraps, width, height = params.arena.wraps, params.arena.width, params.arena.height
-    for i in range(32):
-        moves = -int32(has_bit(~blocked, i))
-        step_x, step_y = steps_x[i] & moves, steps_y[i] & moves
-        x, y = int64(uint32(xs[i])) + int64(step_x), int64(uint32(ys[i])) + int64(step_y)
-        xs[i] = int32(uint32(x if wraps else around(x, width)))
-        ys[i] = int32(uint32(y if wraps else around(y, height)))
-
-
-@called
-def find_colliding(params, robots, links, there):
-    """Return the set of those robots that are there whose step meets another, which may move too or stay."""
-    band, close_by = params.robots.meet_band, links[Link.CLOSE]
-    if params.arena.wraps and band.low > 0:  # some that are too far do no harm
-        high = uint32(band.low + band.width)
-        find_near(robots[Robot.X], robots[Robot.Y], close_by, params.robots.count, high, uint32(0))
-    else:
-        find_exactly(params, robots, close_by, params.robots.meet_limit)
-    if params.changes:
-        keep_only(close_by, there)
-    found = uint32(0)
-    for i in range(1, params.robots.count):
-        close = close_by[i] & first_bits(i)
-        while close:
-            j = lowest(close)
-            found |= who_collides(params, robots, i, j)
-            close = without_lowest(close)
-    return found
-
-
-@inlined
-def who_collides(params, robots, i, j):
-    """Return the set of those of two robots whose step meets the other, which may move too or stay.
-
-    Without a branch, unless floats leave it in doubt. A stopped robot has step 0.
-    """
-    way_x, way_y = way_between(params, robots, i, j)
-    ix, iy = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
-    jx, jy = int64(robots[Robot.STEP_X, j]), int64(robots[Robot.STEP_Y, j])
-    apart = way_x * way_x + way_y * way_y
-    along_i, along_j = -(way_x * ix + way_y * iy), way_x * jx + way_y * jy
-    across_i, across_j = way_y * ix - way_x * iy, way_x * jy - way_y * jx
-    length_i, length_j = ix * ix + iy * iy, jx * jx + jy * jy
-    length_both = length_i + length_j - 2 * (ix * jx + iy * jy)
-    meets_i, sure_i = meets(params, apart, along_i, across_i, length_i)
-    meets_j, sure_j = meets(params, apart, along_j, across_j, length_j)
-    meets_both, sure_both = meets(params, apart, along_i + along_j, across_i + across_j, length_both)
-    # Opposite to each other on the torus, both take the way round in the same direction.
-    is_opposite = (2 * abs(way_x) == params.arena.width) | (2 * abs(way_y) == params.arena.height)
-    if sure_i & sure_j & sure_both & ~is_opposite:
-        return bit_if(meets_i | meets_both, i) | bit_if(meets_j | meets_both, j)
-    return bit_if(collides(params, robots, i, j), i) | bit_if(collides(params, robots, j, i), j)
-
-
-@inlined
-def way_between(params, robots, i, j):
-    """Return the way from a robot to another, along x and y."""
-    way_x = int64(uint32(robots[Robot.X, j])) - int64(uint32(robots[Robot.X, i]))
-    way_y = int64(uint32(robots[Robot.Y, j])) - int64(uint32(robots[Robot.Y, i]))
-    if params.arena.walls:
-        return way_x, way_y
-    return shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
-
-
-@inlined
-def meets(params, apart, along, across, length):
-    """Return whether two discs overlap at some moment of a step, as `meet` does, and whether that is sure.
-
-    The squared distance is ``apart`` at the start and ``apart + 2 along + length`` at the end.
-    """
-    limit = int64(params.robots.apart_limit)
-    passes = (along < 0) & (-along < length)
-    at_ends = apart + (int64(0) if along >= 0 else 2 * along + length) < limit
-    squared, least = float64(across) * float64(across), float64(limit) * float64(length)
-    sure = (abs(squared - least) > SURELY * least) | ~passes
-    return (passes & (squared < least)) | (~passes & at_ends), sure
-
-
-@called
-def collides(params, robots, i, other):
-    """Return whether a robot's step meets another, by exact arithmetic."""
-    way_x, way_y = way_between(params, robots, i, other)
-    dx, dy = -int64(robots[Robot.STEP_X, i]), -int64(robots[Robot.STEP_Y, i])
-    both_x, both_y = dx + int64(robots[Robot.STEP_X, other]), dy + int64(robots[Robot.STEP_Y, other])
-    return meet(params, way_x, way_y, dx, dy) or meet(params, way_x, way_y, both_x, both_y)
 
 
 @spliced

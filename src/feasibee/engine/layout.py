@@ -88,6 +88,8 @@ class Set(IntEnum):
     STOPPING = 16  # robots that stop at `FaultParams.stop_step`
     THERE = 17  # in the arena, whether they work or not
     JOINING = 18  # those that don't know yet what robots know when they begin
+    TURNING_LEFT = 19  # blocked robots that deflect to the left, in swarms of more than 32
+    CLEARED = 20  # those of them whose new step is clear
 
 
 class Count(IntEnum):

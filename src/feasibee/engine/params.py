@@ -111,6 +111,7 @@ class RobotParams(NamedTuple):
     reach: float  # length of a step
     radius: int
     avoid_collisions: bool
+    deflects: bool  # whether a blocked robot turns away and goes on
     knows_count: bool
     speed: float  # units of length per step
     apart_limit: np.uint64  # discs overlap if the squared distance is below this

@@ -6,18 +6,20 @@ from numba import int32, int64, uint32, uint64
 
 from feasibee.engine import inbox
 from feasibee.engine.bits import contains, lowest_member, number_of, set_member, without_lowest
+from feasibee.engine.bodies import move_where_clear
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.counting import count_opinions
 from feasibee.engine.crowd import sense_crowd
 from feasibee.engine.draws import draw_words
 from feasibee.engine.dynamics import draw_dynamics
 from feasibee.engine.faults import draw_faults, stop
-from feasibee.engine.few import move_few, sense_general_few
+from feasibee.engine.few import sense_general_few
+from feasibee.engine.few_bodies import move_few
 from feasibee.engine.identities import assign_identities
 from feasibee.engine.intrinsics import lowest
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
-from feasibee.engine.motion import head, move_freely, move_where_clear, tick, turn
+from feasibee.engine.motion import head, move_freely, tick, turn
 from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.order import keep_order
 from feasibee.engine.params import Action

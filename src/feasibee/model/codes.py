@@ -22,6 +22,9 @@ DISSEMINATING: Final = 1
 ATTEMPTS: Final = 256
 """Number of random positions that are tried before a place with room is computed instead."""
 
+COS_EIGHTH: Final = 3037000499
+"""Cosine of an eighth of a turn, in units of 1 / 2**32, rounded down (model.md 6.2.4)."""
+
 LONGEST: Final = 2**30
 """Longest duration of a phase in steps; a user's strategy may return any mean."""
 

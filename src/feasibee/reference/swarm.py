@@ -20,6 +20,7 @@ from feasibee.model.purposes import (
     PAIR,
 )
 from feasibee.model.record import Record
+from feasibee.reference.bodies import steps_of
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
 from feasibee.reference.dynamics import Dynamics
 from feasibee.reference.identities import Names
@@ -147,28 +148,11 @@ class Swarm:
 
     def move(self, working: list[Robot]) -> set[Robot]:
         """Move at once all robots whose way is clear; return the blocked ones (model.md 3.1, 6.2)."""
-        intended = {robot: self.world.moved(robot.place, robot.velocity) for robot in working}
-        blocked = {robot for robot in working if not self._is_clear(robot, intended)}
-        for robot in working:
-            if robot not in blocked:
-                robot.move_to(intended[robot])
-        return blocked
-
-    def _is_clear(self, robot: Robot, intended: dict[Robot, Place]) -> bool:
-        """Return whether a robot's disc avoids walls and all other discs, whether these move or stay."""
-        if not self.world.is_inside(intended[robot], self.world.radius):
-            return False
-        if not self.scenario.robots.avoid_collisions:
-            return True
-        for other in self.robots:
-            if other is robot:
-                continue
-            way = self.world.way(robot.place, other.place)
-            dx, dy = robot.velocity
-            others_x, others_y = other.velocity if other in intended else (0, 0)
-            if self.world.meet(way, (-dx, -dy)) or self.world.meet(way, (others_x - dx, others_y - dy)):
-                return False
-        return True
+        going = steps_of(self.scenario.robots, self.world, self.robots, working)
+        for robot, step in going.items():
+            robot.velocity = step
+            robot.move_to(self.world.moved(robot.place, step))
+        return set(working) - set(going)
 
     def sightings(self, robot: Robot) -> Iterator[tuple[Thing, int]]:
         """Yield all that a robot sees in this step, with the number of each thing; -1 if it isn't there."""

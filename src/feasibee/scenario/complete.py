@@ -19,6 +19,8 @@ def complete_form(tables: Mapping[str, Any]) -> dict[str, Any]:
         del table["count" if table["classes"] else "classes"]
         if not table["points"]:
             del table["points"]
+    if tables["robots"]["contact"] == "stand":
+        del complete["robots"]["contact"]
     if not complete["units"]:
         del complete["units"]
     if tables["response"]["patience"] is None:  # nobody responds

@@ -86,6 +86,8 @@ def _arena_conflicts(explicit: Explicit, places: Places, fit: Fit) -> Iterator[P
     yield from _reaches(explicit, fit)
     if fit("robots.diameter"):
         yield from _discs(explicit, fit)
+    if fit("robots.contact", "robots.avoid_collisions"):
+        yield from _contact(explicit["robots"])
     for section in ("robots", "tasks"):
         if fit(f"{section}.spread", f"{section}.placement"):
             yield from _spread(section, explicit)
@@ -310,6 +312,14 @@ def _discs(explicit: Explicit, fit: Any) -> Iterator[Problem]:
         yield Problem(
             "robots.count", total(robots), rule, "use fewer or smaller robots, or enlarge arena.side"
         )
+
+
+def _contact(robots: Mapping[str, Any]) -> Iterator[Problem]:
+    """Find a rule of contact for robots that pass through each other."""
+    if robots["contact"] != "stand" and not robots["avoid_collisions"]:
+        rule = "needs robots.avoid_collisions = true: without it, robots pass through each other"
+        remedy = 'set robots.avoid_collisions to true, or leave contact at "stand"'
+        yield Problem("robots.contact", robots["contact"], rule, remedy)
 
 
 def _spread(section: str, explicit: Explicit) -> Iterator[Problem]:

@@ -114,8 +114,10 @@ class Robots(Placed):
     speed: Speed = Field(1.0, description="Speed of a moving robot, in units per step.")
     diameter: Length = Field(1.0, description="Diameter of a robot's disc, in units.")
     avoid_collisions: bool = Field(
-        False,
-        description="Whether a robot stays where it is rather than overlap another robot.",
+        False, description="Whether a robot stays where it is rather than overlap another robot."
+    )
+    contact: Literal["stand", "deflect"] = Field(
+        "stand", description="Whether a blocked robot stands still, or turns away by 45 or 90° and goes on."
     )
     know_count: bool = Field(
         False, description="Whether each robot knows the number of robots, for strategies that use it."

@@ -126,6 +126,7 @@ def _robots(robots: Robots, most: int, unit: Fraction, arena: ArenaParams, squar
         reach=float(exact(robots.speed) / unit),
         radius=radius,
         avoid_collisions=robots.avoid_collisions,
+        deflects=robots.contact == "deflect",
         knows_count=robots.know_count,
         speed=robots.speed,
         apart_limit=limit_of((2 * radius) ** 2),
