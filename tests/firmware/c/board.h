@@ -22,7 +22,7 @@ __attribute__((naked, used, section(".init3"))) void paint_stack(void)
         *byte = PAINT;
 }
 
-static uint16_t stack_used(void)
+static inline uint16_t stack_used(void)
 {
     const uint8_t *byte = &_end;
     while (*byte == PAINT)
@@ -30,7 +30,7 @@ static uint16_t stack_used(void)
     return (uint16_t)(RAMEND + 1 - (uintptr_t)byte);
 }
 
-static void print_line(const char *line)
+static inline void print_line(const char *line)
 {
     UCSR0B = 1 << TXEN0;
     for (;; line++) {
@@ -42,7 +42,7 @@ static void print_line(const char *line)
     }
 }
 
-static void stop(void)
+static inline void stop(void)
 {
     cli();
     sleep_enable();
@@ -67,7 +67,7 @@ static void semihost(int operation, const void *argument)
     __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
 }
 
-static void stop(void)
+static inline void stop(void)
 {
     semihost(0x18, (const void *)0x20026); /* SYS_EXIT, the application ended */
 }
@@ -89,7 +89,7 @@ void reset(void)
     }
 }
 
-static uint16_t stack_used(void)
+static inline uint16_t stack_used(void)
 {
     const uint8_t *byte = (const uint8_t *)bss_end;
     while (*byte == PAINT)
@@ -97,7 +97,7 @@ static uint16_t stack_used(void)
     return (uint16_t)((const uint8_t *)stack_top - byte);
 }
 
-static void print_line(const char *line)
+static inline void print_line(const char *line)
 {
     semihost(0x04, line); /* SYS_WRITE0 */
     semihost(0x04, "\n");
@@ -107,17 +107,17 @@ static void print_line(const char *line)
 
 #include <stdio.h>
 
-static uint16_t stack_used(void)
+static inline uint16_t stack_used(void)
 {
     return 0;
 }
 
-static void print_line(const char *line)
+static inline void print_line(const char *line)
 {
     puts(line);
 }
 
-static void stop(void)
+static inline void stop(void)
 {
 }
 
