@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import boards
 import pytest
 
 from benchmarks.sizes import opinion_strategies
+from tests.firmware import boards
 
 BUILDS = [("Cortex-M0", ()), ("Cortex-M4", ()), ("Cortex-M4", ("-DFEASIBEE_DOUBLE",))]
 

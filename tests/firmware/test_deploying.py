@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 
-import boards
-
 from feasibee import Scenario
 from feasibee.firmware import header
+from tests.firmware import boards
 
 ROOT = boards.SOURCES.parents[2]
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import boards
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee.firmware import header
+from tests.firmware import boards
 
 EXAMPLES = boards.SOURCES.parents[2] / "examples"
 INFEASIBLE_FOR_GOOD = "301"

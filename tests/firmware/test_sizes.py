@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-import boards
 import pytest
 
 from benchmarks import sizes
+from tests.firmware import boards
 
 PAGE = boards.SOURCES.parents[2] / "docs" / "targets.md"
 COLUMNS = [
