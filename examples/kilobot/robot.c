@@ -1,4 +1,4 @@
-/* A Kilobot that decides with others whether the tasks are feasible; with -DTASK=1, a Kilobot that marks a task.
+/* A Kilobot that decides with others whether the tasks are feasible; with -DTASK=1, one that marks a task.
  *
  * Kilobots see by their infrared radio: all send who they are about twice per second, and a robot sees those
  * whose message it has received in a step from at most SIGHT_MM.

@@ -27,7 +27,9 @@ static uint32_t next_step;
 static uint16_t robots_in_sight() { return 0; }
 static uint16_t tasks_in_sight() { return 0; }
 
-static uint32_t draw_duration(void *, const struct feasibee_mean *mean) { return feasibee_exponential(mean, esp_random()); }
+static uint32_t draw_duration(void *, const struct feasibee_mean *mean) {
+  return feasibee_exponential(mean, esp_random());
+}
 
 static struct feasibee_choice draw_choice(void *) {
   struct feasibee_choice choice;
@@ -79,10 +81,13 @@ void loop() {
   hear_all();
   struct feasibee_message message;
   if (feasibee_message(&robot, &message)) {
-    uint8_t flags = (message.opinion == FEASIBEE_FEASIBLE ? FEASIBLE : 0) | (message.committed ? COMMITTED : 0);
+    uint8_t flags = message.opinion == FEASIBEE_FEASIBLE ? FEASIBLE : 0;
+    if (message.committed) flags |= COMMITTED;
     esp_now_send(EVERYONE, &flags, 1);
   }
   bool knew = robot.committed;
   feasibee_end_step(&robot);
-  if (robot.committed && !knew) Serial.println(robot.opinion == FEASIBEE_FEASIBLE ? "feasible" : "infeasible");
+  if (robot.committed && !knew) {
+    Serial.println(robot.opinion == FEASIBEE_FEASIBLE ? "feasible" : "infeasible");
+  }
 }

@@ -35,7 +35,10 @@ void SerialPort::println(const char *line) { puts(line); }
 bool Network::mode(wifi_mode_t mode) { return mode == WIFI_MODE_STA; }
 unsigned long millis() { return now; }
 esp_err_t esp_now_init() { return ESP_OK; }
-esp_err_t esp_now_add_peer(const esp_now_peer_info_t *peer) { return peer->peer_addr[5] == 0xFF ? ESP_OK : 1; }
+
+esp_err_t esp_now_add_peer(const esp_now_peer_info_t *peer) {
+  return peer->peer_addr[5] == 0xFF ? ESP_OK : 1;
+}
 
 uint32_t esp_random() {
   static uint32_t state = 1;

@@ -1,5 +1,6 @@
-/* Three controllers that hear each other's frames: prints after each step what they hold; boards.py has the same
- * in Python, and makes swarm.h: the strategy, its name and its setting.
+/* Three controllers that hear each other's frames: prints after each step what they hold.
+ *
+ * frames.py has the same in Python, and makes swarm.h: the strategy, its name and its setting.
  */
 
 #include "feasibee.h"

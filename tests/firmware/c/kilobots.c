@@ -1,6 +1,7 @@
-/* Kilobots that a program meets, in place of kilolib: five robots that say infeasible, and three tasks, all near.
+/* Kilobots that a program meets, in place of kilolib: five robots that say infeasible, and near tasks.
  *
- * After 600 seconds it prints the color of the LED, the flags of the last message, and whether its checksum was right.
+ * After 600 seconds it prints the color of the LED, the flags of the last message, and whether its checksum
+ * was right.
  */
 
 #include <kilolib.h>

@@ -1,4 +1,4 @@
-/* A stand-in for kilolib: the declarations that examples/kilobot uses, with the types of kilolib's documentation. */
+/* A stand-in for kilolib: the declarations that examples/kilobot uses, with kilolib's types. */
 
 #include <stdint.h>
 
