@@ -77,8 +77,8 @@ PROCESSORS = {
 
 def available() -> list[str]:
     """Return the processors for which there is a compiler here."""
-    here = [] if platform.machine() in ("x86_64", "AMD64") else ["x86-64"]
-    return [name for name, processor in PROCESSORS.items() if processor.found and name not in here]
+    native = sys.platform == "linux" and platform.machine() == "x86_64"
+    return [name for name, each in PROCESSORS.items() if each.found and (native or name != "x86-64")]
 
 
 @cache

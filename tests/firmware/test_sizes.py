@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 
 import pytest
 
@@ -54,4 +55,4 @@ def test_the_sizes_are_on_the_page(strategy, processor):
 
 def test_a_failing_compiler_is_reported_with_its_command():
     with pytest.raises(SystemExit, match=r"(?s)sizes_of_nothing.*ended with status"):
-        sizes.output("python3", "-c", "raise SystemExit('sizes_of_nothing')")
+        sizes.output(sys.executable, "-c", "raise SystemExit('sizes_of_nothing')")
