@@ -56,14 +56,14 @@ bench: $(VENV)/with-bench
 	$(if $(QUICK)$(AGAINST),,$(BIN)/python benchmarks/live.py)
 	$(if $(SAVE),$(BIN)/python -m claims --short speed readme)
 
-sizes: $(VENV)/with-bench
+sizes: $(VENV)/with-bench $(VENV)/with-wasm
 	$(BIN)/python benchmarks/sizes.py
 
 docs: $(VENV)/with-docs
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html
 	@echo "The documentation is docs/_build/html/index.html"
 
-claims: $(VENV)/with-bench $(VENV)/with-test
+claims: $(VENV)/with-bench $(VENV)/with-test $(VENV)/with-wasm
 	$(BIN)/python -m claims $(PAGE) $(if $(CHECK),--check)
 
 claims-short: $(VENV)/installed
