@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 LOWEST ?= .venv-lowest
 LOWEST_PYTHON ?= python3.11
 
-.PHONY: help paper test test-all test-lowest lint lint-js format-js wasm bench docs claims claims-short clean
+.PHONY: help paper test test-all test-lowest lint lint-js format-js wasm bench sizes docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, from 2,000 swarms at each ratio"
 	@echo "make test    the tests that take minutes together"
@@ -16,6 +16,7 @@ help:
 	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/page/world.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
 	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
+	@echo "make sizes   flash and RAM of the C controller for each strategy and processor with a compiler here"
 	@echo "make docs    the documentation, in docs/_build/html; runs the gallery's examples"
 	@echo "make claims  the numbers of the documentation, computed again and put right; CHECK=1 only reports, PAGE=paper"
 	@echo "make claims-short   a minute of it: the quick ones computed, all others found on their page"
@@ -55,11 +56,14 @@ bench: $(VENV)/with-bench
 	$(if $(QUICK)$(AGAINST),,$(BIN)/python benchmarks/live.py)
 	$(if $(SAVE),$(BIN)/python -m claims --short speed readme)
 
+sizes: $(VENV)/with-bench $(VENV)/with-wasm
+	$(BIN)/python benchmarks/sizes.py
+
 docs: $(VENV)/with-docs
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html
 	@echo "The documentation is docs/_build/html/index.html"
 
-claims: $(VENV)/with-bench $(VENV)/with-test
+claims: $(VENV)/with-bench $(VENV)/with-test $(VENV)/with-wasm
 	$(BIN)/python -m claims $(PAGE) $(if $(CHECK),--check)
 
 claims-short: $(VENV)/installed

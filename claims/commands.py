@@ -108,7 +108,7 @@ def _sources(scripts: bool) -> str:
     folders = ["src/feasibee", "examples"] + ["claims/measure", "benchmarks"] * scripts
     digest = hashlib.sha256()
     for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.*")):
-        if path.suffix in (".py", ".toml", ".json"):
+        if path.suffix in (".py", ".toml", ".json", *[".c", ".h"] * scripts):
             text = path.read_text(encoding="utf-8")
             digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0")
             digest.update((_without_docstrings(text) if path.suffix == ".py" else text).encode() + b"\0")

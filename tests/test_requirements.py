@@ -22,7 +22,9 @@ DISTRIBUTIONS = {"zenoh": "eclipse-zenoh", "PIL": "pillow"}
 """Names on the registry, by import name, where the two differ."""
 FIXED = {"ziglang"}
 """Packages at one fixed version: a compiler whose bytes are compared."""
-OWN = {"feasibee", "claims", *(path.stem for path in (ROOT / "benchmarks").glob("*.py"))}
+OWN = {"feasibee", "claims", "benchmarks", *(path.stem for path in (ROOT / "benchmarks").glob("*.py"))}
+ON_BOARDS = {"espnow", "network"}
+"""Modules of MicroPython on an ESP32, which examples/micropython imports."""
 PLACES = {
     "src": [*chain(*EXTRAS.values())],
     "tests": GROUPS["test"],
@@ -53,7 +55,11 @@ def imported_by(folder):
             else:
                 continue
             found |= {name.split(".")[0]: path for name in names}
-    return {name: path for name, path in found.items() if name not in sys.stdlib_module_names | local | OWN}
+    return {
+        name: path
+        for name, path in found.items()
+        if name not in sys.stdlib_module_names | local | OWN | ON_BOARDS
+    }
 
 
 @pytest.mark.parametrize("folder", PLACES)

@@ -1,0 +1,217 @@
+"""Programs on the C header that run on simulated boards, and the same steps in Python."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from fractions import Fraction
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from benchmarks.sizes import PROCESSORS, SHARED
+from feasibee import firmware
+from feasibee.robot import Commit, Controller, Message
+from feasibee.strategies import STRATEGIES
+
+SOURCES = Path(__file__).parent / "c"
+
+CASES = [
+    {},
+    {"gain": 1_386_401, "exploration": 300_000, "listens_for": 0, "own_vote": False},
+    {"gain": 200_001, "listens_for": 4, "dissemination_floor": 3, "quality_floor": 2},
+    {"gain": 655_361, "inbox_size": 5, "commit": (3, 2, 2, 3)},
+    {"every_message": True},
+    {"stubborn": True, "exploration": 1},
+]
+"""Settings to try, durations in 1/65536 steps. An odd gain keeps means off whole steps, so off rounding.
+
+A commitment is rounds, messages heard, quorum, of how many.
+"""
+
+
+class Board(NamedTuple):
+    """A simulated board: its processor and simulator, how to link for it, how to read what it prints."""
+
+    processor: str
+    simulator: tuple[str, ...]
+    package: str
+    link: tuple[str, ...] = ()
+    line: str = r"^(\w+)$"
+
+
+CORTEX = (
+    "-nographic",
+    "-monitor",
+    "none",
+    "-serial",
+    "none",
+    "-semihosting-config",
+    "enable=on,target=native",
+)
+LINK = ("-nostartfiles", "-T", str(SOURCES / "cortex.ld"), "--specs=nano.specs", "-lm")
+BOARDS = {
+    "ATmega328P": Board(
+        "ATmega328P",
+        ("simavr", "-m", "atmega328p", "-f", "16000000"),
+        "simavr",
+        ("-lm",),
+        r"^(?:\x1b\[0m)?\x1b\[32m(\w+)\.$",
+    ),
+    "Cortex-M0": Board(
+        "Cortex-M0", ("qemu-system-arm", "-M", "microbit", *CORTEX, "-kernel"), "qemu-system-arm", LINK
+    ),
+    "Cortex-M4": Board(
+        "Cortex-M4", ("qemu-system-arm", "-M", "mps2-an386", *CORTEX, "-kernel"), "qemu-system-arm", LINK
+    ),
+}
+
+
+class Program(NamedTuple):
+    """A program for a board, and its numbers of bytes in flash and RAM without the stack."""
+
+    board: Board
+    path: Path
+    flash: int
+    ram: int
+
+
+def constant(strategy):
+    """Return the name of a strategy in C."""
+    return f"feasibee_{strategy.replace('-', '_')}"
+
+
+def cases_of(strategy):
+    """Return the settings that a strategy can have."""
+    return [case for case in CASES if not (case.get("every_message") and STRATEGIES[strategy].value_bits)]
+
+
+def in_c(cases):
+    """Return the function that writes settings in C."""
+    lines = [
+        f"#define CASES {len(cases)}",
+        "static void settings_of(int each, struct feasibee_settings *settings)",
+        "{",
+    ]
+    for number, case in enumerate(cases):
+        lines.append(f"    if (each == {number}) {{")
+        for name, value in case.items():
+            for field, text in assignments(name, value):
+                lines.append(f"        settings->{field} = {text};")
+        lines.append("    }")
+    return "\n".join([*lines, "    (void)settings;", "}", ""])
+
+
+def assignments(name, value):
+    """Yield the fields of C that a setting stands for, and their values."""
+    if name == "commit":
+        yield from zip(
+            ("commit.rounds", "commit.heard", "commit.quorum", "commit.quorum_of"), value, strict=True
+        )
+    elif name in ("gain", "exploration"):
+        yield name, f"(feasibee_steps)({value} * (FEASIBEE_STEP / 65536.0))"
+    else:
+        yield name, int(value)
+
+
+def build(board, strategy, folder, steps, *flags):
+    """Compile the program of ``steps.c`` for a board and a strategy."""
+    processor = PROCESSORS[BOARDS[board].processor]
+    needs(processor.compiler[0], processor.packages)
+    (folder / "feasibee.h").write_text(firmware.header(strategy=strategy, inbox=32))
+    (folder / "cases.h").write_text(in_c(cases_of(strategy)))
+    path = folder / f"{board}-{strategy}.elf"
+    command = [
+        *processor.compiler,
+        *SHARED,
+        "-I",
+        str(folder),
+        f"-DSTRATEGY={constant(strategy)}",
+        f"-DSTEPS={steps}",
+    ]
+    run([*command, *flags, str(SOURCES / "steps.c"), "-o", str(path), *BOARDS[board].link])
+    flash, ram = processor.bytes_of(path)
+    return Program(BOARDS[board], path, flash, ram)
+
+
+def outputs(program):
+    """Run a program on its board; return the lines of states, and the bytes of stack that it used."""
+    needs(program.board.simulator[0], program.board.package)
+    printed = run([*program.board.simulator, str(program.path)])
+    *lines, stack = re.findall(program.board.line, printed, re.MULTILINE)
+    return lines, int(stack, 16)
+
+
+def needs(tool, packages):
+    """Skip a test if a tool is missing."""
+    if shutil.which(tool) is None:
+        pytest.skip(f"no {tool}; Debian has it in {packages}")
+
+
+def run(command):
+    """Run a command and return all that it printed; its errors are the test's."""
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    return done.stdout + done.stderr
+
+
+class Words:
+    """The generator of ``steps.c``: xorshift with 32 bits (Marsaglia 2003)."""
+
+    def __init__(self, seed):
+        self.state = seed
+
+    def word(self):
+        """Return the next 32 bits."""
+        self.state ^= self.state << 13 & 0xFFFFFFFF
+        self.state ^= self.state >> 17
+        self.state ^= self.state << 5 & 0xFFFFFFFF
+        return self.state
+
+
+def robot_of(strategy, number, case, words):
+    """Return the controller that a case of ``steps.c`` has."""
+    case = dict(case)
+    rounds, heard, quorum, of = case.pop("commit", (0, 0, 1, 1))
+    steps = {name: case.pop(name) / 65536 for name in ("gain", "exploration") if name in case}
+    return Controller(
+        STRATEGIES[strategy],
+        opinion=number & 1,
+        draw_duration=lambda mean: int(mean) + 1 + (words.word() & 7),
+        draw_choice=lambda: (words.word() / 2**32, words.word() / 2**32),
+        commit=Commit(Fraction(quorum, of), rounds, heard) if rounds else None,
+        inbox_size=case.pop("inbox_size", 32),
+        **steps,
+        **case,
+    )
+
+
+def expected(strategy, steps):
+    """Return the lines that ``steps.c`` prints, by the controller in Python."""
+    return [
+        line
+        for number, case in enumerate(cases_of(strategy))
+        for line in states(strategy, number, case, steps)
+    ]
+
+
+def states(strategy, number, case, steps):
+    """Yield the state of a robot after each step, as ``steps.c`` prints it."""
+    words = Words(17 + number)
+    robot = robot_of(strategy, number, case, words)
+    for _ in range(steps):
+        word = words.word()
+        robot.observe(word & 3, word >> 2 & 3)
+        for _ in range(word >> 4 & 3):
+            heard = words.word()
+            if robot.listens:
+                robot.hear((heard & 255) % 40, Message(heard >> 8 & 1, heard >> 16))
+        said = robot.message()
+        robot.end_step()
+        flags = (robot.opinion + 1) | robot.committed << 2 | robot.disseminating << 3
+        told, value = (15, 0) if said is None else (said.opinion | said.committed << 1, said.value)
+        yield f"{flags:x}{robot.phase_left & 255:02x}{told:x}{value:04x}"
