@@ -111,10 +111,6 @@ def _decision_problems(scenario: Scenario) -> Iterator[Problem]:
     if manifest.knowledge or manifest.source:
         rule = "can't be exported to ARGoS: the example has built-in strategies that pass on opinions"
         yield Problem("decision.strategy", decision.strategy, rule, 'such as decision.strategy = "dmmd"')
-    elif manifest.value_bits and decision.inbox == "every-message":
-        rule = f"can't be exported to ARGoS with {decision.strategy}, whose messages have a value"
-        remedy = 'set decision.inbox = "latest-per-robot"'
-        yield Problem("decision.inbox", decision.inbox, rule, remedy)
     for key in ("dissemination_floor", "quality_floor"):
         if getattr(decision, key) > LARGEST:
             rule = f"must be ≤ {LARGEST} in ARGoS"
