@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
+import shutil
 import statistics
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+from typing import TextIO
 from xml.etree import ElementTree
 
 COLUMNS = "tasks  runs  feasible (95 % interval)  undecided  median step  mean step  metres/step  meetings"
@@ -32,28 +36,31 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time; by default 1")
     parser.add_argument("--out", type=Path, help="a CSV file to which every run is written")
     given = parser.parse_args()
-    experiment = ElementTree.parse(given.file).getroot()
-    rows = ["tasks,seed,decision,decision_step,steps,metres_per_step,meetings_per_step\n"]
+    if shutil.which("argos3") is None:
+        parser.error("argos3 isn't in PATH; install ARGoS3, or add the folder that holds argos3 to PATH")
+    text = ElementTree.tostring(ElementTree.parse(given.file).getroot())
     print(COLUMNS)
-    for tasks in given.tasks.split(",") if given.tasks else [world(experiment).get("tasks", "")]:
-        seeds = range(given.seed, given.seed + given.runs)
-        with ThreadPoolExecutor(given.jobs) as pool:
-            lines = list(pool.map(partial(run, ElementTree.tostring(experiment), tasks), seeds))
-        rows += [f"{tasks},{line}" for line in lines]
-        print(summary(tasks, [line.split(",") for line in lines]), flush=True)
-    if given.out:
-        given.out.write_text("".join(rows))
+    with (given.out or Path(os.devnull)).open("w") as out:
+        out.write("tasks,seed,decision,decision_step,steps,metres_per_step,meetings_per_step\n")
+        for tasks in given.tasks.split(",") if given.tasks else [""]:
+            print(summary(tasks, list(runs(text, tasks, given, out))), flush=True)
 
 
-def world(experiment: ElementTree.Element) -> ElementTree.Element:
-    """Return the element of the loop functions that says how many tasks there are."""
-    return next(experiment.iter("world"))
+def runs(text: bytes, tasks: str, given: argparse.Namespace, out: TextIO) -> Iterator[list[str]]:
+    """Yield the columns of each run, and write them to a file as they come."""
+    seeds = range(given.seed, given.seed + given.runs)
+    with ThreadPoolExecutor(given.jobs) as pool:
+        for line in pool.map(partial(run, text, tasks), seeds):
+            out.write(f"{tasks},{line}")
+            out.flush()
+            yield line.strip().split(",")
 
 
 def run(text: bytes, tasks: str, seed: int) -> str:
     """Run ARGoS once; return its line of the file of runs."""
     experiment = ElementTree.fromstring(text)
-    world(experiment).set("tasks", tasks)
+    if tasks:
+        next(experiment.iter("world")).set("tasks", tasks)
     next(experiment.iter("experiment")).set("random_seed", str(seed))
     with tempfile.TemporaryDirectory() as folder:
         settings = next(experiment.iter("run"))
@@ -75,7 +82,7 @@ def summary(tasks: str, runs: list[list[str]]) -> str:
     weights = [int(each[3]) for each in runs]
     way, meetings = (weighted([float(each[column]) for each in runs], weights) for column in (4, 5))
     return (
-        f"{tasks:>5}  {len(runs):>4}  {feasible / len(runs):>8.3f} ({low:.3f} to {high:.3f})   "
+        f"{tasks or 'file':>5}  {len(runs):>4}  {feasible / len(runs):>8.3f} ({low:.3f} to {high:.3f})   "
         f"{decisions.count('undecided'):>9}  {statistics.median(steps or [math.nan]):>11g}  "
         f"{statistics.fmean(steps or [math.nan]):>9.1f}  {way:>11.4f}  {meetings:>8.4f}"
     )
