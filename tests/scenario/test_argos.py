@@ -119,6 +119,23 @@ def test_a_decision_has_all_its_fields():
     assert (run.get("steps"), run.get("threshold"), run.get("stop_at_decision")) == ("300", "0.8", "false")
 
 
+@pytest.mark.parametrize(
+    ("strategy", "name", "value", "text"),
+    [
+        ("k-unanimity", "k", 2.5, "3"),
+        ("k-unanimity", "k", 0.0, "1"),
+        ("k-unanimity", "k", 1e6, "65535"),
+        ("bayes", "positive_feedback", 1.0, "true"),
+        ("bayes", "positive_feedback", 0.0, "false"),
+        ("bayes", "credence", 0.8, "0.8"),
+        ("mixture", "voters", -1.0, "0"),
+    ],
+)
+def test_parameters_have_the_types_of_c(strategy, name, value, text):
+    found = exported(decision={"strategy": strategy, "parameters": {name: value}})
+    assert found.find(".//decision").get(name) == text
+
+
 def test_bodies_have_walls_physics_and_proximity_and_points_have_none():
     bodies = exported(**BODIES)
     walls = {box.get("id"): numbers(box.find("body").get("position"))[:2] for box in bodies.iter("box")}
@@ -204,14 +221,22 @@ def test_the_example_builds_and_a_swarm_decides(tmp_path):
     shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("build", "*.csv"))
     (folder / "feasibee.h").write_text(header())
     prefix = Path(shutil.which("argos3")).parent.parent
+    short = {"run": {"steps": 50}}
+    for name in (name for name, each in STRATEGIES.items() if not each.knowledge):
+        (folder / f"{name}.argos").write_text(argos_text(Scenario(decision={"strategy": name}, **short)))
     for command in (
         ["cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
         ["cmake", "--build", "build"],
-        *(["argos3", "-z", "-c", f"{world}.argos"] for world in ("torus", "walls", "bodies")),
+        *(["argos3", "-z", "-c", file] for file in sorted(folder.glob("*.argos"))),
     ):
         subprocess.run(command, cwd=folder, check=True, capture_output=True)
     rows = [line.split(",") for line in (folder / "runs.csv").read_text().splitlines()]
-    assert [row[1] in ("feasible", "infeasible") for row in rows] == [True] * 3
+    names = [file.stem for file in sorted(folder.glob("*.argos"))]
+    ends = dict(zip(names, rows, strict=True))
+    assert [ends[world][1] in ("feasible", "infeasible") for world in ("bodies", "torus", "walls")] == [
+        True
+    ] * 3
+    assert {row[3] for name, row in ends.items() if name in STRATEGIES} == {"50"}
     step, feasible, infeasible, _ = (folder / "steps.csv").read_text().splitlines()[-1].split(",")
-    assert step == rows[-1][2]
+    assert step == ends["walls"][2]  # the last in order of names
     assert max(int(feasible), int(infeasible)) > 18

@@ -186,8 +186,15 @@ def _decision(scenario: Scenario) -> dict[str, str]:
         attributes["commit_rounds"] = str(decision.commit.rounds)
         attributes["commit_heard"] = str(decision.commit.heard)
         attributes["commit_quorum"] = _number(decision.commit.quorum)
-    attributes.update({name: _number(value) for name, value in decision.parameters.items()})
+    attributes.update({name: _parameter(name, value) for name, value in decision.parameters.items()})
     return attributes
+
+
+def _parameter(name: str, value: float) -> str:
+    """Return a strategy's parameter as the type of mind.h, with the meaning that it has in feasibee."""
+    if name == "k":
+        return str(min(LARGEST, max(1, math.ceil(value))))
+    return _bool(value > 0) if name == "positive_feedback" else _number(max(0.0, value))
 
 
 def _listens_for(scenario: Scenario) -> int:
