@@ -93,5 +93,5 @@ def _parts(strategies: Iterable[str]) -> Iterable[str]:
             yield from with_included(included)
         yield "\n" + _LOCAL_INCLUDE.sub("", text)
 
-    for name in ("controller.h", *strategies, "phases.h"):
+    for name in ("controller.h", *strategies, "phases.h", "wire.h"):
         yield from with_included(name)

@@ -87,7 +87,7 @@ struct feasibee_choice {
 
 /* What a robot broadcasts in addition to its id. */
 struct feasibee_message {
-    int8_t opinion; /* 1 feasible, 0 infeasible */
+    int8_t opinion; /* 1 feasible, 0 infeasible; -1 if the bytes that hold knowledge don't have it */
     bool committed;
     uint16_t value; /* of 16 bits; 0 if the strategy sends none */
 #if FEASIBEE_WORDS > 0
@@ -167,6 +167,9 @@ struct feasibee_thing {
     bool is_robot;
     int32_t id;    /* -1 for a false sighting */
     uint32_t hash; /* 32 random bits, the same for all who see it */
+#if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
+    double x, y; /* its position in a frame that all robots share, in units */
+#endif
 };
 
 /* What strategies keep for life, 0 at the start. */
@@ -180,6 +183,9 @@ union feasibee_memory {
         uint32_t infeasible;
     } bayes;
     uint8_t rule; /* mixture */
+#if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
+    double numbers[10]; /* fading and fading-votes */
+#endif
 };
 
 /* One robot. Read opinion, committed, disseminating, declared, phase_left; the rest is the controller's. */
@@ -208,6 +214,9 @@ struct feasibee_robot {
 #endif
 #if FEASIBEE_WORDS > 0
     uint32_t known[FEASIBEE_WORDS];
+#ifdef FEASIBEE_DOUBLE
+    double x, y; /* its position in the shared frame, in units; write it in each step */
+#endif
 #endif
 };
 

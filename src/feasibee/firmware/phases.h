@@ -189,6 +189,8 @@ static inline void feasibee_hear(struct feasibee_robot *robot, feasibee_id sende
 #if FEASIBEE_WORDS > 0
     if (robot->settings->strategy->knowledge)
         robot->settings->strategy->knowledge->merge(robot, message->words, sender);
+    if (message->opinion == FEASIBEE_NONE) /* knowledge by wire: it has no opinion */
+        return;
 #endif
     if (robot->settings->every_message)
         feasibee_count(robot, message->opinion);

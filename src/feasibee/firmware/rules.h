@@ -27,3 +27,27 @@ static inline int8_t feasibee_one_vote(struct feasibee_robot *robot, const struc
 {
     return votes->heard == FEASIBEE_NONE ? robot->opinion : votes->heard;
 }
+
+/* Return feasible if as many robots as tasks are counted, or more. */
+static inline int8_t feasibee_at_least(struct feasibee_robot *robot, const struct feasibee_votes *votes)
+{
+    (void)votes;
+    uint32_t robots = robot->feasible_quality.part, tasks = robot->feasible_quality.whole - robots;
+    return robots >= tasks ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
+}
+
+/* Return the opinion that has more on its side; a tie keeps the robot's. */
+static inline int8_t feasibee_more(struct feasibee_robot *robot, const struct feasibee_votes *votes)
+{
+    (void)votes;
+    uint32_t robots = robot->feasible_quality.part, tasks = robot->feasible_quality.whole - robots;
+    if (robots == tasks)
+        return robot->opinion;
+    return robots > tasks ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
+}
+
+static inline int8_t feasibee_keep_opinion(struct feasibee_robot *robot, const struct feasibee_votes *votes)
+{
+    (void)votes;
+    return robot->opinion;
+}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Commit, Controller, Message
+from feasibee.robot.wire import Wire
 
-__all__ = ["Commit", "Controller", "Message"]
+__all__ = ["Commit", "Controller", "Message", "Wire", "WireError"]

@@ -43,7 +43,7 @@ class Message(NamedTuple):
     """What a robot broadcasts in addition to its id."""
 
     opinion: int
-    """The opinion: 1 feasible, 0 infeasible."""
+    """The opinion: 1 feasible, 0 infeasible; -1 if the bytes that hold knowledge don't have it."""
     value: int = 0
     """The value as a whole number of ``value_bits`` bits; 0 if the strategy sends none."""
     committed: bool = False
@@ -214,6 +214,8 @@ class Controller:
         """Keep a message: the latest of each sender, or every one (model.md 4.5)."""
         if self.knowledge:
             self.knowledge.merge(message.knowledge, sender)
+        if message.opinion == NONE:  # a message of knowledge by wire: it has no opinion
+            return
         if self.every_message:
             self._messages.append(message)
             return

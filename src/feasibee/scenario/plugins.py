@@ -250,6 +250,9 @@ def _check_completeness(functions: frozenset[str], file: str) -> None:
         raise FeasibeeError(f"{file}: {rule}; {_wanted(missing)}")
     if "message_words" in functions and "encode" not in functions:
         raise FeasibeeError(f"{file}: has message_words, but no function encode; {_wanted('encode')}")
+    for name, other in (("pack", "unpack"), ("unpack", "pack")):
+        if name in functions and other not in functions:
+            raise FeasibeeError(f"{file}: has {name}, but no function {other}; {_wanted(other)}")
     if functions >= {"judge", "declare"}:
         rule = "has both judge, for opinions that may change in any step, and declare, for good ones"
         raise FeasibeeError(f"{file}: {rule}; remove def judge or def declare")

@@ -14,6 +14,9 @@ from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST, is_whole
+from feasibee.robot.bits import WireError
+from feasibee.robot.controller import Message
+from feasibee.robot.wire import Wire
 from feasibee.scenario.setting import WORDS_LIMIT, setting_from
 from feasibee.strategies.contract import (
     ARGUMENTS,
@@ -61,6 +64,11 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     ),
     "describe": ("must be a text", lambda value: isinstance(value, str)),
     "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: is_whole(value, BITS_LIMIT)),
+    "pack": ("must return nothing: it writes with writer", lambda value: value is None),
+    "unpack": (
+        "must be the sender's id, or -1 if it isn't sent",
+        lambda value: value == -1 or is_whole(value, COUNT_LIMIT),
+    ),
 }
 """What each function must return."""
 FAILURES: Final = (Exception, SystemExit)
@@ -87,7 +95,7 @@ def tried(manifest: Manifest) -> Strategy:
     )
     _try(strategy)
     if strategy.knowledge:
-        _try_knowledge(strategy)
+        _try_knowledge(strategy, file)
     return strategy
 
 
@@ -117,6 +125,8 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         try:
             result = function(*arguments)
+        except WireError:  # of the bytes that unpack was given
+            raise
         except FAILURES as error:
             raise FeasibeeError(
                 f"{_where(error, file)}: {_call(name, arguments)} fails: {_said(error)}"
@@ -157,7 +167,7 @@ def _try(strategy: Strategy) -> None:
             strategy.decide(mind, inbox)
 
 
-def _try_knowledge(strategy: Strategy) -> None:
+def _try_knowledge(strategy: Strategy, file: str) -> None:
     """Call the functions for knowledge: without and with classes, for honest and Byzantine robots."""
     functions: Any = strategy
     parameters = strategy.parameters.values()
@@ -173,12 +183,35 @@ def _try_knowledge(strategy: Strategy) -> None:
             for message in messages:
                 functions.bits(message, me)
                 functions.merge(known, message, 0, me._replace(step=1000))
+                _try_bytes(strategy, message, me, file)
             numbers = [0] * (setting.robot_classes + setting.task_classes)
             functions.count(tuple(known), numbers, me)
             for each in (functions.gap, functions.describe):
                 if each is not None:
                     each(tuple(known), me)
             strategy.quality(sum(numbers[: setting.robot_classes]), sum(numbers[setting.robot_classes :]))
+
+
+def _try_bytes(strategy: Strategy, message: tuple[int, ...], me: Me, file: str) -> None:
+    """Send a message as bytes: these must hold all of it, in as many bits as the strategy says."""
+    functions: Any = strategy
+    if strategy.functions.isdisjoint({"pack", "unpack"}):
+        return
+    id_bits = max(me.setting.id_bits, (me.setting.robot_ids - 1).bit_length())  # also of invented robots
+    me = me._replace(setting=me.setting._replace(id_bits=id_bits))
+    wire = Wire(strategy, id_bits, setting=me.setting)
+    sent = Message(-1, knowledge=message)
+    try:
+        written, counted = wire.bits(me.id, sent), functions.bits(message, me)
+        heard = wire.decode(wire.encode(me.id, sent)).message
+    except WireError as error:
+        raise FeasibeeError(f"{file}: pack and unpack of {message!r} fail: {error}") from None
+    if written != counted:
+        told = f"pack writes {written} bits of {message!r}, and bits returns {counted}"
+        raise FeasibeeError(f"{file}: {told}; they must be equal")
+    if heard != sent:
+        told = f"unpack reads {heard.knowledge!r} from what pack wrote of {message!r}"
+        raise FeasibeeError(f"{file}: {told}; they must be equal")
 
 
 def _said_by(strategy: Strategy, me: Me) -> tuple[Words, list[tuple[int, ...]]]:

@@ -115,3 +115,40 @@ def bits(message, me):
     robot_bits = 1 + me.setting.id_bits + (me.setting.robot_classes - 1).bit_length()
     task_bits = 1 + POSITION_BITS + (me.setting.task_classes - 1).bit_length()
     return robots * robot_bits + 1 + tasks * task_bits + 1
+
+
+def pack(writer, message, sender, setting):
+    """Write the names of all robots, and then of all tasks, class by class."""
+    first = 0
+    for is_robot in (True, False):
+        classes = setting.robot_classes if is_robot else setting.task_classes
+        ids, name_bits = (
+            (setting.robot_ids, setting.id_bits) if is_robot else (setting.task_ids, POSITION_BITS)
+        )
+        for kind in range(classes):
+            for k in range(ids):
+                if message[first + (k >> SHIFT)] >> (k & LAST) & 1:
+                    writer.flag(True)
+                    writer.number(k, name_bits)
+                    writer.number(kind, (classes - 1).bit_length())
+            first += words_of(ids)
+        writer.flag(False)
+
+
+def unpack(message, reader, setting):
+    """Read both lists of names, in rising order."""
+    first = 0
+    for is_robot in (True, False):
+        classes = setting.robot_classes if is_robot else setting.task_classes
+        ids, last = setting.robot_ids if is_robot else setting.task_ids, (-1, -1)
+        while reader.flag():
+            if is_robot:
+                name = reader.below(ids, setting.id_bits)
+            else:
+                name = reader.task(reader.number(POSITION_BITS), ids)
+            place = reader.below(classes, (classes - 1).bit_length()), name
+            reader.check(place > last, "lists names out of order")
+            message[first + place[0] * words_of(ids) + (name >> SHIFT)] |= 1 << (name & LAST)
+            last = place
+        first += classes * words_of(ids)
+    return -1

@@ -7,9 +7,8 @@ since the engine compiles them.
 Knowledge
 ---------
 Some strategies pass on more than an opinion and a number: sets, counters, sketches. The file of such a
-strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define
-``message_words``, ``start``, ``encode``, ``lie``, ``judge`` or ``declare``, ``gap`` and ``describe``: see
-`Strategy`. A robot's knowledge is a row of ``Words``, 0 at the start.
+strategy also defines ``words``, ``observe``, ``merge``, ``count`` and ``bits``, and may define those of
+`KNOWLEDGE_OPTIONS`: see `Strategy`. A robot's knowledge is a row of ``Words``, 0 at the start.
 In each step, in this order:
 
 1. Each robot that broadcasts makes its message: ``encode(message, known, me)``, by default a copy of what
@@ -29,7 +28,7 @@ needs, and leave all else out of a message that is to speak for *feasible* (mode
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any, Final, NamedTuple
@@ -53,13 +52,15 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "judge": ("known", "me"),
     "gap": ("known", "me"),
     "describe": ("known", "me"),
+    "pack": ("writer", "message", "sender", "setting"),
+    "unpack": ("message", "reader", "setting"),
 }
 """The functions of a strategy's file, and the arguments of each."""
 REQUIRED: Final = ("quality", "dissemination", "decide")
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = ("message_words", "start", "encode", "lie", "declare", "judge", "gap", "describe")
+KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[5:] if name not in KNOWLEDGE)
 """The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
@@ -229,8 +230,7 @@ class Manifest:
     needs_count : bool
         ``NEEDS_COUNT``: whether robots must know how many robots there are.
     needs_ids : bool or str
-        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or the name of a parameter, with which it
-        does if that is above 0.
+        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if they must not.
     needs_names : bool or str
         ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
         frame that they share; or the name of a parameter, as for ``needs_ids``.
@@ -355,6 +355,9 @@ class Strategy(Manifest):
         negative if there are robots to spare.
     describe : callable, optional
         ``describe(known, me)``: what is known, as a text for people. The live page shows it; no run calls it.
+    pack, unpack : callable, optional
+        ``pack(writer, message, sender, setting)``: write a message as the bits that ``bits`` counts.
+        ``unpack(message, reader, setting)``: read it; return the sender's id, -1 if it isn't sent.
     """
 
     quality: Callable[[int, int], float]
@@ -375,6 +378,8 @@ class Strategy(Manifest):
     judge: Callable[[Any, Me], int] | None = None
     gap: Callable[[Any, Me], int] | None = None
     describe: Callable[[Any, Me], str] | None = None
+    pack: Callable[[Any, Sequence[int], int, Setting], None] | None = None
+    unpack: Callable[[Any, Any, Setting], int] | None = None
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:
         """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""

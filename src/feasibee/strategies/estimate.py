@@ -26,6 +26,8 @@ observe = tally.observe
 lie = tally.lie
 merge = tally.merge
 bits = tally.bits
+pack = tally.pack
+unpack = tally.unpack
 describe = tally.describe
 
 

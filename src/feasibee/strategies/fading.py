@@ -67,6 +67,7 @@ LONGEST_TAU = 1e6
 STEP = 1.04
 """Ratio of successive numbers in a message."""
 MOST = 255
+ROW_BITS = 16
 LEAST = 1.0 / 2048.0
 """Number of code 1, in tau."""
 HEARD, ROWS = 0, 1
@@ -325,4 +326,17 @@ def describe(known, me):
 
 def bits(message, me):
     """Return the length of a message: an id and a row, and which it is if there are two."""
-    return me.setting.id_bits + 16 + (1 if me.setting.parameters[FAST] > 0 else 0)
+    return me.setting.id_bits + ROW_BITS + (1 if me.setting.parameters[FAST] > 0 else 0)
+
+
+def pack(writer, message, sender, setting):
+    """Write the id, which row it is if there are two, and the row."""
+    writer.number(sender, setting.id_bits)
+    writer.number(message[0], ROW_BITS + (1 if setting.parameters[FAST] > 0 else 0))
+
+
+def unpack(message, reader, setting):
+    """Read the id and the row."""
+    sender = reader.below(setting.robots, setting.id_bits)
+    message[0] = reader.number(ROW_BITS + (1 if setting.parameters[FAST] > 0 else 0))
+    return sender

@@ -127,3 +127,16 @@ def describe(known, me):
 def bits(message, me):
     """Return the length of a message: an id and a vote."""
     return me.setting.id_bits + 1
+
+
+def pack(writer, message, sender, setting):
+    """Write the id and the vote."""
+    writer.number(sender, setting.id_bits)
+    writer.number(message[0], 1)
+
+
+def unpack(message, reader, setting):
+    """Read the id and the vote."""
+    sender = reader.below(setting.robots, setting.id_bits)
+    message[0] = reader.number(1)
+    return sender

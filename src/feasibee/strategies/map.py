@@ -45,6 +45,8 @@ MEMBERS = 31
 """Number of a set's members in a word; also most sub-cells of a cell per axis."""
 MOST_CELLS = 1000
 """Most cells of the arena per axis."""
+MOST_TASKS = 2**20
+"""Bound of a cell's value in a message that is read."""
 MARGIN = 1e-8
 """Of the arena's size, taken off the range of sight: over 7 times the error of positions and distances."""
 VERDICT, ROW, CELLS_KNOWN, SUM, CELLS = 0, 1, 2, 3, 4
@@ -145,7 +147,7 @@ def observe(known, thing, me):
 def encode(message, known, me):
     """Write the verdict, or the rows whose turn it is."""
     message[VERDICT] = known[VERDICT]
-    if not has_map(known[VERDICT], me):
+    if not has_map(known[VERDICT], me.setting):
         return
     sent = len(message) - CELLS
     first = max(VALUES + known[ROW] * known[COLUMNS], 0)  # max: the compiler vectorizes, four times as fast
@@ -158,9 +160,9 @@ def encode(message, known, me):
     known[ROW] = 0 if known[ROW] == last else min(known[ROW] + sent // known[COLUMNS], last)
 
 
-def has_map(verdict, me):
+def has_map(verdict, setting):
     """Whether a message has cells: not if a verdict is adopted from one neighbour."""
-    return verdict == 0 or me.setting.parameters[2] >= 1.0
+    return verdict == 0 or setting.parameters[2] >= 1.0
 
 
 def summarize(message):
@@ -175,7 +177,7 @@ def summarize(message):
 def lie(message, feasible, me):
     """Write a false verdict, and a false map: n + 1 tasks in the first cell, or no task in any."""
     message[VERDICT] = 1 + feasible
-    if has_map(message[VERDICT], me):
+    if has_map(message[VERDICT], me.setting):
         if feasible == 1 or message[ROW] != 0:
             for k in range(CELLS, len(message)):
                 message[k] = feasible
@@ -183,6 +185,9 @@ def lie(message, feasible, me):
             message[ROW] = 0  # so that each message has the first cell
             message[CELLS] = me.setting.robots + 2
         summarize(message)
+    else:
+        for k in range(VERDICT + 1, len(message)):
+            message[k] = 0
 
 
 def merge(known, message, sender, me):
@@ -263,7 +268,7 @@ def describe(known, me):
 def bits(message, me):
     """Return the length of a message."""
     length = me.setting.id_bits + (1 if message[VERDICT] == 0 else 2)
-    if has_map(message[VERDICT], me):
+    if has_map(message[VERDICT], me.setting):
         sent, rows = len(message) - CELLS, rows_of(me.setting)
         if sent < rows * columns_of(me.setting):
             length += (rows - 1).bit_length()
@@ -325,3 +330,42 @@ def mark(known, sets, across, down, left, low, width, height, limit):
         known[sets + j] = marked
         missing |= marked ^ ((1 << across) - 1)
     return missing == 0
+
+
+def pack(writer, message, sender, setting):
+    """Write the id, the verdict, and the map, if it has one."""
+    writer.number(sender, setting.id_bits)
+    writer.flag(message[VERDICT] != 0)
+    if message[VERDICT] != 0:
+        writer.number(message[VERDICT] - 1, 1)
+    if not has_map(message[VERDICT], setting):
+        return
+    cells = message[CELLS:]
+    if rows_sent(setting) < rows_of(setting):
+        writer.number(message[ROW], (rows_of(setting) - 1).bit_length())
+    writer.flag(all(cells))
+    if not all(cells):
+        for cell in cells:
+            writer.flag(cell != 0)
+    for cell in cells:
+        if cell != 0:
+            writer.unary(cell - 1)
+
+
+def unpack(message, reader, setting):
+    """Read the id, the verdict and the map."""
+    sender = reader.below(setting.robots, setting.id_bits)
+    message[VERDICT] = 1 + reader.number(1) if reader.flag() else 0
+    if not has_map(message[VERDICT], setting):
+        return sender
+    cells, rows, sent = range(CELLS, len(message)), rows_of(setting), rows_sent(setting)
+    if sent < rows:
+        message[ROW] = reader.below(rows - sent + 1, (rows - 1).bit_length())
+    known = [True] * len(cells)
+    if not reader.flag():
+        known = [reader.flag() for _ in cells]
+        reader.check(not all(known), "lists all cells as known, one by one")
+    for cell, is_known in zip(cells, known, strict=True):
+        message[cell] = 1 + reader.unary(MOST_TASKS) if is_known else 0
+    summarize(message)
+    return sender

@@ -196,3 +196,39 @@ def declare(known, me):
     if me.step < known[UNTIL]:
         return -1
     return 1 if robots >= tasks else 0
+
+
+def pack(writer, message, sender, setting):
+    """Write the sender's id if receivers need it, and the names of robots, if counted, and of tasks."""
+    if tolerated(setting, TOLERATES) > 0:
+        writer.number(sender, setting.id_bits)
+    first = robot_words(setting)
+    if first > 0:
+        pack_names(writer, message[:first], setting.id_bits)
+    pack_names(writer, message[first:], POSITION_BITS)
+
+
+def pack_names(writer, names, name_bits):
+    """Write the members of a set."""
+    for k in range(len(names) * MEMBERS):
+        if names[k // MEMBERS] >> (k % MEMBERS) & 1:
+            writer.flag(True)
+            writer.number(k, name_bits)
+    writer.flag(False)
+
+
+def unpack(message, reader, setting):
+    """Read the sender's id and the names, in rising order."""
+    sender = reader.below(setting.robots, setting.id_bits) if tolerated(setting, TOLERATES) > 0 else -1
+    first = robot_words(setting)
+    for is_robot in (True, False) if first > 0 else (False,):
+        last, start = -1, 0 if is_robot else first
+        while reader.flag():
+            if is_robot:
+                name = reader.below(setting.robot_ids, setting.id_bits)
+            else:
+                name = reader.task(reader.number(POSITION_BITS), setting.task_ids)
+            reader.check(name > last, "lists names out of order")
+            message[start + name // MEMBERS] |= 1 << (name % MEMBERS)
+            last = name
+    return sender

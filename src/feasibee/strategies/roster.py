@@ -186,8 +186,8 @@ def encode(message, known, me):
         oldest = 2 * known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT] + 2
         gone = k < robots and entry % 2 == 0
         message[ENTRIES + k] = 0 if gone or entry > oldest else entry
-    for k in range(robots + tasks, robots + 2 * tasks):
-        message[ENTRIES + k] = known[STATES + k]
+    for k in range(robots, robots + tasks):
+        message[ENTRIES + tasks + k] = known[STATES + tasks + k] if message[ENTRIES + k] != 0 else 0
 
 
 def lie(message, feasible, me):
@@ -330,3 +330,47 @@ def bits(message, me):
         for robot in range(ENTRIES, ENTRIES + robots):
             length += (message[robot] != 0) * (1 + me.setting.id_bits + message[0])
     return length
+
+
+def pack(writer, message, sender, setting):
+    """Write the sender's id if receivers need it, the length of an age, and both lists."""
+    robots, tasks = robot_entries(setting), setting.task_ids
+    if tolerated(setting, TOLERATES) > 0:
+        writer.number(sender, setting.id_bits)
+    writer.number(message[0], WIDTH_BITS)
+    listed = range(ENTRIES + robots, ENTRIES + robots + tasks)
+    for place, entry in sorted((message[k + tasks] % SIDE**2, message[k]) for k in listed):
+        if entry != 0:
+            writer.flag(True)
+            writer.number(place, POSITION_BITS)
+            writer.flag(entry % 2 == 1)
+            writer.number((entry - 1) // 2, message[0])
+    writer.flag(False)
+    for robot in range(robots):
+        if message[ENTRIES + robot] != 0:
+            writer.flag(True)
+            writer.number(robot, setting.id_bits)
+            writer.number((message[ENTRIES + robot] - 1) // 2, message[0])
+    if robots > 0:
+        writer.flag(False)
+
+
+def unpack(message, reader, setting):
+    """Read the sender's id, the length of an age, and both lists, in rising order of positions and ids."""
+    robots, tasks = robot_entries(setting), setting.task_ids
+    sender = reader.below(setting.robots, setting.id_bits) if tolerated(setting, TOLERATES) > 0 else -1
+    message[0], last = reader.below(PAST.bit_length(), WIDTH_BITS), -1
+    while reader.flag():
+        place = reader.number(POSITION_BITS)
+        reader.check(place > last, "lists tasks out of order")
+        last, entry = place, ENTRIES + robots + reader.task(place, tasks)
+        reader.check(message[entry] == 0, "lists a task twice")
+        message[entry] = 2 - reader.number(1) + 2 * reader.number(message[0])
+        message[entry + tasks] = place
+    last = -1
+    while robots > 0 and reader.flag():
+        robot = reader.below(robots, setting.id_bits)
+        reader.check(robot > last, "lists robots out of order")
+        message[ENTRIES + robot] = 1 + 2 * reader.number(message[0])
+        last = robot
+    return sender

@@ -35,8 +35,9 @@ causal lengths", 2020. Numbers that wrap: Elz and Bush, "Serial number arithmeti
 
 from feasibee.strategies import census, roster
 from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
+from feasibee.strategies.grid import is_near, name_of
 from feasibee.strategies.quiet_census import patience
-from feasibee.strategies.roster import CERTAIN, distance, oldest_of, state_at
+from feasibee.strategies.roster import oldest_of, state_at
 
 BY_NAME = True
 NEEDS_IDS = True
@@ -127,36 +128,6 @@ def meet(known, robot, me):
         known[first_robot(me.setting) + robot * robot_words(me.setting)] = state_at(me.step, 1)
 
 
-def name_of(thing, setting):
-    """Return the name of a task: the number of its cell in a grid of the arena, and never 0."""
-    columns, rows = columns_of(setting), rows_of(setting)
-    column = min(int(thing.x / setting.width * columns), columns - 1)
-    row = min(int(thing.y / setting.height * rows), rows - 1)
-    return max(column * rows + row, 1)
-
-
-def columns_of(setting):
-    """Return the number of columns of the grid of names."""
-    return 1 << ((name_bits(setting) + 1) // 2)
-
-
-def rows_of(setting):
-    """Return the number of rows of the grid of names."""
-    return 1 << (name_bits(setting) // 2)
-
-
-def is_near(name, me):
-    """Return whether a cell is so near that a task anywhere in it must be seen."""
-    setting = me.setting
-    columns, rows = columns_of(setting), rows_of(setting)
-    x = (name // rows + 0.5) * setting.width / columns
-    y = (name % rows + 0.5) * setting.height / rows
-    dx = distance(x, me.x, setting.width, setting.walled) + 0.5 * setting.width / columns
-    dy = distance(y, me.y, setting.height, setting.walled) + 0.5 * setting.height / rows
-    reach = CERTAIN * setting.sight
-    return dx * dx + dy * dy < reach * reach
-
-
 def find(known, name, setting):
     """Return the place of a name's entry, a new one if it has none; -1 if there is no room.
 
@@ -204,7 +175,7 @@ def observe(known, thing, me):
     if thing.is_robot:
         meet(known, thing.id, me)
         return
-    entry = find(known, name_of(thing, me.setting), me.setting)
+    entry = find(known, name_of(thing, name_bits(me.setting), me.setting), me.setting)
     if entry >= 0:
         if not is_there(known, entry):
             change(known, entry, max(known[entry + VERSION], 1), me)
@@ -217,7 +188,7 @@ def look(known, me):
     for _ in range(known[NUMBER]):
         if known[entry + VAIN] < 0:
             known[entry + VAIN] = 0
-        elif is_there(known, entry) and is_near(known[entry + NAME], me):
+        elif is_there(known, entry) and is_near(known[entry + NAME], name_bits(me.setting), me):
             known[entry + VAIN] += 1
             if known[entry + VAIN] >= me.setting.parameters[LOOKS]:
                 change(known, entry, known[entry + VERSION], me)
@@ -382,8 +353,44 @@ def describe(known, me):
 
 def bits(message, me):
     """Return the length of a message, which is the same for all."""
-    setting = me.setting
+    return bits_of(me.setting)
+
+
+def bits_of(setting):
+    """Return the length of a message in bits."""
     length = VERSION_BITS + name_bits(setting)
     if not setting.knows_count:
         return setting.id_bits + 1 + max(length, setting.id_bits + AGE_BITS)
     return length + (setting.id_bits if tolerated(setting, TOLERATES) > 0 else 0)
+
+
+def pack(writer, message, sender, setting):
+    """Write the sender's id if it is sent, and a task or a robot; the sender itself stands for none."""
+    end = writer.length + bits_of(setting)
+    if not setting.knows_count or tolerated(setting, TOLERATES) > 0:
+        writer.number(sender, setting.id_bits)
+    if not setting.knows_count:
+        writer.flag(message[KIND] == 1)
+    if message[KIND] == 1:
+        writer.number(message[WHAT] - 1 if message[WHAT] != 0 else sender, setting.id_bits)
+        writer.number(message[VALUE], AGE_BITS)
+    else:
+        writer.number(message[WHAT], name_bits(setting))
+        writer.number(message[VALUE], VERSION_BITS)
+    writer.number(0, end - writer.length)
+
+
+def unpack(message, reader, setting):
+    """Read the sender's id if it is sent, and a task or a robot."""
+    sender, end = -1, reader.place + bits_of(setting)
+    if not setting.knows_count or tolerated(setting, TOLERATES) > 0:
+        sender = reader.below(setting.robots, setting.id_bits)
+    if not setting.knows_count and reader.flag():
+        robot = reader.below(setting.robot_ids, setting.id_bits)
+        message[KIND], message[WHAT] = 1, robot + 1 if robot != sender else 0
+        message[VALUE] = reader.number(AGE_BITS)
+    else:
+        message[WHAT], message[VALUE] = reader.number(name_bits(setting)), reader.number(VERSION_BITS)
+    reader.check(message[WHAT] != 0 or message[VALUE] == 0, "says something about nothing")
+    reader.check(reader.number(end - reader.place) == 0, "is filled with bits other than 0")
+    return sender

@@ -27,6 +27,7 @@ NEEDS_IDS = True
 NEEDS_NAMES = True
 REGISTERS = 128
 TOP = 15
+RANK_BITS = 4
 
 quality = census.quality
 dissemination = census.dissemination
@@ -125,4 +126,17 @@ def describe(known, me):
 
 def bits(message, me):
     """Return the length of all sketches: 4 bits a register."""
-    return len(message) * 4
+    return len(message) * RANK_BITS
+
+
+def pack(writer, message, sender, setting):
+    """Write all registers."""
+    for rank in message:
+        writer.number(rank, RANK_BITS)
+
+
+def unpack(message, reader, setting):
+    """Read all registers."""
+    for register in range(len(message)):
+        message[register] = reader.number(RANK_BITS)
+    return -1

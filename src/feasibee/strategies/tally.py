@@ -20,6 +20,8 @@ data types", 2011.
 
 FORGED = 2**20 - 1
 """Total in a forged row; an honest robot with 20 things in sight reaches it after 50,000 steps."""
+WIDTH_BITS = 5
+"""Bits for the width of a total."""
 
 
 def quality(robots_seen, tasks_seen):
@@ -130,4 +132,33 @@ def bits(message, me):
     """Return the length of a table."""
     classes = me.setting.robot_classes + me.setting.task_classes
     rows, largest = rows_of(message, classes)
-    return 5 + rows * (1 + me.setting.id_bits + classes * largest.bit_length()) + 1
+    return WIDTH_BITS + rows * (1 + me.setting.id_bits + classes * largest.bit_length()) + 1
+
+
+def pack(writer, message, sender, setting):
+    """Write the rows that aren't zero, all totals at the width of the largest."""
+    classes = setting.robot_classes + setting.task_classes
+    width = rows_of(message, classes)[1].bit_length()
+    writer.number(width, WIDTH_BITS)
+    for robot in range(setting.robots):
+        row = message[robot * classes : (robot + 1) * classes]
+        if any(row):
+            writer.flag(True)
+            writer.number(robot, setting.id_bits)
+            for total in row:
+                writer.number(total, width)
+    writer.flag(False)
+
+
+def unpack(message, reader, setting):
+    """Read the rows, in rising order."""
+    classes = setting.robot_classes + setting.task_classes
+    width, last = reader.number(WIDTH_BITS), -1
+    while reader.flag():
+        robot = reader.below(setting.robots, setting.id_bits)
+        row = [reader.number(width) for _ in range(classes)]
+        reader.check(robot > last and any(row), "lists rows out of order, or without sightings")
+        message[robot * classes : (robot + 1) * classes] = row
+        last = robot
+    reader.check(rows_of(message, classes)[1].bit_length() == width, "has totals of another width")
+    return -1

@@ -50,6 +50,7 @@ MOST = 63
 """Largest number of 6 bits."""
 UNITS = 15
 """Largest exponent of 4 bits."""
+ROW_BITS = 16
 ROWS = 2
 """Place of the first row heard; its own totals stand before."""
 
@@ -188,4 +189,17 @@ def describe(known, me):
 
 def bits(message, me):
     """Return the length of a message: an id and a row."""
-    return me.setting.id_bits + 16
+    return me.setting.id_bits + ROW_BITS
+
+
+def pack(writer, message, sender, setting):
+    """Write the id and the row."""
+    writer.number(sender, setting.id_bits)
+    writer.number(message[0], ROW_BITS)
+
+
+def unpack(message, reader, setting):
+    """Read the id and the row."""
+    sender = reader.below(setting.robots, setting.id_bits)
+    message[0] = reader.number(ROW_BITS)
+    return sender

@@ -250,7 +250,7 @@ def rice_bits(message, length):
     number = 0
     while number + 1 < len(message) and message[number + 1] != 0:
         number += 1
-    low = (2**length // (number + 1)).bit_length() - 1
+    low = low_bits(number, length)
     total, last = 0, 0
     for k in range(1, number + 1):
         total += 1 + low + ((message[k] - last - 1) >> low)
@@ -297,3 +297,40 @@ def declare(known, me):
     if known[ALARM] == 1:
         return 0
     return 1 if me.step >= known[UNTIL] else -1
+
+
+def low_bits(number, length):
+    """Return how many low bits of a gap Rice's code writes as they are, for so many names."""
+    return max((2**length // (number + 1)).bit_length() - 1, 0)  # a lie may hold more names than there are
+
+
+def pack(writer, message, sender, setting):
+    """Write the id, the alarm and the names; all names as their number and the gaps between them."""
+    length = name_bits(setting)
+    writer.number(sender, setting.id_bits)
+    writer.flag(message[0] == 1)
+    if not sends_all(setting):
+        for name in message[1:]:
+            writer.number(name, length)
+        return
+    names, last = sorted({name for name in message[1:] if name != 0}), 0  # a lie may hold a name twice
+    writer.number(len(names), places(setting).bit_length())
+    for name in names:
+        writer.rice(name - last - 1, low_bits(len(names), length))
+        last = name
+
+
+def unpack(message, reader, setting):
+    """Read the id, the alarm and the names."""
+    length, last = name_bits(setting), 0
+    sender = reader.below(setting.robots, setting.id_bits)
+    message[0] = int(reader.flag())
+    if not sends_all(setting):
+        for k in range(1, len(message)):
+            message[k] = reader.number(length)
+        return sender
+    number = reader.below(len(message), places(setting).bit_length())
+    for k in range(1, number + 1):
+        last += 1 + reader.rice(2**length - 1 - last, low_bits(number, length))
+        message[k] = last
+    return sender

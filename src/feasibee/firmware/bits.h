@@ -1,0 +1,96 @@
+/* Bits in a row, the most significant first, as feasibee.robot.bits in Python. */
+
+#include "controller.h"
+
+/* Bits that are written to bytes. failed is set for good once one has no room, or a number doesn't fit. */
+struct feasibee_writer {
+    uint8_t *bytes;
+    uint32_t room;   /* in bits */
+    uint32_t length; /* bits written */
+    bool failed;
+};
+
+/* Bits that are read from bytes. failed is set for good once a rule is broken; then all that is read is 0. */
+struct feasibee_reader {
+    const uint8_t *bytes;
+    uint32_t length; /* in bits */
+    uint32_t place;  /* bits read */
+    bool failed;
+};
+
+static inline void feasibee_write_flag(struct feasibee_writer *writer, bool flag)
+{
+    if (writer->length == writer->room)
+        writer->failed = true;
+    if (writer->failed)
+        return;
+    uint8_t *byte = &writer->bytes[writer->length >> 3], bit = (uint8_t)(128u >> (writer->length & 7));
+    *byte = flag ? (uint8_t)(*byte | bit) : (uint8_t)(*byte & ~bit);
+    writer->length++;
+}
+
+/* Write a number of up to 32 bits. */
+static inline void feasibee_write(struct feasibee_writer *writer, uint32_t number, uint8_t bits)
+{
+    if (bits < 32 && number >> bits != 0)
+        writer->failed = true;
+    while (bits > 0) {
+        bits--;
+        feasibee_write_flag(writer, number >> bits & 1);
+    }
+}
+
+/* Write a number in Rice's code: its upper bits in unary, then the lowest ones. */
+static inline void feasibee_write_rice(struct feasibee_writer *writer, uint32_t number, uint8_t low)
+{
+    for (uint32_t left = number >> low; left > 0 && !writer->failed; left--)
+        feasibee_write_flag(writer, false);
+    feasibee_write_flag(writer, true);
+    feasibee_write(writer, number & ((UINT32_C(1) << low) - 1), low);
+}
+
+/* See that a message keeps a rule. */
+static inline void feasibee_check(struct feasibee_reader *reader, bool holds)
+{
+    reader->failed = reader->failed || !holds;
+}
+
+static inline bool feasibee_read_flag(struct feasibee_reader *reader)
+{
+    feasibee_check(reader, reader->place < reader->length);
+    if (reader->failed)
+        return false;
+    bool flag = reader->bytes[reader->place >> 3] >> (7 - (reader->place & 7)) & 1;
+    reader->place++;
+    return flag;
+}
+
+/* Read a number of up to 32 bits. */
+static inline uint32_t feasibee_read(struct feasibee_reader *reader, uint8_t bits)
+{
+    uint32_t number = 0;
+    while (bits > 0) {
+        bits--;
+        number = number << 1 | feasibee_read_flag(reader);
+    }
+    return reader->failed ? 0 : number;
+}
+
+/* Read a number of up to 32 bits that must be below a limit; 0 if it isn't. */
+static inline uint32_t feasibee_read_below(struct feasibee_reader *reader, uint32_t limit, uint8_t bits)
+{
+    uint32_t number = feasibee_read(reader, bits);
+    feasibee_check(reader, number < limit);
+    return reader->failed ? 0 : number;
+}
+
+/* Read a number in Rice's code that must be below a limit; 0 if it isn't. */
+static inline uint32_t feasibee_read_rice(struct feasibee_reader *reader, uint32_t limit, uint8_t low)
+{
+    uint32_t upper = 0;
+    while (!feasibee_read_flag(reader) && !reader->failed)
+        feasibee_check(reader, ++upper <= limit >> low);
+    uint32_t number = upper << low | feasibee_read(reader, low);
+    feasibee_check(reader, number < limit);
+    return reader->failed ? 0 : number;
+}

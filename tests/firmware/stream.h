@@ -1,0 +1,109 @@
+/* What swarm.c and frames.c share: settings and draws, read from standard input. */
+
+#define FEASIBEE_WORDS 4096
+#include "feasibee.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FRAME = 8192 };
+
+static const struct feasibee_strategy *const strategies[] = {STRATEGIES};
+static const char *const names[] = {NAMES};
+static struct feasibee_settings settings;
+static struct feasibee_setting setting;
+static struct feasibee_wire wire;
+static uint32_t memory;
+
+static void take(void *place, size_t size)
+{
+    if (fread(place, 1, size, stdin) != size)
+        exit(3);
+}
+
+static void give(const void *place, size_t size)
+{
+    if (fwrite(place, 1, size, stdout) != size)
+        exit(4);
+}
+
+static uint32_t word(void *context)
+{
+    uint32_t *state = context;
+    *state ^= *state << 13;
+    *state ^= *state >> 17;
+    *state ^= *state << 5;
+    return *state;
+}
+
+static uint32_t duration(void *context, const struct feasibee_mean *mean)
+{
+#ifdef FEASIBEE_DOUBLE
+    return feasibee_exponential(mean, word(context));
+#else
+    (void)mean; /* as swarms.py does with whole numbers */
+    return 1 + word(context) % 16;
+#endif
+}
+
+static struct feasibee_choice choice(void *context)
+{
+    struct feasibee_choice drawn;
+    drawn.chance = word(context);
+    drawn.message = word(context);
+    return drawn;
+}
+
+static uint8_t read_byte(void)
+{
+    uint8_t number;
+    take(&number, 1);
+    return number;
+}
+
+static uint16_t read_short(void)
+{
+    uint16_t number;
+    take(&number, 2);
+    return number;
+}
+
+static uint8_t read_setting(void)
+{
+    uint8_t strategy = read_byte();
+    setting.robots = read_short();
+    setting.count = read_short();
+    setting.tasks = read_short();
+    setting.robot_ids = read_short();
+    setting.task_ids = read_short();
+    setting.id_bits = read_byte();
+    setting.knows_count = read_byte();
+    bool walled = read_byte();
+    double numbers[13];
+    take(numbers, sizeof numbers);
+#ifdef FEASIBEE_DOUBLE
+    setting.walled = walled;
+    setting.width = numbers[0];
+    setting.height = numbers[1];
+    setting.sight = numbers[2];
+    setting.radio = numbers[3];
+    setting.speed = numbers[4];
+    setting.exploration = numbers[5];
+    setting.dissemination = numbers[6];
+#else
+    (void)walled;
+#endif
+    for (uint8_t k = 0; k < 6; k++)
+        setting.parameters[k] = FEASIBEE_NUMBER(numbers[7 + k]);
+    settings = feasibee_defaults(strategies[strategy]);
+    settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
+    settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);
+    settings.commit.rounds = read_byte();
+    settings.draw_duration = duration;
+    settings.draw_choice = choice;
+    settings.setting = &setting;
+    memory = read_byte();
+    wire = feasibee_wire_of(&settings, names[strategy], setting.id_bits);
+    return strategy;
+}

@@ -1,0 +1,113 @@
+/* Several controllers that pass on knowledge by frames: reads a swarm from standard input, writes what it does. */
+
+#include "stream.h"
+
+enum { ROBOTS = 8 };
+
+static struct feasibee_robot robots[ROBOTS];
+static uint32_t last[ROBOTS];
+static uint8_t frames[ROBOTS][FRAME];
+static size_t lengths[ROBOTS];
+
+static void hear_frame(struct feasibee_robot *robot, const uint8_t *frame, size_t length)
+{
+    struct feasibee_message message;
+    feasibee_id sender;
+    if (feasibee_listens(robot) && feasibee_decode(&wire, frame, length, &sender, &message))
+        feasibee_hear(robot, sender, &message);
+}
+
+static void observe(struct feasibee_robot *robot)
+{
+#ifdef FEASIBEE_DOUBLE
+    take(&robot->x, sizeof robot->x);
+    take(&robot->y, sizeof robot->y);
+#endif
+    for (uint8_t left = read_byte(); left > 0; left--) {
+        struct feasibee_thing thing;
+        thing.is_robot = read_byte();
+        int16_t id;
+        take(&id, sizeof id);
+        thing.id = id;
+        take(&thing.hash, sizeof thing.hash);
+#ifdef FEASIBEE_DOUBLE
+        take(&thing.x, sizeof thing.x);
+        take(&thing.y, sizeof thing.y);
+#endif
+        feasibee_recognise(robot, &thing);
+    }
+}
+
+static void speak(uint8_t number)
+{
+    struct feasibee_message message;
+    lengths[number] = 0;
+    if (feasibee_message(&robots[number], &message)) {
+        lengths[number] = feasibee_encode(&wire, robots[number].me.id, &message, frames[number], FRAME);
+        if (lengths[number] == 0)
+            exit(5);
+    }
+}
+
+static void write_state(uint8_t number, uint32_t words)
+{
+    const struct feasibee_robot *robot = &robots[number];
+    uint8_t flags = (uint8_t)(robot->disseminating | robot->committed << 1);
+    uint8_t bytes[3] = {(uint8_t)(robot->opinion + 1), (uint8_t)(robot->declared + 1), flags};
+    uint16_t length = (uint16_t)lengths[number];
+    uint32_t frame = feasibee_crc(frames[number], length);
+    uint32_t known = feasibee_crc((const uint8_t *)robot->known, words * sizeof robot->known[0]);
+    uint32_t remembered = feasibee_crc((const uint8_t *)&robot->memory, memory * sizeof(double));
+    give(bytes, 3);
+    give(&robot->phase_left, 4);
+    give(&length, 2);
+    give(&frame, 4);
+    give(&known, 4);
+    give(&remembered, 4);
+}
+
+static void step(uint8_t number, uint32_t words)
+{
+    static uint8_t frame[FRAME];
+    for (uint8_t k = 0; k < number; k++)
+        speak(k);
+    for (uint8_t k = 0; k < number; k++) {
+        observe(&robots[k]);
+        uint8_t heard = read_byte();
+        for (uint8_t other = 0; other < number; other++)
+            if (heard >> other & 1 && lengths[other] > 0)
+                hear_frame(&robots[k], frames[other], lengths[other]);
+        for (uint8_t left = read_byte(); left > 0; left--) {
+            uint16_t length = read_short();
+            take(frame, length);
+            hear_frame(&robots[k], frame, length);
+        }
+    }
+    for (uint8_t k = 0; k < number; k++) {
+        feasibee_end_step(&robots[k]);
+        write_state(k, words);
+    }
+}
+
+int main(void)
+{
+    for (int byte = getchar(); byte != EOF; byte = getchar()) {
+        ungetc(byte, stdin);
+        uint8_t strategy = read_setting();
+        uint32_t words = strategies[strategy]->knowledge->words(&setting);
+        uint32_t steps;
+        uint8_t number = read_byte();
+        take(&steps, sizeof steps);
+        if (words > FEASIBEE_WORDS || number > ROBOTS)
+            return 2;
+        for (uint8_t k = 0; k < number; k++) {
+            struct feasibee_me me = {&last[k], k, 0, 0};
+            take(&last[k], 4);
+            take(&me.hash, 4);
+            feasibee_begin(&robots[k], &settings, &me, (int8_t)read_byte());
+        }
+        for (; steps > 0; steps--)
+            step(number, words);
+    }
+    return 0;
+}

@@ -1,0 +1,295 @@
+"""Swarms of controllers that pass on knowledge, the same in Python and in C (swarm.c)."""
+
+from __future__ import annotations
+
+import math
+import random
+import shutil
+import struct
+import subprocess
+from array import array
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+from zlib import crc32
+
+import pytest
+
+from feasibee.firmware import header, strategies_in_c
+from feasibee.robot import Commit, Controller, Message, Wire, WireError
+from feasibee.robot.knowledge import Knowledge
+from feasibee.scenario.setting import setting_from
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Me, Thing
+
+HERE = Path(__file__).parent
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+NAMES = strategies_in_c()
+KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
+STATE = struct.Struct("<BBBIHIII")
+"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, two CRCs."""
+VARIANTS = {
+    "turns": {
+        "names": [-1.0, 0.0, 1.0, 1.0, 3.0],
+        "name_bits": [4.0, 9.0, 20.0, 31.0],
+        "quiet": [0.0, 20.0, 33.5],
+        "tolerates": [0.0, 0.0, 1.0, 2.0],
+        "looks": [1.0, 2.0],
+    },
+    "quiet-census": {"quiet": [0.0, 20.0, 33.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
+    "totals": {"arrivals": [0.0, 1.0], "kappa": [1.19, 0.0, 1.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
+    "fading": {
+        "tau": [0.0, 0.0, 7.0, 60.0],
+        "margin": [0.2, 0.1],
+        "ratio": [0.0, 1.0],
+        "sees": [1.0, 0.9],
+        "fast": [0.0, 5.0],
+        "bounded": [0.0, 1.0],
+    },
+    "roster-turns": {
+        "name_bits": [2.0, 8.0, 20.0, 30.0],
+        "robot_timeout": [0.0, 0.0, 9.0, 30.5],
+        "looks": [1.0, 2.0],
+        "tolerates": [0.0, 0.0, 1.0, 2.0],
+    },
+    "fading-votes": {"tau": [0.0, 7.0], "margin": [0.2, 0.1], "ratio": [0.0, 1.0], "sees": [1.0, 0.9]},
+}
+"""Values of parameters to draw from."""
+EXACT = {"quiet": [20.0, 33.5], "arrivals": [0.0]}
+"""Values without which C computes in floating point."""
+COMMIT = Commit(Fraction(9, 10), 2, 3)
+
+
+def program(folder, source, *options, without=()):
+    """Return a C file of this folder as a program, ``without`` some strategies; or skip."""
+    if shutil.which("cc") is None:
+        pytest.skip("needs a C compiler: Debian's package gcc")
+    (folder / "feasibee.h").write_text(header())
+    macros = [
+        "-DSTRATEGIES=" + ", ".join("NULL" if name in without else constant(name) for name in NAMES),
+        "-DNAMES=" + ", ".join(f'"{name}"' for name in NAMES),
+    ]
+    out = folder / "program"
+    command = ["cc", *STRICT, *options, *macros, "-I", folder, HERE / source, "-o", out, "-lm"]
+    subprocess.run(command, check=True)
+    return out
+
+
+def constant(name):
+    """Return the address of a strategy in C."""
+    return f"&feasibee_{name.replace('-', '_')}"
+
+
+class Draws:
+    """The random draws of a robot in swarm.c."""
+
+    def __init__(self, word, whole_numbers):
+        self.last = word
+        self.whole_numbers = whole_numbers
+
+    def word(self):
+        word = self.last
+        word ^= word << 13 & 0xFFFFFFFF
+        word ^= word >> 17
+        self.last = word ^ word << 5 & 0xFFFFFFFF
+        return self.last
+
+    def duration(self, mean):
+        if self.whole_numbers:
+            return 1 + self.word() % 16
+        drawn = -mean * math.log((self.word() + 1) / 2**32)
+        return min(max(1, math.ceil(drawn)), 2**30)
+
+    def choice(self):
+        chance = self.word() / 2**32
+        return chance, self.word() / 2**32
+
+
+def setting_of(strategy, draw, whole_numbers):
+    """Return a random setting with random parameters."""
+    robots, tasks = draw.randint(4, 24), draw.randint(1, 24)
+    variants = VARIANTS.get(strategy.name, {}) | (EXACT if whole_numbers else {})
+    drawn = {name: draw.choice(variants[name]) for name in strategy.parameters}
+    setting = setting_from(
+        (robots, tasks),
+        (0, 0),
+        draw.random() < 0.5,
+        None,
+        drawn.values(),
+        knows_count=strategy.needs_count or draw.random() < 0.5,
+        size=(draw.choice([8.0, 20.0]), draw.choice([7.0, 20.0])),
+        walled=draw.random() < 0.5,
+        sight=draw.choice([1.0, 2.5]),
+        radio=draw.choice([1.5, 2.0]),
+        speed=draw.choice([1.0, 8.0]),  # the faster, the shorter are quiet times
+        phases=(draw.choice([1.0, 4.0, 10.0]), draw.choice([0.0, 3.0, 10.0])),
+    )
+    return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
+
+
+def setting_bytes(name, setting, commits):
+    """Return what `read_setting` of stream.h reads."""
+    numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
+    numbers += [setting.exploration, setting.dissemination, *setting.parameters]
+    return struct.pack(
+        "<BHHHHHBBB13dBB",
+        NAMES.index(name),
+        *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
+        *(setting.id_bits, setting.knows_count, setting.walled),
+        *(*numbers, *[0.0] * (13 - len(numbers))),
+        *(COMMIT.rounds if commits else 0, STRATEGIES[name].memory),
+    )
+
+
+class Episode:
+    """A swarm, drawn at random, and what its robots see and hear."""
+
+    def __init__(self, name, seed, steps, whole_numbers=False):
+        self.draw = draw = random.Random(f"{name} {seed}")
+        self.steps = steps
+        self.whole_numbers = whole_numbers
+        self.strategy = strategy = STRATEGIES[name]
+        self.setting = setting = setting_of(strategy, draw, whole_numbers)
+        self.commits = commits = not strategy.declares and draw.random() < 0.3
+        self.wire = Wire(strategy, setting.id_bits, commits=commits, setting=setting)
+        self.number = draw.randint(2, 4)
+        self.stream = bytearray(setting_bytes(name, setting, commits))
+        self.stream += struct.pack("<BI", self.number, steps)
+        self.robots = [self._robot(k, COMMIT if commits else None) for k in range(self.number)]
+        liar = Me(setting.robots - 1, 0, draw.getrandbits(32), 0, [0.0] * strategy.memory, setting)
+        self.liar = Knowledge(strategy, liar)
+        self.frames = []
+        things = range(setting.robot_ids + setting.task_ids)
+        self.hashes = [draw.getrandbits(32) for _ in things]
+        self.places = [self.place() for _ in things]
+
+    def _robot(self, number, commit):
+        word, mark, opinion = (
+            self.draw.randrange(1, 2**32),
+            self.draw.getrandbits(32),
+            self.draw.getrandbits(1),
+        )
+        self.stream += struct.pack("<IIB", word, mark, opinion)
+        draws = Draws(word, self.whole_numbers)
+        return Controller(
+            self.strategy,
+            opinion,
+            draws.duration,
+            draws.choice,
+            exploration=self.setting.exploration,
+            gain=self.setting.dissemination,
+            parameters=self.setting.parameters,
+            commit=commit,
+            me=(number, 0, mark),
+            setting=self.setting,
+        )
+
+    def place(self):
+        """Return a random place."""
+        return self.draw.uniform(0, self.setting.width), self.draw.uniform(0, self.setting.height)
+
+    def things(self):
+        """Return some things in sight."""
+        for _ in range(self.draw.choice([0, 0, 1, 2, 5])):
+            is_robot = self.draw.random() < 0.5
+            number = self.draw.randrange(self.setting.robots if is_robot else self.setting.tasks)
+            mark = number + (0 if is_robot else self.setting.robot_ids)
+            yield Thing(is_robot, number, 0, self.hashes[mark], *self.places[mark])
+
+    def strange_frames(self):
+        """Return frames of a robot that may lie, some of them damaged."""
+        draw = self.draw
+        for _ in range(draw.choice([0, 0, 0, 1])):
+            self.liar.observe(self.things())
+            self.liar.end_step(explores=bool(draw.getrandbits(1)))
+            words = self.liar.message()
+            lies = self.strategy.lie is not None and self.setting.robot_ids > self.setting.robots
+            if lies and draw.random() < 0.5:
+                words = self.liar.lie(words, draw.getrandbits(1), [])
+            said = Message(1, knowledge=words)
+            try:
+                frame = self.wire.encode(self.liar.me.id, said)
+            except WireError:
+                continue
+            if draw.random() < 0.3:
+                body = bytearray(frame[:-4])
+                body[draw.randrange(len(body))] ^= 1 << draw.randrange(8)
+                body = body[: draw.randrange(3, len(body) + 1)] if draw.random() < 0.3 else body
+                frame = bytes(body) + (crc32(body) ^ draw.choice([0, 0, 1])).to_bytes(4, "big")
+            yield frame
+
+    def states(self):
+        """Return what the robots in Python do; complete the stream for those in C."""
+        out = bytearray()
+        for _ in range(self.steps):
+            said = [robot.message() for robot in self.robots]
+            frames = [
+                self.wire.encode(number, message) if message else b"" for number, message in enumerate(said)
+            ]
+            self.frames += filter(None, frames)
+            for robot in self.robots:
+                self._perceive(robot, frames)
+            for robot, frame in zip(self.robots, frames, strict=True):
+                robot.end_step()
+                out += self._state(robot, frame)
+        return bytes(out)
+
+    def _perceive(self, robot, frames):
+        things = list(self.things())
+        if not self.whole_numbers:
+            place = self.place()
+            robot.move_to(*place)
+            self.stream += struct.pack("<dd", *place)
+        robot.recognise(things)
+        self.stream.append(len(things))
+        for thing in things:
+            self.stream += struct.pack("<BhI", thing.is_robot, thing.id, thing.hash)
+            if not self.whole_numbers:
+                self.stream += struct.pack("<dd", thing.x, thing.y)
+        own = self.robots.index(robot)
+        heard = self.draw.getrandbits(self.number) & ~(1 << own)
+        strange = list(self.strange_frames())
+        self.stream += bytes([heard, len(strange)])
+        for frame in strange:
+            self.stream += struct.pack("<H", len(frame)) + frame
+        for frame in [frames[k] for k in range(self.number) if heard >> k & 1] + strange:
+            if frame and robot.listens:
+                with suppress(WireError):
+                    robot.hear(*self.wire.decode(frame))
+
+    def _state(self, robot, frame):
+        knowledge = robot.knowledge
+        known = crc32(array("i", knowledge.words).tobytes())
+        memory = crc32(array("d", knowledge.me.memory).tobytes())
+        flags = robot.disseminating + 2 * robot.committed
+        return STATE.pack(
+            robot.opinion + 1,
+            robot.declared + 1,
+            flags,
+            robot.phase_left,
+            len(frame),
+            crc32(frame),
+            known,
+            memory,
+        )
+
+
+def assert_same(command, name, robot_steps, whole_numbers=False, length=100):
+    """Compare what swarms in C and in Python do, robot by robot and step by step."""
+    done = seed = 0
+    while done < robot_steps:
+        episode = Episode(name, seed, length, whole_numbers)
+        expected = episode.states()
+        ran = subprocess.run(command, input=bytes(episode.stream), capture_output=True, check=False)
+        assert ran.returncode == 0, (name, seed, ran.returncode, ran.stderr.decode()[-3000:])
+        done += episode.number * length
+        seed += 1
+        if ran.stdout == expected:
+            continue
+        for place in range(0, len(expected), STATE.size):
+            theirs, own = ran.stdout[place : place + STATE.size], expected[place : place + STATE.size]
+            assert len(theirs) == STATE.size, (name, seed - 1, place // STATE.size)
+            where = (name, seed - 1, divmod(place // STATE.size, episode.number))
+            assert STATE.unpack(theirs) == STATE.unpack(own), where
+        raise AssertionError((name, seed - 1, len(ran.stdout) - len(expected)))

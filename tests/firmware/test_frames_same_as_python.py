@@ -1,0 +1,103 @@
+"""Frames in C: what Python wrote is read, and written again bit for bit; damage is rejected as in Python."""
+
+from __future__ import annotations
+
+import random
+import struct
+import subprocess
+from array import array
+from zlib import crc32
+
+import pytest
+
+from feasibee.robot import Message, Wire, WireError
+from feasibee.scenario.setting import setting_from
+from feasibee.strategies import STRATEGIES
+from tests.firmware.swarms import NAMES, SANITIZED, Episode, program, setting_bytes
+
+WORDS = 4096
+"""FEASIBEE_MESSAGE_WORDS of stream.h."""
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory):
+    return program(tmp_path_factory.mktemp("frames"), "frames.c", "-DFEASIBEE_DOUBLE", *SANITIZED)
+
+
+def opinions(name, draw):
+    """Return a wire of a strategy without knowledge, its setting, whether robots commit, and frames."""
+    id_bits, commits = draw.randint(1, 16), draw.random() < 0.5
+    setting = setting_from((2, 2), (0, 0), False, id_bits, ())
+    wire = Wire(STRATEGIES[name], id_bits, commits=commits)
+    value_bits = STRATEGIES[name].value_bits
+    said = [
+        wire.encode(
+            draw.getrandbits(id_bits),
+            Message(draw.getrandbits(1), draw.getrandbits(value_bits), commits and draw.random() < 0.5),
+        )
+        for _ in range(50)
+    ]
+    return wire, setting, commits, said
+
+
+def knowledge(name, seed):
+    """Return the same of a strategy with knowledge."""
+    episode = Episode(name, seed, 40)
+    episode.states()
+    return episode.wire, episode.setting, episode.commits, episode.frames or [b"\x01"]
+
+
+def damaged(frame, draw):
+    """Return a damaged frame; every other has a checksum that fits."""
+    body = bytearray(frame[:-4] if draw.random() < 0.5 else frame)
+    kind, place = draw.randrange(4), draw.randrange(max(1, len(body)))
+    if kind == 0 and body:
+        body[place] ^= 1 << draw.randrange(8)
+    elif kind == 1:
+        del body[place:]
+    elif kind == 2:
+        body[place:place] = draw.randbytes(draw.randint(1, 5))
+    else:
+        body[max(3, place) :] = draw.randbytes(draw.randint(0, 9))
+    return bytes(body) if draw.random() < 0.3 else bytes(body) + crc32(body).to_bytes(4, "big")
+
+
+def answer(wire, frame):
+    """Return what frames.c writes of a frame."""
+    try:
+        sender, message = wire.decode(frame)
+    except WireError:
+        return b"\0"
+    words = array("i", message.knowledge + (0,) * (WORDS - len(message.knowledge))).tobytes()
+    heard = (1, message.opinion + 1, message.committed, sender == -1, sender % 2**16, message.value)
+    return struct.pack("<BBBBHHII", *heard, crc32(words), 1)
+
+
+def assert_same(program, name, packets, most=2_000):
+    """Compare what C and Python make of frames, whole and damaged."""
+    for seed in range(-(-packets // most)):
+        draw = random.Random(f"{name} {seed}")
+        has_knowledge = STRATEGIES[name].knowledge
+        wire, setting, commits, said = knowledge(name, seed) if has_knowledge else opinions(name, draw)
+        sent = [*said[:100], *(damaged(draw.choice(said), draw) for _ in range(min(packets, most)))]
+        stream = setting_bytes(name, setting, commits) + struct.pack("<I", len(sent))
+        stream += b"".join(struct.pack("<H", len(frame)) + frame for frame in sent)
+        ran = subprocess.run([program], input=stream, capture_output=True, check=False)
+        assert ran.returncode == 0, (name, seed, ran.stderr.decode()[-3000:])
+        place = 0
+        for frame in sent:
+            expected = answer(wire, frame)
+            assert ran.stdout[place : place + len(expected)] == expected, (name, seed, frame.hex())
+            place += len(expected)
+        assert place == len(ran.stdout)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frames_in_c_are_those_of_python(name, frames):
+    assert_same(frames, name, 1_000)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_a_million_damaged_frames_in_c(name, frames):
+    assert_same(frames, name, 1_000_000 // len(NAMES))

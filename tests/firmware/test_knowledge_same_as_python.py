@@ -1,0 +1,43 @@
+"""Strategies that pass on knowledge, in C: the same decisions, knowledge and frames as in Python."""
+
+from __future__ import annotations
+
+import pytest
+
+from feasibee.strategies import STRATEGIES
+from tests.firmware.swarms import KNOWLEDGE, SANITIZED, assert_same, program
+
+IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
+"""Strategies that exist with FEASIBEE_DOUBLE only."""
+
+
+@pytest.fixture(scope="module")
+def swarm(tmp_path_factory):
+    return program(tmp_path_factory.mktemp("swarm"), "swarm.c", "-DFEASIBEE_DOUBLE", *SANITIZED)
+
+
+@pytest.fixture(scope="module")
+def in_whole_numbers(tmp_path_factory):
+    return program(tmp_path_factory.mktemp("whole"), "swarm.c", *SANITIZED, without=IN_DOUBLE)
+
+
+@pytest.mark.parametrize("name", KNOWLEDGE)
+def test_swarms_in_c_do_what_they_do_in_python(name, swarm):
+    assert_same([swarm], name, 4_000)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KNOWLEDGE)
+def test_a_million_steps_in_c_are_those_in_python(name, swarm):
+    assert_same([swarm], name, 1_000_000)
+
+
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
+def test_in_whole_numbers_c_does_the_same(name, in_whole_numbers):
+    assert_same([in_whole_numbers], name, 3_000, whole_numbers=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
+def test_a_million_steps_in_whole_numbers(name, in_whole_numbers):
+    assert_same([in_whole_numbers], name, 1_000_000, whole_numbers=True)

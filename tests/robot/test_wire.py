@@ -1,0 +1,352 @@
+"""Messages as bytes: nothing is lost, every bit is accounted for, and damaged frames are rejected."""
+
+from __future__ import annotations
+
+import random
+from zlib import crc32
+
+import pytest
+
+from feasibee import Scenario
+from feasibee.reference.swarm import Swarm
+from feasibee.robot import Message, Wire, WireError
+from feasibee.robot.bits import BitReader, BitWriter
+from feasibee.robot.knowledge import Knowledge
+from feasibee.robot.wire import OVERHEAD
+from feasibee.scenario.setting import setting_from
+from feasibee.strategies import STRATEGIES, roster
+from feasibee.strategies.contract import Me, Thing
+
+COMMIT = {"quorum": 0.6, "rounds": 1}
+CLASSES = {
+    "robots": {
+        "classes": [
+            {"name": "small", "count": 5, "skills": ["a"]},
+            {"name": "large", "count": 4, "skills": ["b"]},
+        ]
+    },
+    "tasks": {
+        "classes": [
+            {"name": "light", "count": 3, "needs": {"a": 1}},
+            {"name": "heavy", "count": 3, "needs": {"b": 1}},
+        ]
+    },
+}
+VARIANTS = [
+    *((name, {}, {}) for name in STRATEGIES),
+    *((name, {}, CLASSES) for name in ("dmmd", "tally", "estimate", "census", "sketch")),
+    ("quiet-census", {}, {"robots": {"know_count": True}}),
+    ("quiet-census", {"tolerates": 1}, {}),
+    ("map", {"rows": 2}, {}),
+    ("map", {"tolerates": 1}, {}),
+    ("map", {"tolerates": 1, "rows": 3}, {}),
+    ("turns", {"names": 0}, {}),
+    ("turns", {"names": 3, "name_bits": 7}, {}),
+    ("turns", {"names": -1}, {}),
+    ("turns", {"names": -1, "name_bits": 11, "tolerates": 1, "looks": 2}, {}),
+    ("totals", {"arrivals": 1, "tolerates": 1}, {}),
+    ("roster", {}, {"robots": {"know_count": True}}),
+    ("roster", {"tolerates": 1}, {}),
+    ("roster-turns", {}, {"robots": {"know_count": True}}),
+    ("roster-turns", {"tolerates": 1, "name_bits": 28}, {"robots": {"know_count": True}}),
+    ("roster-turns", {"name_bits": 8}, {}),
+    ("fading", {"fast": 20}, {}),
+    ("fading", {"ratio": 1, "bounded": 1}, {}),
+    ("dmmd", {}, {"radio": {"id_bits": 16}}),
+    ("turns", {}, {"radio": {"id_bits": 4}}),
+]
+GENERATOR_SEED = 17
+
+
+def scenario_of(name, parameters, fields, commits, says):
+    """Return a small scenario of a strategy in which robots hear each other at once."""
+    strategy = STRATEGIES[name]
+    robots = {"know_count": strategy.needs_count} | fields.get("robots", {"count": 9})
+    decision = {"strategy": name, "parameters": parameters} | ({"commit": COMMIT} if commits else {})
+    sides = {"arena": {"side": 8.0}, "tasks": {"count": 6}, "radio": {}} | fields | {"robots": robots}
+    faults = {"faults": {"byzantine": 0.3, "byzantine_says": says}} if says else {}
+    return Scenario(decision=decision, **sides, **faults)
+
+
+def wire_of(swarm):
+    """Return the wire of a swarm's robots."""
+    scenario = swarm.scenario
+    setting = scenario.setting if scenario.strategy.knowledge else None
+    commits = scenario.decision.commit is not None
+    places = {(k + 1) * 2654435761 % 2**32: k for k in range(setting.task_ids)} if setting else {}
+    for number, place in swarm.tasks.items():
+        thing = Thing(False, number, 0, 0, *swarm.world.in_units(place))
+        places[roster.place_of(thing, scenario.setting)] = number
+    by_position = swarm.scenario.strategy.name == "roster"
+    task_of = (lambda name: places.get(name, -1)) if by_position else None
+    return Wire(scenario.strategy, swarm.names.id_bits, commits=commits, setting=setting, task_of=task_of)
+
+
+class Eavesdropped(Swarm):
+    """A swarm whose messages are kept, with the bits that are accounted for each."""
+
+    def __init__(self, scenario):
+        super().__init__(scenario, 3, 0)
+        self.messages = []
+
+    def _bits(self, sender, message):
+        bits = super()._bits(sender, message)
+        self.messages.append((self.names.id(sender.number), message, bits))
+        return bits
+
+
+def simulated(scenario, steps=40):
+    """Return the wire of a swarm and the messages of a run, each with its accounted bits."""
+    swarm = Eavesdropped(scenario)
+    for _ in range(steps):
+        swarm.step()
+    assert len(swarm.messages) > 20
+    return wire_of(swarm), swarm.messages
+
+
+# --- Nothing is lost, and every bit is accounted for ---
+
+
+def once(words):
+    """Return the words of a message of turns with each name once, as receivers get it."""
+    names = sorted(set(words[1:]) - {0})
+    return (words[0], *names, *[0] * (len(words) - 1 - len(names)))
+
+
+@pytest.mark.parametrize("says", [None, "opposite", "colluding"])
+@pytest.mark.parametrize(("name", "parameters", "fields"), VARIANTS)
+def test_the_messages_of_a_run_survive_and_take_the_bits_that_it_accounts(name, parameters, fields, says):
+    commits = says != "colluding" and not STRATEGIES[name].declares
+    wire, messages = simulated(scenario_of(name, parameters, fields, commits, says))
+    for sender, said, bits in messages:
+        frame = wire.encode(sender, said)
+        message = said
+        if name == "turns" and parameters.get("names") == -1:  # some lies hold a name twice
+            message = said._replace(knowledge=once(said.knowledge))
+        if message == said:
+            assert wire.bits(sender, message) == bits
+            assert len(frame) == OVERHEAD + (bits + 7) // 8
+        heard = wire.decode(frame)
+        assert heard.message.opinion == (-1 if message.knowledge and not commits else message.opinion)
+        assert heard.sender in {sender, -1}
+        assert (heard.sender == -1) <= (bool(message.knowledge) and not commits)
+        assert heard.message._replace(opinion=message.opinion) == message
+
+
+def test_which_messages_have_no_id():
+    without = {"tally", "estimate", "census", "sketch", "quiet-census", "roster"}
+    for name in STRATEGIES:
+        wire, messages = simulated(scenario_of(name, {}, {}, False, None), steps=20)
+        assert (wire.decode(wire.encode(*messages[0][:2])).sender == -1) == (name in without)
+
+
+@pytest.mark.parametrize("name", ["dmmd", "average", "census"])
+def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name):
+    """Each robot of one swarm hears messages, those of the other decoded frames."""
+    scenario = scenario_of(name, {}, {}, False, None)
+    swarms = [Swarm(scenario, 3, 0), Swarm(scenario, 3, 0)]
+    wire = wire_of(swarms[0])
+    for robot in swarms[1].robots:
+        hear = robot.mind.hear
+        robot.mind.hear = lambda sender, message, hear=hear: hear(*wire.decode(wire.encode(sender, message)))
+    for _ in range(100):
+        for swarm in swarms:
+            swarm.step()
+        first, second = ([robot.mind.opinion for robot in swarm.robots] for swarm in swarms)
+        assert first == second
+
+
+def random_things(setting, rng):
+    """Return some robots and tasks, at random places."""
+    for _ in range(rng.randrange(12)):
+        is_robot = rng.random() < 0.5
+        kinds = setting.robot_classes if is_robot else setting.task_classes
+        place = rng.uniform(0, setting.width), rng.uniform(0, setting.height)
+        number = rng.randrange(setting.robots if is_robot else setting.tasks)
+        yield Thing(is_robot, number, rng.randrange(kinds), rng.getrandbits(32), *place)
+
+
+@pytest.mark.parametrize("name", [name for name in STRATEGIES if STRATEGIES[name].knowledge])
+def test_random_knowledge_survives(name):
+    rng = random.Random(GENERATOR_SEED)
+    strategy = STRATEGIES[name]
+    for _ in range(20):
+        counts, classes = (rng.randint(2, 70), rng.randint(1, 90)), (0, 0)
+        if not strategy.one_class:
+            classes = rng.randint(0, 3), rng.randint(0, 3)
+        knows = strategy.needs_count or rng.random() < 0.5
+        setting = setting_from(counts, classes, False, None, strategy.parameters.values(), knows_count=knows)
+        me = Me(rng.randrange(counts[0]), 0, rng.getrandbits(32), rng.randrange(1000), [0.0] * 20, setting)
+        knowledge = Knowledge(strategy, me)
+        places = {}
+        for _ in range(10):
+            things = list(random_things(setting, rng))
+            places |= {roster.place_of(thing, setting): thing.id for thing in things if not thing.is_robot}
+            knowledge.observe(things)
+            task_of = places.get if name == "roster" else None
+            wire = Wire(strategy, setting.id_bits, setting=setting, task_of=task_of)
+            sent = Message(-1, knowledge=knowledge.message())
+            assert wire.bits(me.id, sent) == knowledge.bits(sent.knowledge)
+            assert wire.decode(wire.encode(me.id, sent)).message == sent
+            knowledge.end_step(explores=True)
+
+
+# --- What isn't a frame ---
+
+
+def sealed(body):
+    """Return a frame of these bytes with the right checksum."""
+    return body + crc32(body).to_bytes(4, "big")
+
+
+DMMD = Wire(STRATEGIES["dmmd"], 5)
+FRAME = DMMD.encode(7, Message(1))
+
+
+@pytest.mark.parametrize(
+    ("frame", "problem"),
+    [
+        (b"", "has 0 bytes; a frame has at least 7"),
+        (FRAME[:-1], "wrong checksum"),
+        (FRAME[:3] + b"\x00" + FRAME[4:], "wrong checksum"),
+        (sealed(b"\x02" + FRAME[1:-4]), "is of version 2; use robots of version 1"),
+        (sealed(FRAME[:1] + b"\x00" + FRAME[2:-4]), "is of another strategy or setting"),
+        (sealed(FRAME[:3]), "ends after 0 bytes"),
+        (sealed(FRAME[:-4] + b"\x00"), "goes on after its end"),
+        (sealed(FRAME[:3] + bytes([FRAME[3] | 1])), "has bits other than 0 after its end"),
+        (Wire(STRATEGIES["dmvd"], 5).encode(7, Message(1)), "another strategy or setting"),
+        (Wire(STRATEGIES["dmmd"], 6).encode(7, Message(1)), "another strategy or setting"),
+        (Wire(STRATEGIES["dmmd"], 5, commits=True).encode(7, Message(1)), "another strategy or setting"),
+    ],
+)
+def test_bytes_that_are_no_frame_are_rejected(frame, problem):
+    with pytest.raises(WireError, match=problem):
+        DMMD.decode(frame)
+
+
+@pytest.mark.parametrize(
+    ("sender", "message", "problem"),
+    [
+        (32, Message(1), "32 doesn't fit 5 bits; it must be from 0 to 31"),
+        (-1, Message(1), "-1 doesn't fit 5 bits"),
+        (1, Message(-1), "-1 doesn't fit 1 bits"),
+        (1, Message(1, 3), "3 doesn't fit 0 bits"),
+        (1, Message(1, 0, True), "has a commitment; give the wire commits=True"),
+    ],
+)
+def test_a_message_that_does_not_fit_is_rejected(sender, message, problem):
+    with pytest.raises(WireError, match=problem):
+        DMMD.encode(sender, message)
+
+
+def test_a_wire_says_what_it_needs():
+    with pytest.raises(TypeError, match="census passes on knowledge: give the wire a setting"):
+        Wire(STRATEGIES["census"], 5)
+    with pytest.raises(ValueError, match="id_bits = 0: must be from 1 to 32"):
+        Wire(STRATEGIES["dmmd"], 0)
+
+
+def test_a_setting_and_parameters_tell_swarms_apart():
+    def header(robots=20, **parameters):
+        values = (STRATEGIES["turns"].parameters | parameters).values()
+        setting = setting_from((robots, 5), (0, 0), False, 5, values)
+        wire = Wire(STRATEGIES["turns"], 5, setting=setting)
+        return wire.encode(1, Message(-1, knowledge=(0, 1)))[:3]
+
+    assert header() == header()
+    assert len({header(), header(name_bits=19.0), header(tolerates=1.0), header(looks=2.0)}) == 4
+
+
+def test_a_robot_whose_id_is_no_robots_is_rejected():
+    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
+    wire = Wire(STRATEGIES["totals"], 5, setting=setting)
+    with pytest.raises(WireError, match="has a number out of range"):
+        wire.decode(wire.encode(20, Message(-1, knowledge=(0,))))
+
+
+# --- Damaged frames ---
+
+
+def mutated(frame, rng):
+    """Return a frame that is damaged in one of several ways."""
+    kind, place = rng.randrange(6), rng.randrange(len(frame))
+    if kind == 0:  # one flipped bit
+        return frame[:place] + bytes([frame[place] ^ 1 << rng.randrange(8)]) + frame[place + 1 :]
+    if kind == 1:
+        return frame[:place]
+    if kind == 2:
+        return frame[:place] + rng.randbytes(rng.randint(1, 8)) + frame[place:]
+    if kind == 3:
+        return frame[:place] + frame[place + 1 :]
+    if kind == 4:
+        return rng.randbytes(rng.randrange(2 * len(frame)))
+    noise = rng.randbytes(rng.randint(1, len(frame) - place))
+    return frame[:place] + noise + frame[place + len(noise) :]
+
+
+def frames_of_all_strategies():
+    """Return wires, each with frames of a run."""
+    found = []
+    for name, parameters, fields in VARIANTS:
+        wire, messages = simulated(scenario_of(name, parameters, fields, False, None), steps=30)
+        found.append((wire, [wire.encode(*each[:2]) for each in messages[:: max(1, len(messages) // 20)]]))
+    return found
+
+
+def assert_rejected_or_whole(packets):
+    """See that mutated packets are rejected, and that payloads with the right checksum are read strictly."""
+    rng = random.Random(GENERATOR_SEED)
+    wires = frames_of_all_strategies()
+    for _ in range(packets):
+        wire, frames = rng.choice(wires)
+        frame = rng.choice(frames)
+        packet = mutated(frame, rng)
+        if packet != frame:
+            with pytest.raises(WireError):  # 2**-32 of such packets may be accepted
+                wire.decode(packet)
+        packet = sealed(frame[:3] + mutated(frame[3:-4], rng))
+        try:
+            heard = wire.decode(packet)
+        except WireError:
+            continue
+        sent = heard.message._replace(opinion=max(heard.message.opinion, 0))
+        assert wire.encode(max(heard.sender, 0), sent) == packet
+
+
+def test_damaged_packets_are_rejected_and_no_message_has_two_frames():
+    assert_rejected_or_whole(10_000)
+
+
+@pytest.mark.slow
+def test_a_million_damaged_packets():
+    assert_rejected_or_whole(1_000_000)
+
+
+# --- Bits ---
+
+
+def test_bits_are_read_as_they_were_written():
+    rng = random.Random(GENERATOR_SEED)
+    written = [(rng.randrange(4), rng.randrange(20), rng.randrange(33)) for _ in range(500)]
+    writer = BitWriter()
+    for code, number, bits in written:
+        if code == 0:
+            writer.number(number % 2**bits, bits)
+        elif code == 1:
+            writer.unary(number)
+        elif code == 2:
+            writer.rice(number, bits % 6)
+        else:
+            writer.word(number - 10)
+    reader = BitReader(writer.bytes())
+    for code, number, bits in written:
+        if code == 0:
+            assert reader.number(bits) == number % 2**bits
+        elif code == 1:
+            assert reader.unary(20) == number
+        elif code == 2:
+            assert reader.rice(20, bits % 6) == number
+        else:
+            assert reader.word() == number - 10
+    assert reader.place == writer.length
+    reader.end()

@@ -1,0 +1,107 @@
+"""The page on bytes: its programs run, its list of layouts is complete, and users' files may define bytes."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from feasibee import FeasibeeError
+from feasibee.firmware import header, strategies_in_c
+from feasibee.robot import Message, Wire, WireError
+from feasibee.scenario.plugins import load
+from feasibee.scenario.setting import setting_from
+from feasibee.strategies import STRATEGIES
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "wire.md").read_text(encoding="utf-8")
+
+
+def blocks_of(language):
+    """Return the blocks of code on the page."""
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+BYTES = "\n\n" + next(block for block in blocks_of("python") if block.startswith("def pack"))
+
+
+def roll_call(tmp_path, text):
+    """Return the strategy of the docs with more functions."""
+    path = tmp_path / "mine.py"
+    path.write_text((ROOT / "examples" / "roll_call.py").read_text() + text)
+    return load(str(path))
+
+
+def test_a_users_knowledge_without_pack_goes_as_plain_words(tmp_path):
+    strategy = roll_call(tmp_path, "")
+    setting = setting_from((3, 2), (0, 0), False, None, ())
+    wire = Wire(strategy, 2, setting=setting)
+    message = Message(1, knowledge=(1, 0, 1, 0, -5))
+    assert not wire.is_exact
+    assert wire.bits(2, message) == 2 + 1 + 5 * 32
+    assert wire.decode(wire.encode(2, message)) == (2, message)
+
+
+def test_a_users_pack_makes_it_exact(tmp_path):
+    strategy = roll_call(tmp_path, BYTES)
+    setting = setting_from((3, 2), (0, 0), False, None, ())
+    wire = Wire(strategy, 2, setting=setting)
+    message = Message(-1, knowledge=(1, 0, 1, 0, 1))
+    assert wire.is_exact
+    assert wire.bits(2, message) == 2 * 3 + 33 + 2
+    assert wire.decode(wire.encode(2, message)) == (-1, message)
+    with pytest.raises(WireError):
+        wire.decode(wire.encode(2, message)[:-1])
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (
+            BYTES.replace("32)", "16)"),
+            "mine.py: pack writes .* bits of .*, and bits returns .*; they must be equal",
+        ),
+        (
+            BYTES.replace("= 1\n", "= 2\n"),
+            "mine.py: unpack reads .* from what pack wrote of .*; they must be equal",
+        ),
+        (BYTES.replace("return -1", "return -2"), "unpack.* returns -2; must be the sender's id, or -1"),
+        (BYTES.replace("range(len(message))", "range(len(message) + 1)"), "pack.* fails: IndexError"),
+        (BYTES[: BYTES.index("def unpack")], "has pack, but no function unpack; write def unpack"),
+        (BYTES[BYTES.index("def unpack") :], "has unpack, but no function pack; write def pack"),
+    ],
+)
+def test_a_users_pack_is_tried(tmp_path, text, why):
+    with pytest.raises(FeasibeeError, match=why):
+        roll_call(tmp_path, text)
+
+
+# --- The page ---
+
+
+def test_the_programs_on_the_page_print_what_it_says(capsys):
+    for block in blocks_of("python"):
+        if "print(" in block:
+            exec(compile(block, "wire.md", "exec"), {})
+    assert capsys.readouterr().out.splitlines() == ["01 3c 30 3c 44 a0 ee f9", "(7, 1)"]
+
+
+def test_the_program_in_c_on_the_page_runs(tmp_path):
+    if shutil.which("cc") is None:
+        pytest.skip("needs a C compiler: Debian's package gcc")
+    (tmp_path / "feasibee.h").write_text(header())
+    (tmp_path / "program.c").write_text(blocks_of("c")[0])
+    options = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+    subprocess.run(["cc", *options, "program.c", "-o", "program", "-lm"], cwd=tmp_path, check=True)
+    subprocess.run([tmp_path / "program"], check=True)
+
+
+def test_the_page_lists_the_layout_of_each_strategy_and_those_in_c():
+    layouts = next(block for block in blocks_of("text") if "census" in block)
+    with_knowledge = {name for name in STRATEGIES if STRATEGIES[name].knowledge}
+    assert {line.split()[0] for line in layouts.splitlines() if line[0] != " "} == with_knowledge
+    said = re.split(r"Not\s+in\s+C: ", PAGE)[1].partition(", and classes")[0]
+    assert set(re.findall("`(.*?)`", said)) == with_knowledge - set(strategies_in_c())
