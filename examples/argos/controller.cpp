@@ -53,6 +53,7 @@ void CFeasibeeController::ReadDecision(TConfigurationNode& t_node) {
    m_tSettings.strategy = m_strStrategy.c_str();
    GetNodeAttribute(t_node, "exploration", m_tSettings.exploration);
    GetNodeAttribute(t_node, "gain", m_tSettings.gain);
+   GetNodeAttribute(t_node, "id_bits", m_tSettings.id_bits);
    GetNodeAttribute(t_node, "dissemination_floor", m_tSettings.dissemination_floor);
    GetNodeAttribute(t_node, "quality_floor", m_tSettings.quality_floor);
    GetNodeAttribute(t_node, "listens_for", m_tSettings.listens_for);

@@ -1,4 +1,4 @@
-/* The decisions of one robot: feasibee.h with a random generator and a message of six bytes. */
+/* The decisions of one robot: feasibee.h with a random generator, and its messages as bytes. */
 
 #include "mind.h"
 
@@ -13,6 +13,7 @@
 struct mind {
     struct feasibee_settings settings;
     struct feasibee_robot robot;
+    struct feasibee_wire wire;
     double switching;
     double (*uniform)(void *context);
     void *context;
@@ -107,6 +108,7 @@ struct mind *mind_new(const struct mind_settings *given, uint16_t id, double (*u
     mind->context = context;
     mind->switching = given->switching;
     mind->settings = settings_of(given, strategy);
+    mind->wire = feasibee_wire_of(&mind->settings, given->strategy, (uint8_t)given->id_bits);
     struct feasibee_me me = {0};
     me.context = mind;
     me.id = id;
@@ -126,14 +128,13 @@ void mind_see(struct mind *mind, int robots, int tasks)
 
 bool mind_hear(struct mind *mind, const uint8_t *bytes, size_t size)
 {
-    if (size < MIND_MESSAGE_BYTES || bytes[0] != MIND_MESSAGE_BYTES - 1 || bytes[3] > 3)
+    struct feasibee_message message;
+    feasibee_id sender;
+    if (size < MIND_MESSAGE_BYTES || bytes[0] == 0 || bytes[0] >= MIND_MESSAGE_BYTES ||
+        !feasibee_decode(&mind->wire, bytes + 1, bytes[0], &sender, &message))
         return false;
-    struct feasibee_message message = {0};
-    message.opinion = bytes[3] & 1;
-    message.committed = bytes[3] >> 1;
-    message.value = (uint16_t)(bytes[4] << 8 | bytes[5]);
     if (feasibee_listens(&mind->robot))
-        feasibee_hear(&mind->robot, (uint16_t)(bytes[1] << 8 | bytes[2]), &message);
+        feasibee_hear(&mind->robot, sender, &message);
     return true;
 }
 
@@ -143,12 +144,8 @@ size_t mind_say(struct mind *mind, uint8_t bytes[MIND_MESSAGE_BYTES])
     memset(bytes, 0, MIND_MESSAGE_BYTES);
     if (!feasibee_message(&mind->robot, &message))
         return 0;
-    bytes[0] = MIND_MESSAGE_BYTES - 1;
-    bytes[1] = (uint8_t)(mind->robot.me.id >> 8);
-    bytes[2] = (uint8_t)mind->robot.me.id;
-    bytes[3] = (uint8_t)(message.opinion | message.committed << 1);
-    bytes[4] = (uint8_t)(message.value >> 8);
-    bytes[5] = (uint8_t)message.value;
+    size_t length = feasibee_encode(&mind->wire, mind->robot.me.id, &message, bytes + 1, MIND_MESSAGE_BYTES - 1);
+    bytes[0] = (uint8_t)length;
     return MIND_MESSAGE_BYTES;
 }
 

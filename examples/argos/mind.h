@@ -1,4 +1,4 @@
-/* The decisions of one robot, without ARGoS: feasibee.h and a message of six bytes. */
+/* The decisions of one robot, without ARGoS: feasibee.h and its messages as bytes. */
 
 #ifndef MIND_H
 #define MIND_H
@@ -11,16 +11,16 @@
 extern "C" {
 #endif
 
-/* A message: how many bytes follow, the sender's id in two, flags, a value in two; high bytes first.
- * Flags: bit 0 the opinion, bit 1 whether the sender has committed. The first byte is 0 if nothing is said.
- */
-enum { MIND_MESSAGE_BYTES = 6 };
+/* A message: the length of a frame, the frame, and zeros; all zeros if nothing is said. docs/wire.md has the
+ * layout of frames. */
+enum { MIND_MESSAGE_BYTES = 15 };
 
 /* The section [decision] of a scenario; feasibee's docs/fields.md says what each field means. */
 struct mind_settings {
     const char *strategy;     /* one of opinions, such as "dmmd" */
     double exploration;       /* mean steps */
     double gain;              /* mean steps */
+    int id_bits;              /* length of an id in messages, 1 to 16 */
     int dissemination_floor;
     int quality_floor;
     int listens_for;          /* -1 always, 0 while disseminating, or its last so many steps */

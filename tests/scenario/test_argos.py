@@ -100,6 +100,7 @@ def test_a_decision_has_all_its_fields():
         "strategy": "k-unanimity",
         "exploration": "7.5",
         "gain": "20",
+        "id_bits": "5",
         "dissemination_floor": "3",
         "quality_floor": "1",
         "listens_for": "5",

@@ -14,6 +14,7 @@ import pytest
 
 from feasibee.firmware import header
 from feasibee.robot import Commit, Controller, Message
+from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
@@ -31,6 +32,7 @@ class Settings(ctypes.Structure):
         ("strategy", ctypes.c_char_p),
         ("exploration", ctypes.c_double),
         ("gain", ctypes.c_double),
+        ("id_bits", ctypes.c_int),
         ("dissemination_floor", ctypes.c_int),
         ("quality_floor", ctypes.c_int),
         ("listens_for", ctypes.c_int),
@@ -95,13 +97,20 @@ def settings_of(strategy, **changed):
         parameters["k"] = int(parameters["k"])
     if "positive_feedback" in parameters:
         parameters["positive_feedback"] = bool(parameters["positive_feedback"])
-    usual = {"exploration": 10, "gain": 10, "listens_for": -1, "inbox_size": 1024, "own_vote": True}
+    usual = {
+        "exploration": 10,
+        "gain": 10,
+        "id_bits": 9,
+        "listens_for": -1,
+        "inbox_size": 1024,
+        "own_vote": True,
+    }
     return Settings(strategy=strategy.encode(), **{**usual, **parameters, **changed})
 
 
-def packed(sender, message):
-    flags = message.opinion | message.committed << 1
-    return bytes([5, sender >> 8, sender & 255, flags, message.value >> 8, message.value & 255])
+def packed(wire, sender, message):
+    frame = wire.encode(sender, message)
+    return (bytes([len(frame)]) + frame).ljust(15, b"\0")
 
 
 @pytest.mark.parametrize("strategy", NAMES)
@@ -121,11 +130,12 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         commit=Commit(Fraction(9, 10), 3, 2),
         draw_switch=lambda: in_python.fraction() < 0.05,
     )
-    world, said, opinions = random.Random(2), ctypes.create_string_buffer(6), set()
+    wire = Wire(STRATEGIES[strategy], 9, commits=True)
+    world, said, opinions = random.Random(2), ctypes.create_string_buffer(15), set()
     for _ in range(3000):
         message = robot.message()
         length = library.mind_say(mind, said)
-        assert (length, said.raw) == ((0, bytes(6)) if message is None else (6, packed(ME, message)))
+        assert (length, said.raw) == ((0, bytes(15)) if message is None else (15, packed(wire, ME, message)))
         seen = world.randrange(4), world.randrange(4)
         robot.observe(*seen)
         library.mind_see(mind, *seen)
@@ -135,7 +145,7 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
             heard = Message(world.randrange(2), value)
             if robot.listens:
                 robot.hear(sender, heard)
-            assert library.mind_hear(mind, packed(sender, heard), 6)
+            assert library.mind_hear(mind, packed(wire, sender, heard), 15)
         robot.end_step()
         library.mind_end_step(mind)
         assert (library.mind_opinion(mind), library.mind_committed(mind)) == (robot.opinion, robot.committed)
@@ -147,11 +157,12 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
 def test_what_is_no_message_is_not_heard(library):
     settings = settings_of("dmmd")
     mind = library.mind_new(ctypes.byref(settings), ME, UNIFORM(lambda context: 0.5), None)
-    good = packed(7, Message(1))
-    assert library.mind_hear(mind, good, 6)
-    assert not library.mind_hear(mind, good, 5)
-    assert not library.mind_hear(mind, bytes(6), 6)
-    assert not library.mind_hear(mind, good[:3] + bytes([4]) + good[4:], 6)
+    good = packed(Wire(STRATEGIES["dmmd"], 9), 7, Message(1))
+    assert library.mind_hear(mind, good, 15)
+    assert not library.mind_hear(mind, good, 14)
+    assert not library.mind_hear(mind, bytes(15), 15)
+    assert not library.mind_hear(mind, b"\xff" + good[1:], 15)
+    assert not library.mind_hear(mind, good[:4] + bytes([good[4] ^ 1]) + good[5:], 15)
     library.mind_free(mind)
 
 

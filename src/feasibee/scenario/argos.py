@@ -174,6 +174,7 @@ def _decision(scenario: Scenario) -> dict[str, str]:
         "strategy": decision.strategy,
         "exploration": _number(decision.exploration),
         "gain": _number(decision.gain),
+        "id_bits": str(scenario.setting.id_bits),
         "dissemination_floor": str(decision.dissemination_floor),
         "quality_floor": str(decision.quality_floor),
         "listens_for": str(_listens_for(scenario)),
