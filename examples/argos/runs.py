@@ -69,7 +69,11 @@ def run(text: bytes, tasks: str, seed: int) -> str:
         file = Path(folder, "run.argos")
         file.write_bytes(ElementTree.tostring(experiment))
         command = ["argos3", "--no-color", "--no-visualization", "--config-file", str(file)]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise SystemExit(
+                f"argos3 ended with status {done.returncode}, random_seed={seed}:\n{done.stderr}"
+            )
         return Path(folder, "runs.csv").read_text()
 
 
@@ -98,7 +102,7 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
     z = 1.959964
     middle = (successes + z * z / 2) / (trials + z * z)
     half = z / (trials + z * z) * math.sqrt(successes * (trials - successes) / trials + z * z / 4)
-    return middle - half, middle + half
+    return max(0.0, middle - half), min(1.0, middle + half)
 
 
 if __name__ == "__main__":
