@@ -5,17 +5,14 @@ from __future__ import annotations
 from array import array
 from zlib import crc32
 
-import pytest
-
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee import firmware
-from feasibee.robot import Controller
+from feasibee.robot import Controller, Wire
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
 from tests.firmware import boards
 
-Wire = pytest.importorskip("feasibee.robot.wire", reason="messages have no bytes yet").Wire
 ROBOTS = 3
 
 

@@ -51,18 +51,30 @@ def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step
 
 @click.command()
 @scenario_options
-def scenario(file: Path | None, changes: tuple[str, ...]) -> None:
+@click.option(
+    "--to",
+    "form",
+    type=click.Choice(["toml", "argos"]),
+    default="toml",
+    show_default=True,
+    help="Form: a complete scenario, or an experiment of ARGoS3 for examples/argos.",
+)
+def scenario(file: Path | None, changes: tuple[str, ...], form: str) -> None:
     """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
 
     \b
-    Example:
+    Examples:
       feasibee scenario --set robots.count=40 > forty.toml
+      feasibee scenario forty.toml --to argos > examples/argos/forty.argos
     """
-    from feasibee.scenario.comments import commented_toml
-
-    click.echo(commented_toml(read_scenario(file, changes)), nl=False)
+    read = read_scenario(file, changes)
+    if form == "argos":
+        from feasibee.scenario.argos import argos_text as text_of
+    else:
+        from feasibee.scenario.comments import commented_toml as text_of
+    click.echo(text_of(read), nl=False)
 
 
 @click.command()

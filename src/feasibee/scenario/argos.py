@@ -1,0 +1,326 @@
+"""A scenario as an experiment of ARGoS3, for the controller and loop functions of `examples/argos`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+from xml.etree import ElementTree
+
+from feasibee.errors import Problem, ScenarioError
+from feasibee.model.codes import exact
+from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.scenario import Scenario
+
+FOOTBOT_DIAMETER: Final = 0.170073516
+"""Diameter of ARGoS's foot-bot, in metres."""
+LIBRARY: Final = "build/libfeasibee_argos"
+"""Where `examples/argos` builds controller and loop functions, from its folder."""
+BODY_TICKS: Final = 10
+"""Ticks per step of robots with bodies: proximity is sensed ten times a second."""
+POINT_TICKS: Final = 2
+"""Ticks per step of points: one to drive, one to turn."""
+WALL: Final = 0.1
+"""Thickness of a wall, in metres."""
+MOST_HEARD: Final = 1024
+"""Length of the inbox in `examples/argos/mind.c`."""
+LARGEST: Final = 65_535
+"""Largest whole number of 16 bits, as which the C header keeps numbers of steps and messages."""
+DEFAULTS_ONLY: Final = {
+    "robots.placement": "the example places robots uniformly",
+    "robots.classes": "robots of the example are all alike",
+    "robots.arrival_rate": "robots of the example are there from the start",
+    "robots.failure_rate": "robots of the example don't fail",
+    "tasks.placement": "the example places tasks uniformly",
+    "tasks.classes": "any robot can do any task of the example",
+    "tasks.arrival_rate": "tasks of the example are there from the start",
+    "tasks.lifetime": "tasks of the example stay",
+    "sensing.observation": "robots of the example count what they see in every step",
+    "sensing.false_robots": "robots of the example see only what is there",
+    "sensing.false_tasks": "robots of the example see only what is there",
+    "radio.id_bits": "ids of the example are unique",
+    **{
+        f"faults.{name}": "robots of the example have no faults"
+        for name in ("stopped", "byzantine", "stubborn")
+    },
+    "response.patience": "nobody joins or leaves in the example",
+}
+"""Fields that the example has only with their default, and why."""
+
+
+def argos_text(scenario: Scenario) -> str:
+    """Return a scenario as an .argos file for `examples/argos`.
+
+    One unit is the foot-bot's diameter divided by ``robots.diameter``; one step is one second.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A torus or walls with robots that are points, or walls and robots with bodies
+        (``robots.avoid_collisions``). Bodies touch as ARGoS's physics has it.
+
+    Raises
+    ------
+    ScenarioError
+        If the example can't express the scenario, with all the reasons.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> print(argos_text(Scenario(tasks={"count": 10})).splitlines()[0])
+    <argos-configuration>
+    """
+    problems = list(_problems(scenario))
+    if problems:
+        raise ScenarioError(problems)
+    root = ElementTree.Element("argos-configuration")
+    unit = FOOTBOT_DIAMETER / scenario.robots.diameter
+    scale = (
+        f" Made by `feasibee scenario`. 1 unit = {_short(unit)} m, 1 step = 1 s. Run it in examples/argos. "
+    )
+    root.append(ElementTree.Comment(scale))  # "to argos" is missing: a comment can't hold two hyphens
+    for name, content in _experiment(scenario, unit).items():
+        _add(root, name, content)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _problems(scenario: Scenario) -> Iterator[Problem]:
+    """Yield what the example can't express."""
+    for path, rule in DEFAULTS_ONLY.items():
+        section, _, key = path.partition(".")
+        value, default = getattr(getattr(scenario, section), key), _default(path)
+        if value != default:
+            yield Problem(path, _plain(value), f"can't be exported to ARGoS: {rule}", _remedy(path, default))
+    if scenario.events:
+        rule = "can't be exported to ARGoS: its world stays"
+        yield Problem("events", f"{len(scenario.events)} events", rule, "leave out [[events]]")
+    if scenario.robots.avoid_collisions and scenario.arena.boundary == "torus":
+        rule = "bodies need walls: ARGoS has no torus"
+        remedy = 'set arena.boundary = "walls", or robots.avoid_collisions = false'
+        yield Problem("arena.boundary", "torus", rule, remedy)
+    if scenario.robots.count > MOST_HEARD:
+        rule = f"must be ≤ {MOST_HEARD:,}, the length of an inbox in examples/argos"
+        yield Problem("robots.count", scenario.robots.count, rule, f"use 1 to {MOST_HEARD}")
+    yield from _decision_problems(scenario)
+
+
+def _decision_problems(scenario: Scenario) -> Iterator[Problem]:
+    """Yield what the C header, or its use in the example, can't express of [decision]."""
+    decision, manifest = scenario.decision, scenario.manifest
+    if manifest.knowledge or manifest.source:
+        rule = "can't be exported to ARGoS: the example has built-in strategies that pass on opinions"
+        yield Problem("decision.strategy", decision.strategy, rule, 'such as decision.strategy = "dmmd"')
+    for key in ("dissemination_floor", "quality_floor"):
+        if getattr(decision, key) > LARGEST:
+            rule = f"must be ≤ {LARGEST} in ARGoS"
+            yield Problem(f"decision.{key}", getattr(decision, key), rule, f"use 0 to {LARGEST}")
+    if _listens_for(scenario) > LARGEST:
+        rule = f"last must be ≤ {LARGEST} in ARGoS"
+        yield Problem("decision.listen", _plain(decision.listen), rule, 'use "dissemination"')
+    if decision.commit is None:
+        return
+    for key in ("rounds", "heard"):
+        if getattr(decision.commit, key) > LARGEST:
+            rule = f"must be ≤ {LARGEST} in ARGoS"
+            yield Problem(
+                f"decision.commit.{key}", getattr(decision.commit, key), rule, f"use 1 to {LARGEST}"
+            )
+    if 10_000 % exact(decision.commit.quorum).denominator:
+        rule = "must have at most 4 decimals in ARGoS"
+        nearest = f"use {round(decision.commit.quorum, 4)}"
+        yield Problem("decision.commit.quorum", decision.commit.quorum, rule, nearest)
+
+
+def _experiment(scenario: Scenario, unit: float) -> dict[str, Any]:
+    """Return the elements of the experiment by name: attributes are text, further elements tables."""
+    ticks = BODY_TICKS if scenario.robots.avoid_collisions else POINT_TICKS
+    return {
+        "framework": {
+            "system": {"threads": "0"},
+            "experiment": {"length": "0", "ticks_per_second": str(ticks), "random_seed": "1"},
+        },
+        "controllers": {"feasibee_controller": _controller(scenario, unit, ticks)},
+        "loop_functions": _loop_functions(scenario, unit),
+        "arena": _arena(scenario, unit),
+        "physics_engines": _engine(scenario),
+        "media": {"range_and_bearing": _medium(scenario)},
+        "visualization": {},
+    }
+
+
+def _controller(scenario: Scenario, unit: float, ticks: int) -> dict[str, Any]:
+    """Return the robots' devices, walk and decision."""
+    sensors: dict[str, Any] = {"range_and_bearing": {"implementation": "medium", "medium": "rab"}}
+    if scenario.robots.avoid_collisions:
+        sensors["footbot_proximity"] = {"implementation": "default"}
+    walk = {
+        "ticks_per_step": str(ticks),
+        "metres_per_step": _metres(scenario.robots.speed * unit),
+        "mean_run": _number(scenario.walk.mean_run),
+    }
+    actuators = {
+        name: {"implementation": "default"} for name in ("differential_steering", "range_and_bearing")
+    }
+    params = {"walk": walk, "radio": {"loss": _number(scenario.radio.loss)}, "decision": _decision(scenario)}
+    devices = {"actuators": actuators, "sensors": sensors, "params": params}
+    return {"id": "feasibee", "library": LIBRARY, **devices}
+
+
+def _decision(scenario: Scenario) -> dict[str, str]:
+    """Return [decision] as attributes; mind.h says what they mean."""
+    decision = scenario.decision
+    attributes = {
+        "strategy": decision.strategy,
+        "exploration": _number(decision.exploration),
+        "gain": _number(decision.gain),
+        "id_bits": str(scenario.setting.id_bits),
+        "dissemination_floor": str(decision.dissemination_floor),
+        "quality_floor": str(decision.quality_floor),
+        "listens_for": str(_listens_for(scenario)),
+        "inbox_size": str(min(decision.inbox_size or MOST_HEARD, MOST_HEARD)),
+        "every_message": _bool(decision.inbox == "every-message"),
+        "own_vote": _bool(decision.own_vote),
+        "switching": _number(decision.switching or 0.0),
+    }
+    if decision.commit is not None:
+        attributes["commit_rounds"] = str(decision.commit.rounds)
+        attributes["commit_heard"] = str(decision.commit.heard)
+        attributes["commit_quorum"] = _number(decision.commit.quorum)
+    attributes.update({name: _parameter(name, value) for name, value in decision.parameters.items()})
+    return attributes
+
+
+def _parameter(name: str, value: float) -> str:
+    """Return a strategy's parameter as the type of mind.h, with the meaning that it has in feasibee."""
+    if name == "k":
+        return str(min(LARGEST, max(1, math.ceil(value))))
+    return _bool(value > 0) if name == "positive_feedback" else _number(max(0.0, value))
+
+
+def _listens_for(scenario: Scenario) -> int:
+    """Return for how many of its last steps of dissemination a robot hears: 0 all, -1 always."""
+    listen = scenario.decision.listen
+    return {"always": -1, "dissemination": 0}[listen] if isinstance(listen, str) else int(listen["last"])
+
+
+def _loop_functions(scenario: Scenario, unit: float) -> dict[str, Any]:
+    """Return the world that the loop functions place, watch and record."""
+    world = {
+        "size": _metres(*_size(scenario, unit)),
+        "boundary": scenario.arena.boundary,
+        "bodies": _bool(scenario.robots.avoid_collisions),
+        "robots": str(scenario.robots.count),
+        "tasks": str(scenario.tasks.count),
+    }
+    sensing = {
+        "range": _metres(scenario.sensing.range * unit),
+        "miss": _number(scenario.sensing.miss),
+        "count_self": _bool(scenario.sensing.count_self),
+    }
+    run = {
+        "steps": str(scenario.run.steps),
+        "threshold": _number(scenario.decision.threshold),
+        "stop_at_decision": _bool(scenario.run.stop_at_decision),
+        "steps_file": "steps.csv",
+        "runs_file": "runs.csv",
+    }
+    radio = {"range": _metres(scenario.radio.range * unit)}
+    parts = {"world": world, "sensing": sensing, "radio": radio, "run": run}
+    return {"library": LIBRARY, "label": "feasibee_world", **parts}
+
+
+def _arena(scenario: Scenario, unit: float) -> dict[str, Any]:
+    """Return the space of ARGoS, with walls as boxes if robots have bodies.
+
+    Points may be outside by a step before the loop functions hold them, so the space is larger.
+    """
+    width, height = _size(scenario, unit)
+    bodies = scenario.robots.avoid_collisions
+    margin = 2 * WALL if bodies else 1.01 * unit * scenario.robots.speed + WALL
+    arena: dict[str, Any] = {
+        "size": _metres(width + 2 * margin, height + 2 * margin, 1.0),
+        "center": "0,0,0.5",
+    }
+    if bodies:
+        x, y = (width + WALL) / 2, (height + WALL) / 2
+        long, high = _metres(width + 2 * WALL, WALL, 0.3), _metres(WALL, height, 0.3)
+        arena["box"] = [
+            _wall("north", long, _metres(0, y, 0)),
+            _wall("south", long, _metres(0, -y, 0)),
+            _wall("east", high, _metres(x, 0, 0)),
+            _wall("west", high, _metres(-x, 0, 0)),
+        ]
+    return arena
+
+
+def _wall(name: str, size: str, position: str) -> dict[str, Any]:
+    body = {"position": position, "orientation": "0,0,0"}
+    return {"id": f"wall_{name}", "size": size, "movable": "false", "body": body}
+
+
+def _engine(scenario: Scenario) -> dict[str, Any]:
+    """Return the physics: with more than one iteration, a foot-bot as a point goes one of them per tick."""
+    if scenario.robots.avoid_collisions:
+        return {"dynamics2d": {"id": "physics"}}
+    return {"pointmass3d": {"id": "physics", "iterations": "1"}}
+
+
+def _medium(scenario: Scenario) -> dict[str, str]:
+    """Return the radio's medium, with a grid whose cells are about as large as its range."""
+    cells = (min(200, max(1, math.floor(side / scenario.radio.range))) for side in scenario.arena.size)
+    grid = ",".join(map(str, (*cells, 1)))
+    occlusions = _bool(scenario.robots.avoid_collisions)
+    return {"id": "rab", "check_occlusions": occlusions, "index": "grid", "grid_size": grid}
+
+
+def _size(scenario: Scenario, unit: float) -> tuple[float, float]:
+    width, height = scenario.arena.size
+    return width * unit, height * unit
+
+
+def _add(parent: ElementTree.Element, name: str, content: Mapping[str, Any]) -> None:
+    """Append an element: text becomes attributes, tables become elements, lists elements of one name."""
+    texts = {key: value for key, value in content.items() if isinstance(value, str)}
+    element = ElementTree.SubElement(parent, name, texts)
+    for key, value in content.items():
+        if not isinstance(value, str):
+            for each in value if isinstance(value, list) else [value]:
+                _add(element, key, each)
+
+
+def _default(path: str) -> Any:
+    section, _, key = path.partition(".")
+    return SECTIONS[section].model_fields[key].default
+
+
+def _remedy(path: str, default: Any) -> str:
+    return f"leave out {path}" if default in (None, ()) else f"set {path} = {_toml(default)}"
+
+
+def _toml(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as it stands in a file."""
+    if isinstance(value, tuple):
+        return [dict(each) if hasattr(each, "model_dump") else each for each in value]
+    return value
+
+
+def _metres(*lengths: float) -> str:
+    """Write lengths in metres with nanometres, which ARGoS parses at commas."""
+    return ",".join(_short(length) for length in lengths)
+
+
+def _short(length: float) -> str:
+    return f"{length:.9f}".rstrip("0").rstrip(".")
+
+
+def _number(value: float) -> str:
+    return repr(float(value)).removesuffix(".0")
+
+
+def _bool(value: bool) -> str:
+    return str(value).lower()

@@ -1,0 +1,243 @@
+"""A scenario as an experiment of ARGoS3: what it says, and what can't be exported."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from feasibee import Scenario, ScenarioError
+from feasibee.firmware import header
+from feasibee.scenario.argos import DEFAULTS_ONLY, FOOTBOT_DIAMETER, argos_text
+from feasibee.strategies import STRATEGIES
+from tests.commands import invoke
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
+BODIES = {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}}
+OTHER = {
+    "robots.placement": "corner",
+    "robots.classes": [{"name": "a", "count": 3, "skills": ["lift"]}],
+    "robots.arrival_rate": 0.1,
+    "robots.failure_rate": 0.001,
+    "tasks.placement": "clusters",
+    "tasks.classes": [{"name": "b", "count": 3, "needs": {"lift": 1}}],
+    "tasks.arrival_rate": 0.1,
+    "tasks.lifetime": 100.0,
+    "sensing.observation": "unique",
+    "sensing.false_robots": 0.1,
+    "sensing.false_tasks": 0.1,
+    "radio.id_bits": 8,
+    "faults.stopped": 0.1,
+    "faults.byzantine": 0.1,
+    "faults.stubborn": 0.1,
+    "response.patience": 10,
+}
+"""For each field that can't be exported with it, a value other than the default."""
+
+
+def exported(**sections):
+    return ElementTree.fromstring(argos_text(Scenario(**sections)))
+
+
+def numbers(text):
+    return [float(part) for part in text.split(",")]
+
+
+def problems(scenario):
+    with pytest.raises(ScenarioError) as caught:
+        argos_text(scenario)
+    return caught.value.problems
+
+
+def test_the_committed_experiments_are_those_of_the_scenarios_beside_them():
+    files = sorted(EXAMPLE.glob("*.toml"))
+    assert [file.stem for file in files] == ["bodies", "torus", "walls"]
+    for file in files:
+        assert file.with_suffix(".argos").read_text() == argos_text(Scenario.read(file))
+
+
+def test_lengths_are_metres_and_a_unit_is_a_foot_bot():
+    found = exported(
+        arena={"side": [30.0, 20.0]},
+        robots={"speed": 0.5, "diameter": 2.0},
+        sensing={"range": 3.0},
+        radio={"range": 5.0},
+        walk={"mean_run": 12.5},
+    )
+    unit = FOOTBOT_DIAMETER / 2
+    assert numbers(found.find(".//world").get("size")) == pytest.approx([30 * unit, 20 * unit], abs=1e-9)
+    assert numbers(found.find(".//sensing").get("range")) == pytest.approx([3 * unit], abs=1e-9)
+    assert numbers(found.find("loop_functions/radio").get("range")) == pytest.approx([5 * unit], abs=1e-9)
+    assert numbers(found.find(".//walk").get("metres_per_step")) == pytest.approx([0.5 * unit], abs=1e-9)
+    assert found.find(".//walk").get("mean_run") == "12.5"
+
+
+def test_a_decision_has_all_its_fields():
+    found = exported(
+        decision={
+            "strategy": "k-unanimity",
+            "parameters": {"k": 4.0},
+            "exploration": 7.5,
+            "gain": 20.0,
+            "dissemination_floor": 3,
+            "quality_floor": 1,
+            "listen": {"last": 5},
+            "inbox_size": 9,
+            "own_vote": False,
+            "switching": 0.25,
+            "commit": {"quorum": 0.875, "rounds": 2, "heard": 4},
+            "threshold": 0.8,
+        },
+        sensing={"miss": 0.125, "count_self": True},
+        radio={"loss": 0.25},
+        run={"steps": 300},
+    )
+    assert found.find(".//decision").attrib == {
+        "strategy": "k-unanimity",
+        "exploration": "7.5",
+        "gain": "20",
+        "id_bits": "5",
+        "dissemination_floor": "3",
+        "quality_floor": "1",
+        "listens_for": "5",
+        "inbox_size": "9",
+        "every_message": "false",
+        "own_vote": "false",
+        "switching": "0.25",
+        "commit_rounds": "2",
+        "commit_heard": "4",
+        "commit_quorum": "0.875",
+        "k": "4",
+    }
+    assert found.find("controllers//radio").get("loss") == "0.25"
+    assert found.find(".//sensing").get("miss") == "0.125"
+    assert found.find(".//sensing").get("count_self") == "true"
+    run = found.find("loop_functions/run")
+    assert (run.get("steps"), run.get("threshold"), run.get("stop_at_decision")) == ("300", "0.8", "false")
+
+
+@pytest.mark.parametrize(
+    ("strategy", "name", "value", "text"),
+    [
+        ("k-unanimity", "k", 2.5, "3"),
+        ("k-unanimity", "k", 0.0, "1"),
+        ("k-unanimity", "k", 1e6, "65535"),
+        ("bayes", "positive_feedback", 1.0, "true"),
+        ("bayes", "positive_feedback", 0.0, "false"),
+        ("bayes", "credence", 0.8, "0.8"),
+        ("mixture", "voters", -1.0, "0"),
+    ],
+)
+def test_parameters_have_the_types_of_c(strategy, name, value, text):
+    found = exported(decision={"strategy": strategy, "parameters": {name: value}})
+    assert found.find(".//decision").get(name) == text
+
+
+def test_bodies_have_walls_physics_and_proximity_and_points_have_none():
+    bodies = exported(**BODIES)
+    walls = {box.get("id"): numbers(box.find("body").get("position"))[:2] for box in bodies.iter("box")}
+    middle = 10 * FOOTBOT_DIAMETER + 0.05  # walls are 0.1 m thick, around the arena
+    assert walls == {
+        "wall_north": pytest.approx([0, middle], abs=1e-8),
+        "wall_south": pytest.approx([0, -middle], abs=1e-8),
+        "wall_east": pytest.approx([middle, 0], abs=1e-8),
+        "wall_west": pytest.approx([-middle, 0], abs=1e-8),
+    }
+    assert bodies.find("physics_engines/dynamics2d") is not None
+    assert bodies.find(".//footbot_proximity") is not None
+    points = exported(arena={"boundary": "walls"})
+    assert list(points.iter("box")) == []
+    assert points.find("physics_engines/pointmass3d").get("iterations") == "1"
+    assert points.find(".//footbot_proximity") is None
+
+
+def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works():
+    assert OTHER.keys() == DEFAULTS_ONLY.keys()
+    for path, value in OTHER.items():
+        changed = Scenario().replace({path: value})
+        (problem,) = [each for each in problems(changed) if each.path == path]
+        assert problem.remedy.startswith((f"set {path} = ", f"leave out {path}"))
+
+
+def test_all_problems_are_raised_at_once():
+    scenario = Scenario().replace(
+        {
+            "arena.side": 100.0,
+            "robots.count": 2000,
+            "robots.avoid_collisions": True,
+            "decision.dissemination_floor": 70_000,
+            "decision.quality_floor": 70_000,
+            "decision.listen": {"last": 70_000},
+            "decision.commit": {"quorum": 0.12345, "rounds": 70_000, "heard": 70_000},
+            "radio.id_bits": 8,
+        }
+    )
+    assert {problem.path for problem in problems(scenario)} == {
+        "arena.boundary",
+        "robots.count",
+        "radio.id_bits",
+        "decision.dissemination_floor",
+        "decision.quality_floor",
+        "decision.listen",
+        "decision.commit.quorum",
+        "decision.commit.rounds",
+        "decision.commit.heard",
+    }
+
+
+@pytest.mark.parametrize("strategy", ["census", str(EXAMPLE.parent / "witness.py")])
+def test_strategies_with_knowledge_and_files_of_users_cannot_be_exported(strategy):
+    (problem,) = problems(Scenario(decision={"strategy": strategy}))
+    assert (problem.path, problem.value) == ("decision.strategy", strategy)
+
+
+def test_a_world_with_events_cannot_be_exported():
+    scenario = Scenario(events=[{"step": 5, "tasks": 3}])
+    assert [problem.path for problem in problems(scenario)] == ["events"]
+
+
+def test_the_command_prints_the_experiment_or_only_errors():
+    result = invoke("scenario", "--to", "argos", "--set", "tasks.count=7")
+    assert result.stdout == argos_text(Scenario(tasks={"count": 7}))
+    result = invoke("scenario", "--to", "argos", "--set", "radio.id_bits=8", "--set", "faults.stubborn=0.5")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.count("can't be exported to ARGoS") == 2
+
+
+def test_the_example_knows_every_strategy_that_can_be_exported():
+    table = re.findall(r'\{"([\w-]+)", &feasibee_', (EXAMPLE / "mind.c").read_text())
+    assert table == [name for name in STRATEGIES if name in table]
+    assert set(table) == {name for name, strategy in STRATEGIES.items() if not strategy.knowledge}
+
+
+@pytest.mark.slow
+def test_the_example_builds_and_a_swarm_decides(tmp_path):
+    if shutil.which("argos3") is None or shutil.which("cmake") is None:
+        pytest.skip("needs ARGoS3, built from source as docs/argos.md says, and Debian's package cmake")
+    folder = tmp_path / "argos"
+    shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("build", "*.csv"))
+    (folder / "feasibee.h").write_text(header())
+    prefix = Path(shutil.which("argos3")).parent.parent
+    short = {"run": {"steps": 50}}
+    for name in (name for name, each in STRATEGIES.items() if not each.knowledge):
+        (folder / f"{name}.argos").write_text(argos_text(Scenario(decision={"strategy": name}, **short)))
+    for command in (
+        ["cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
+        ["cmake", "--build", "build"],
+        *(["argos3", "-z", "-c", file] for file in sorted(folder.glob("*.argos"))),
+    ):
+        subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    rows = [line.split(",") for line in (folder / "runs.csv").read_text().splitlines()]
+    names = [file.stem for file in sorted(folder.glob("*.argos"))]
+    ends = dict(zip(names, rows, strict=True))
+    assert [ends[world][1] in ("feasible", "infeasible") for world in ("bodies", "torus", "walls")] == [
+        True
+    ] * 3
+    assert {row[3] for name, row in ends.items() if name in STRATEGIES} == {"50"}
+    step, feasible, infeasible, _ = (folder / "steps.csv").read_text().splitlines()[-1].split(",")
+    assert step == ends["walls"][2]  # the last in order of names
+    assert max(int(feasible), int(infeasible)) > 18
