@@ -119,8 +119,8 @@ def test_frames_in_c_are_those_of_python(name, frames):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_a_million_damaged_frames_in_c(name, frames):
-    assert_same(frames, name, 1_000_000 // len(NAMES))
+def test_many_damaged_frames_in_c(name, frames):
+    assert_same(frames, name, 200_000 // len(NAMES))
 
 
 @pytest.mark.parametrize("words", [0, 40])

@@ -318,8 +318,8 @@ def test_damaged_packets_are_rejected_and_no_message_has_two_frames():
 
 
 @pytest.mark.slow
-def test_a_million_damaged_packets():
-    assert_rejected_or_whole(1_000_000)
+def test_many_damaged_packets():
+    assert_rejected_or_whole(200_000)
 
 
 # --- Bits ---
