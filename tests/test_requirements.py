@@ -31,7 +31,7 @@ PLACES = {
     "benchmarks": GROUPS["bench"],
     "claims": GROUPS["bench"] + GROUPS["test"],
     "docs": GROUPS["docs"],
-    "examples": [],
+    "examples": GROUPS["docs"],  # the gallery runs when the docs are built
 }
 """What a folder may import in addition to the dependencies."""
 
