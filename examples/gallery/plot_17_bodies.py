@@ -164,7 +164,7 @@ for (name, (decided, feasible, moved)), colour in zip(
         _, low, high = np.array([wilson(int(count), len(decided)) for count in share]).T
         left.fill_between(grid, low, high, color=colour, alpha=0.15, linewidth=0)
     right.plot(*np.mean(moved, axis=0), "o", color=colour)
-    right.annotate(f"  {name}", np.mean(moved, axis=0), fontsize=8, ha="center", va="bottom")
+    right.annotate(name, np.mean(moved, axis=0), (0, 6), textcoords="offset points", fontsize=8, ha="center")
 left.set(xlabel="time (steps)", ylabel="share of swarms that have decided", xlim=(0, 600), ylim=(0, 1))
 left.legend(loc="lower right", fontsize=8)
 right.set(xlabel="distance per step (units)", ylabel="new contacts per robot-step")
