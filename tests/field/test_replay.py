@@ -56,6 +56,7 @@ def test_a_log_of_a_killed_robot_replays_without_its_last_line(log):
         ("heard", [[2]], "no valid heard"),
         ("see", [[1, 2, 3]], "no valid see"),
         ("step", "many", "no valid step"),
+        ("place", [10**400, 0], "no valid place"),
     ],
 )
 def test_a_changed_line_is_named(log, name, value, told):

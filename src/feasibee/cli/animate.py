@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
+from click.core import ParameterSource
 
-from feasibee.cli.options import path_type, progress, read_scenario, scenario_options, seed_option
+from feasibee.cli.options import (
+    folder_type,
+    path_type,
+    progress,
+    read_scenario,
+    scenario_options,
+    seed_option,
+)
 from feasibee.errors import FeasibeeError
 
 
@@ -14,6 +23,12 @@ from feasibee.errors import FeasibeeError
 @scenario_options
 @seed_option
 @click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the run.")
+@click.option(
+    "--field",
+    type=folder_type,
+    metavar="FOLDER",
+    help="Show the field whose logs feasibee field --out has written to a folder.",
+)
 @click.option(
     "--steps",
     metavar="[FIRST:]LAST",
@@ -38,11 +53,14 @@ from feasibee.errors import FeasibeeError
     show_default=True,
     help="File to write: .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
 )
+@click.pass_context
 def animate(
+    context: click.Context,
     file: Path | None,
     changes: tuple[str, ...],
     seed: int,
     run: int,
+    field: Path | None,
     steps: str | None,
     every: int,
     fps: int,
@@ -60,24 +78,35 @@ def animate(
       feasibee animate --set tasks.count=50 --seed 1 --out fifty.gif
       feasibee animate mine.toml --run 417 --steps 200:300 --fps 10 --out wrong.mp4
       feasibee animate mine.toml --run 417 --steps 38 --out step38.png
+      feasibee animate --field logs --out field.gif
     """
     from feasibee.figures.animation import animate as write_animation
+    from feasibee.figures.animation import animate_field
 
+    if field is not None:
+        _check_field(context)
     scenario = read_scenario(file, changes)
+    look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
-        write_animation(
-            scenario,
-            out,
-            seed,
-            run,
-            steps=_span(steps),
-            every=every,
-            fps=fps,
-            size=size,
-            dark=dark,
-            progress=advance,
-        )
+        look |= {"steps": _span(steps), "progress": advance}
+        if field is not None:
+            animate_field(field, out, **look)
+        else:
+            write_animation(scenario, out, seed, run, **look)
     click.echo(f"Wrote {out}")
+
+
+def _check_field(context: click.Context) -> None:
+    """Raise an error if options say what a field's log says."""
+    names = {"file": "FILE", "changes": "--set", "seed": "--seed", "run": "--run"}
+    given = [
+        shown
+        for name, shown in names.items()
+        if context.get_parameter_source(name) not in (ParameterSource.DEFAULT, None)
+    ]
+    if given:
+        rule = "the log has scenario, seed and run"
+        raise FeasibeeError(f"--field with {' and '.join(given)}: {rule}; leave out {' and '.join(given)}")
 
 
 def _span(text: str | None) -> tuple[int, int] | None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.field_words import Told, fault_in_words, in_words
+from feasibee.cli.field_words import Told, in_words
 from feasibee.cli.options import (
     FiniteRange,
     folder_type,
@@ -215,6 +215,8 @@ def _folder(path: Path | None) -> Iterator[Path]:
 
 def _details(plan: Plan, transport: str) -> dict[str, Any]:
     """Return what a result says of its field."""
+    from feasibee.field.faults import fault_in_words
+
     return {
         "lockstep": plan.lockstep,
         "hz": None if plan.lockstep else plan.hz,

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from feasibee.field.faults import fault_in_words
+
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
 
@@ -57,18 +59,6 @@ class Told:
         }
         if event["event"] in texts and not self._quiet:
             click.echo(texts[event["event"]](), err=True)
-
-
-def fault_in_words(fault: Mapping[str, Any]) -> str:
-    """Return what a fault does, as a clause."""
-    which = ", ".join(map(str, fault["robots"]))
-    return {
-        "kill": f"robots {which} are killed",
-        "pause": f"robots {which} are stopped",
-        "resume": f"robots {which} go on",
-        "partition": f"the radio is cut in two for {fault['lasts']:g} steps",
-        "restart-world": "the world is killed and started again",
-    }[fault["kind"]]
 
 
 def in_words(result: Mapping[str, Any]) -> str:

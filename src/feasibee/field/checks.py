@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -10,6 +9,8 @@ HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED = range(9)
 """Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it."""
 TEXT_LIMIT: Final = 100_000
 """Largest number of hexadecimal digits of a message."""
+FARTHEST: Final = 1e300
+"""Largest coordinate; a whole number beyond the range of floats would raise an error later."""
 
 
 def is_whole(value: Any, least: int, most: int) -> bool:
@@ -54,11 +55,11 @@ def is_status(value: Any) -> bool:
 
 
 def is_place(value: Any) -> bool:
-    """Return whether a value is a pair of finite numbers."""
+    """Return whether a value is a pair of numbers that can be coordinates."""
     return (
         isinstance(value, list)
         and len(value) == 2
-        and all(type(each) in (int, float) and math.isfinite(each) for each in value)
+        and all(type(each) in (int, float) and abs(each) <= FARTHEST for each in value)
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
@@ -11,6 +12,9 @@ from feasibee.model.codes import LONGEST
 KILL, PAUSE, RESUME, PARTITION, RESTART = "kill", "pause", "resume", "partition", "restart-world"
 PROCESS: Final = (KILL, PAUSE, RESUME, RESTART)
 """Faults of processes, which the field causes; the world causes the others."""
+KINDS: Final = (*PROCESS, PARTITION)
+RANGES_SHOWN: Final = 3
+"""Number of ranges of numbers that a text lists."""
 _LENGTH: Final = re.compile(r"(\d+(?:\.\d+)?)(ms|s|)", re.ASCII)
 
 
@@ -116,3 +120,29 @@ def schedule(faults: list[Fault], robots: int, steps: int) -> list[Fault]:
 def fault_from(plain: dict[str, Any]) -> Fault:
     """Return a fault from its fields, as JSON gives them back."""
     return Fault(**{**plain, "robots": tuple(plain["robots"])})
+
+
+def fault_in_words(fault: Mapping[str, Any]) -> str:
+    """Return what a fault does, as a clause."""
+    single = len(fault["robots"]) == 1
+    which = f"robot{'s' * (not single)} {numbers_in_words(fault['robots'])}"
+    return {
+        KILL: f"{which} {'is' if single else 'are'} killed",
+        PAUSE: f"{which} {'is' if single else 'are'} stopped",
+        RESUME: f"{which} {'goes' if single else 'go'} on",
+        PARTITION: f"the radio is cut in two for {fault['lasts']:g} steps",
+        RESTART: "the world is killed and started again",
+    }[fault["kind"]]
+
+
+def numbers_in_words(numbers: Sequence[int]) -> str:
+    """Return ascending numbers of robots as ranges, such as ``3, 17 to 19``; at most the first few ranges."""
+    ranges: list[list[int]] = []
+    for number in numbers:
+        if ranges and number == ranges[-1][-1] + 1:
+            ranges[-1].append(number)
+        else:
+            ranges.append([number])
+    shown = [str(each[0]) if len(each) == 1 else f"{each[0]} to {each[-1]}" for each in ranges[:RANGES_SHOWN]]
+    left = sum(map(len, ranges[RANGES_SHOWN:]))
+    return ", ".join(shown) + (f" and {left} more" if left else "")

@@ -52,8 +52,8 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
     """
     *lines, rest = read_text(path, "the log of a robot, such as robot-3.jsonl", LOG_LIMIT).split("\n")
     if not lines:
-        raise _damaged(path, 1, "is incomplete")
-    head = _parsed(path, 1, lines[0])
+        raise damaged(path, 1, "is incomplete")
+    head = parsed(path, 1, lines[0])
     if head.get("feasibee") != "robot" or head.get("version") != VERSION:
         raise FeasibeeError(f"{named(path)}: isn't the log of a robot, version {VERSION}; name robot-K.jsonl")
     draws = deque(_draws(path, 1, head))
@@ -68,7 +68,7 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
             node.sense(line["see"])
             node.finish(line["heard"])
         except IndexError:
-            raise _damaged(path, at, "has too few draws") from None
+            raise damaged(path, at, "has too few draws") from None
         _compare(path, at, line, written.pop(), draws)
         disseminating = node.status.disseminating
         decisions += bool(explores) and not disseminating
@@ -91,22 +91,23 @@ def _node(
         orders = {key: head[key] for key in head if key not in ("draws", "status", "feasibee", "version")}
         return Node(orders, written.append, lambda _, __: draws.popleft(), strategy), written
     except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, MemoryError):
-        raise _damaged(path, 1, "has settings that can't be") from None
+        raise damaged(path, 1, "has settings that can't be") from None
 
 
-def _parsed(path: Path, at: int, text: str) -> dict[str, Any]:
+def parsed(path: Path, at: int, text: str) -> dict[str, Any]:
+    """Return a line of a log, which must be a JSON object."""
     try:
         line = json.loads(text)
     except (ValueError, RecursionError):
-        raise _damaged(path, at, "isn't JSON") from None
+        raise damaged(path, at, "isn't JSON") from None
     if not isinstance(line, dict):
-        raise _damaged(path, at, "isn't a JSON object")
+        raise damaged(path, at, "isn't a JSON object")
     return line
 
 
 def _step(path: Path, at: int, text: str) -> dict[str, Any]:
     """Return a step's line, if it can be one."""
-    line = _parsed(path, at, text)
+    line = parsed(path, at, text)
     see, heard = line.get("see"), line.get("heard")
     fits = {
         "step": is_whole(line.get("step"), 0, 2**62),
@@ -117,7 +118,7 @@ def _step(path: Path, at: int, text: str) -> dict[str, Any]:
     }
     for name, fit in fits.items():
         if not fit:
-            raise _damaged(path, at, f"has no valid {name}")
+            raise damaged(path, at, f"has no valid {name}")
     return line
 
 
@@ -128,13 +129,13 @@ def _draws(path: Path, at: int, line: dict[str, Any]) -> list[Words]:
         for each in draws
     ):
         return [(a, b, c, d) for a, b, c, d in draws]
-    raise _damaged(path, at, "has no valid draws")
+    raise damaged(path, at, "has no valid draws")
 
 
 def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque[Words]) -> None:
     """Raise an error if the log says anything else than the replay."""
     if draws:
-        raise _damaged(path, at, "has too many draws")
+        raise damaged(path, at, "has too many draws")
     for name in ("said", "see", "heard", "status"):
         kept, found = line.get(name), again.get(name)
         if kept != found:
@@ -144,5 +145,6 @@ def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque
             )
 
 
-def _damaged(path: Path, at: int, what: str) -> FeasibeeError:
+def damaged(path: Path, at: int, what: str) -> FeasibeeError:
+    """Return the error of a damaged line of a log."""
     return FeasibeeError(f"{named(path)}: line {at}: {what}; the log is damaged: use an intact copy")

@@ -13,7 +13,7 @@ from feasibee.files.reading import named
 if TYPE_CHECKING:
     from feasibee.field.world import Plan
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Version of a world's log."""
 
 
@@ -33,8 +33,9 @@ class WorldLog:
     def __init__(self, path: Path, plan: Plan, *, appends: bool) -> None:
         self._file = path.open("a" if appends else "w", encoding="utf-8")
         if not appends:
-            head = {"scenario": plan.scenario.to_toml(), "seed": plan.seed, "run": plan.run}
-            self.write({"feasibee": "field", "version": VERSION, **head, "lockstep": plan.lockstep})
+            recipe = {"scenario": plan.scenario.to_toml(), "source": plan.scenario.manifest.source}
+            which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep}
+            self.write({"feasibee": "field", "version": VERSION, **recipe, **which})
 
     def write(self, line: Mapping[str, Any]) -> None:
         """Write a line at once, so that a killed process loses nothing."""

@@ -16,7 +16,7 @@ import subprocess
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
@@ -30,7 +30,10 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import check_progress, check_scenario, check_span, simulate_record
 from feasibee.simulation.swarm import Swarm
 
-__all__ = ["animate", "draw_frame"]
+if TYPE_CHECKING:
+    from feasibee.figures.frames import Shown
+
+__all__ = ["animate", "animate_field", "draw_frame"]
 
 SUFFIXES = (".gif", ".mp4", ".png", ".webp")
 GIF_RATES = (1, 2, 4, 5, 10, 20, 25, 50)
@@ -92,9 +95,63 @@ def animate(
     shown = _shown(path, start, end, every)
     swarm = Swarm(scenario, one.seed, one.first)
     painter = Painter(scenario, size, dark, (start, shown[-1]))
+    _write(path, _frames(swarm, lambda: painter.draw(swarm), shown, progress), len(shown), fps)
+
+
+def animate_field(
+    folder: str | Path,
+    path: str | Path,
+    *,
+    steps: tuple[int, int] | None = None,
+    every: int = 1,
+    fps: int = 20,
+    size: int = 480,
+    dark: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write what happened in a field as an animation, from the log of its world.
+
+    Without faults, a field in lockstep gives the same frames as `animate` with its scenario, seed and run.
+    Lost robots are grey. Lines below the counts name faults and lost robots.
+
+    Parameters
+    ----------
+    folder : path
+        The folder that ``feasibee field --out`` has written.
+    path : path
+        The file to write, as in `animate`.
+    steps : tuple of int, optional
+        First and last step; by default from 0 to 30 steps or more after the decision, or to the log's end.
+    every, fps, size, dark, progress
+        As in `animate`.
+
+    Raises
+    ------
+    FeasibeeError
+        If an argument is invalid, the log is damaged, or the file can't be written.
+    """
+    from feasibee.field.recording import Recording
+
+    path = Path(path)
+    check_progress(progress)
+    _check(path, every, fps, size)
+    field = Recording(Path(folder))
+    if steps is None:
+        start, end = 0, _after(*field.decided, field.last)
+    else:
+        start, end = _given(steps, field.last, "the log's last step")
+    shown = _shown(path, start, end, every)
+    notes = {step: field.notes_at(step) for step in shown}
+    painter = Painter(field.scenario, size, dark, (start, shown[-1]), list(notes.values()))
+    frames = _frames(field, lambda: painter.draw(field, notes[field.step], field.lost), shown, progress)
+    _write(path, frames, len(shown), fps)
+
+
+def _write(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
+    """Write frames in the format of the path's suffix."""
     write = {".gif": _write_gif, ".webp": _write_webp, ".mp4": _write_mp4, ".png": _write_png}
     with atomic_write(path) as temporary:
-        write[path.suffix.lower()](temporary, _frames(swarm, painter, shown, progress), len(shown), fps)
+        write[path.suffix.lower()](temporary, frames, count, fps)
 
 
 def _shown(path: Path, start: int, end: int, every: int) -> range:
@@ -130,27 +187,37 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
     """Return the first and the last step to show."""
     last = scenario.run.steps
     if steps is not None:
-        start, end = check_span("steps", steps)
-        if end > last:
-            rule = f"must lie between 0 and run.steps = {last}"
-            raise FeasibeeError(f"steps = {start}:{end}: {rule}; such as 0:{last}")
-        return start, end
+        return _given(steps, last, "run.steps")
     if scenario.dynamic:
         return 0, last
     record = simulate_record(scenario, run)
-    decided = int(record.decision_step[0])
-    return 0, last if record.decision[0] == UNDECIDED else min(
-        last, decided + max(AFTER_DECISION, decided // 4)
-    )
+    return 0, _after(int(record.decision[0]), int(record.decision_step[0]), last)
+
+
+def _given(steps: tuple[int, int], last: int, what: str) -> tuple[int, int]:
+    """Validate the first and the last step to show; ``what`` names the largest one."""
+    start, end = check_span("steps", steps)
+    if end > last:
+        rule = f"must lie between 0 and {what} = {last}"
+        raise FeasibeeError(f"steps = {start}:{end}: {rule}; such as 0:{last}")
+    return start, end
+
+
+def _after(decision: int, step: int, last: int) -> int:
+    """Return the step until which a run is shown: a while after its decision."""
+    return last if decision == UNDECIDED else min(last, step + max(AFTER_DECISION, step // 4))
 
 
 def _frames(
-    swarm: Swarm, painter: Painter, shown: range, progress: Callable[[float], None] | None
+    swarm: Shown,
+    draw: Callable[[], Image.Image],
+    shown: range,
+    progress: Callable[[float], None] | None,
 ) -> Iterator[Image.Image]:
-    """Simulate the run and draw its frames, one at a time."""
+    """Go through the run and draw its frames, one at a time."""
     for step in shown:
         swarm.advance(step - swarm.step)
-        yield painter.draw(swarm)
+        yield draw()
         if progress is not None:
             progress((step + 1) / (shown[-1] + 1))
 

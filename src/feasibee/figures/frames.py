@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,11 @@ from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import check_span
 from feasibee.simulation.swarm import Swarm
+
+if TYPE_CHECKING:
+    from feasibee.field.recording import Recording
+
+    Shown = Swarm | Recording
 
 DRAWN = 2
 """Scale at which a frame is drawn before it is reduced."""
@@ -91,6 +96,8 @@ class Painter:
         Whether the background is dark.
     span : tuple of int, optional
         First and last step of the curve below the arena; by default there is no curve.
+    notes : sequence of sequence of str
+        The notes of all frames, for which lines are kept free below the counts.
     """
 
     def __init__(
@@ -99,6 +106,7 @@ class Painter:
         size: int,
         dark: bool = False,
         span: tuple[int, int] | None = None,
+        notes: Sequence[Sequence[str]] = (),
     ) -> None:
         self.scenario, self.span = scenario, span
         self.theme = DARK if dark else LIGHT
@@ -110,9 +118,10 @@ class Painter:
         self.arena = (max(1, round(width * self.scale)), max(1, round(height * self.scale)))
         self.corner = ((whole - self.arena[0]) // 2, self.margin)
         self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
-        self.font = self._font(inner)
+        self.font = self._font(inner, {note for each in notes for note in each})
         self.line = round(1.55 * self.font.size)
-        lines = 3 if scenario.manifest.declares or scenario.dynamic else 2
+        self.lines = 3 if scenario.manifest.declares or scenario.dynamic else 2
+        lines = self.lines + max(map(len, notes), default=0)
         self.words = self.corner[1] + self.arena[1] + self.margin // 2
         below = self.words + lines * self.line + self.margin // 2
         label = int(self.font.getlength("100 % "))
@@ -121,28 +130,34 @@ class Painter:
         self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
         self.drawn_tasks: NDArray[np.int64] | None = None
 
-    def draw(self, swarm: Swarm) -> Image.Image:
-        """Draw the present step of a swarm of this scenario."""
+    def draw(
+        self, swarm: Shown, notes: Sequence[str] = (), lost: NDArray[np.bool_] | None = None
+    ) -> Image.Image:
+        """Draw the present step of a swarm of this scenario, with notes and with lost robots in grey."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
         if self.drawn_tasks is None or not np.array_equal(self.drawn_tasks, swarm.task_numbers):
             self.ground, self.drawn_tasks = self._ground(swarm.tasks), swarm.task_numbers
         arena = self.ground.copy()
-        self._robots(arena, swarm)
+        self._robots(arena, swarm, np.zeros(len(swarm.present), np.bool_) if lost is None else lost)
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
         self._edge(pen)
         self._words(drawn, pen, swarm)
+        for number, note in enumerate(notes, self.lines):
+            at = (self.margin, self.words + (number + 0.5) * self.line)
+            pen.text(at, note, self.theme.ink, self.font, "lm")
         if self.span is not None:
             self._curves(drawn, pen, swarm, *self.span)
         return drawn.reduce(DRAWN)
 
-    def _font(self, inner: int) -> ImageFont.FreeTypeFont:
+    def _font(self, inner: int, notes: Iterable[str]) -> ImageFont.FreeTypeFont:
         """Return the largest font in which the longest lines fit."""
         robots = self.scenario.robots.count
         last = max(self.scenario.run.steps, 100)
         longest = (
             f"step {last}    decided infeasible at step {last}: wrong",
             f"MM {robots} feasible  MM {robots} infeasible   truth: infeasible",
+            *notes,
         )
         fitting = ImageFont.load_default(100)
         widest = max(fitting.getlength(each) for each in longest)
@@ -159,10 +174,10 @@ class Painter:
             _press(ground, stamp, x, y)
         return ground
 
-    def _robots(self, arena: Image.Image, swarm: Swarm) -> None:
+    def _robots(self, arena: Image.Image, swarm: Shown, lost: NDArray[np.bool_]) -> None:
         """Paste the robots, with their copies beyond the edges of a torus."""
         there = swarm.present
-        flags = (swarm.opinions, swarm.disseminating, swarm.counted, swarm.declared >= 0)
+        flags = (swarm.opinions, swarm.disseminating, swarm.counted, swarm.declared >= 0, lost)
         looks = list(zip(*(each[there].tolist() for each in flags), strict=True))
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
         spots = self._images(swarm.positions[there], reach)
@@ -170,7 +185,8 @@ class Painter:
             self._noses(arena, spots, swarm.headings[there])
         radius = round(8 * self.radius) / 8
         for x, y, robot in spots:
-            _press(arena, _robot(*looks[robot], radius, self.theme), x, y)
+            *look, gone = looks[robot]
+            _press(arena, _robot(*look, radius, self.theme, gone), x, y)
 
     def _noses(
         self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], headings: NDArray[np.float64]
@@ -200,7 +216,7 @@ class Painter:
         box = (left - thick, top - thick, left + self.arena[0] + thick - 1, top + self.arena[1] + thick - 1)
         pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
 
-    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm) -> None:
+    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Shown) -> None:
         """Write the step, the decision and the truth; the robot before each count is the legend."""
         left, right = self.margin, self.size[0] - self.margin
         first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
@@ -227,7 +243,7 @@ class Painter:
             _press(drawn, _robot(NO_OPINION, False, True, False, radius, self.theme), at + radius, second)
             pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
 
-    def _outcome(self, swarm: Swarm) -> str:
+    def _outcome(self, swarm: Shown) -> str:
         """Return the decision and whether it is right.
 
         With a curve, this is the first decision and its step; in a world that changes, that of this step.
@@ -240,7 +256,7 @@ class Painter:
         return f"decided {DECISIONS[decision]}{f' at step {step}' if step >= 0 else ''}: {verdict}"
 
     def _curves(
-        self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Swarm, start: int, end: int
+        self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Shown, start: int, end: int
     ) -> None:
         """Draw the share of each opinion up to the present step, and the threshold."""
         left, top, right, bottom = self.strip
@@ -312,9 +328,15 @@ def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
 
 @cache
 def _robot(
-    opinion: int, disseminating: bool, counted: bool, declared: bool, radius: float, theme: Theme
+    opinion: int,
+    disseminating: bool,
+    counted: bool,
+    declared: bool,
+    radius: float,
+    theme: Theme,
+    lost: bool = False,
 ) -> Stamp:
-    """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count in the decision.
+    """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count, grey if it is lost.
 
     In addition to the colour, feasible is full, infeasible hollow, and no opinion small. A ring means that
     the robot disseminates, a dark rim that it has declared.
@@ -324,7 +346,9 @@ def _robot(
     large = Image.new("RGBA", (side * FINE, side * FINE))
     pen = ImageDraw.Draw(large)
     colour = COLOURS[DECISIONS[opinion]]
-    if not counted:
+    if lost:
+        colour = theme.faint
+    elif not counted:
         colour = _between(theme.paper, colour, 0.4)
     centre, unit = side * FINE / 2, radius * FINE
 

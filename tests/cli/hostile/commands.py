@@ -154,7 +154,8 @@ def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     elif kind.startswith("integer"):
         yield from ((each, word) for each, word in NUMBERS.items() if (option, each) != ("--trials", "huge"))
     elif kind.startswith("float"):
-        yield from LENGTHS.items()
+        fine = {"zero", "minus zero"} if name == "field" and option in ("--drift", "--jitter") else set()
+        yield from ((each, word) for each, word in LENGTHS.items() if each not in fine)
     else:
         yield from WORDS.items()
 
