@@ -80,6 +80,8 @@ def watch(
     """
     catalogue: Catalogue | FieldCatalogue
     if field is None:
+        if key_file is not None or transport != "udp":
+            raise FeasibeeError("--key-file, --transport: are for fields only; add --field HOST:PORT")
         catalogue = _catalogue(source, changes, seed, run, pick, trust)
     else:
         _check_alone(source, changes, seed, run)

@@ -103,7 +103,7 @@ class FieldSession:
         self._robot = robot
 
     def look(self, asked: Look, seconds: float) -> dict[str, Any]:
-        """Return that a field can't be looked ahead in, and its decision if there is one."""
+        """Return that a field can't be looked ahead in."""
         found = nothing_ahead(asked.robot, asked.first, asked.seen, NO_OUTLOOK)
         return {"lane": asked.lane, **found, "generation": self._generation & 0xFFFF, "jump": self._jump}
 
