@@ -6,7 +6,7 @@ import random
 import threading
 
 import pytest
-from fields import a_plan, opinions, simulated, small, steps_of
+from fields import a_plan, opinions, run, simulated, small, steps_of
 from test_frames import STATUS, Loopback, mutated
 
 from feasibee.field.checks import REFUSED, SAID, SCENE, STATE, VIEW
@@ -121,7 +121,7 @@ def test_any_packet_of_a_viewer_or_to_one_is_survived(world):
 
 
 def test_a_field_that_is_watched_decides_to_the_bit_as_one_that_is_not(tmp_path):
-    scenario = small(steps=60, **{"run.stop_at_decision": False})
+    scenario = small(8, steps=100, **{"run.stop_at_decision": False})
     steps, threads = [], []
 
     def watch(address):
@@ -144,11 +144,15 @@ def test_a_field_that_is_watched_decides_to_the_bit_as_one_that_is_not(tmp_path)
             threads.append(threading.Thread(target=watch, args=(event["address"],)))
             threads[-1].start()
 
-    Field(a_plan(scenario), Network(key="a key"), tmp_path, tell).run()
+    watched, alone = tmp_path / "watched", tmp_path / "alone"
+    watched.mkdir()
+    Field(a_plan(scenario), Network(key="a key"), watched, tell).run()
     for each in threads:
         each.join(30)
     expected = simulated(scenario)[0]
-    assert opinions(steps_of(tmp_path)) == expected
+    run(a_plan(scenario), alone)
+    assert steps_of(watched) == steps_of(alone)  # with places, phases and messages
+    assert opinions(steps_of(watched)) == expected
     assert len(steps) > 30
     assert steps[-1]["end"]
     assert all(each["opinions"] == expected[each["t"]] for each in steps)
