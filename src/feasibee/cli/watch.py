@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import changes_option, path_type, read_scenario
+from feasibee.cli.options import changes_option, named, path_type, read_scenario
+from feasibee.cli.robots import key_option, read_key, transport_option
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.live.catalogue import Catalogue
+    from feasibee.live.fieldsession import FieldCatalogue
 
 PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 
@@ -33,6 +35,14 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
     "--trust", is_flag=True, help="Run strategies from the text in the sweep's journal; read it before."
 )
 @click.option(
+    "--field",
+    metavar="ADDRESS",
+    callback=named,
+    help="Watch a running feasibee field instead of a simulation, HOST:PORT.",
+)
+@transport_option
+@key_option
+@click.option(
     "--host",
     default="127.0.0.1",
     show_default=True,
@@ -47,6 +57,9 @@ def watch(
     run: int | None,
     pick: str,
     trust: bool,
+    field: str | None,
+    transport: str,
+    key_file: Path | None,
     host: str,
     port: int | None,
     no_browser: bool,
@@ -54,7 +67,8 @@ def watch(
     """Watch a swarm in the browser, step by step, and change it on the page.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks. FOLDER is the output
-    of feasibee sweep: the page lists the runs that --pick selects, and replays them.
+    of feasibee sweep: the page lists the runs that --pick selects, and replays them. With --field, the page
+    shows the processes of feasibee field --port.
 
     \b
     Examples:
@@ -62,8 +76,16 @@ def watch(
       feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
       feasibee watch examples/changing.toml
       feasibee watch results --pick wrong
+      feasibee watch --field 127.0.0.1:7400
     """
-    catalogue = _catalogue(source, changes, seed, run, pick, trust)
+    catalogue: Catalogue | FieldCatalogue
+    if field is None:
+        if key_file is not None or transport != "udp":
+            raise FeasibeeError("--key-file, --transport: are for fields only; add --field HOST:PORT")
+        catalogue = _catalogue(source, changes, seed, run, pick, trust)
+    else:
+        _check_alone(source, changes, seed, run)
+        catalogue = _field(field, transport, key_file)
     from feasibee.live import server
 
     with server.listen(host, port) as listening:
@@ -77,6 +99,24 @@ def watch(
             server.open_browser(address)
         with suppress(KeyboardInterrupt):  # Ctrl-C stops the server
             server.server_of(catalogue, host).run(sockets=[listening])
+
+
+def _check_alone(source: Path | None, changes: tuple[str, ...], seed: int | None, run: int | None) -> None:
+    """Raise if a field is given together with a scenario."""
+    if source or changes or (seed, run) != (None, None):
+        raise FeasibeeError(
+            "--field with a scenario: the field has the scenario; leave out FILE, --set, --seed and --run"
+        )
+
+
+def _field(address: str, transport: str, key_file: Path | None) -> FieldCatalogue:
+    """Return the catalogue of a field that is running."""
+    from feasibee.live.fieldsession import FieldCatalogue
+    from feasibee.live.fieldview import FieldView
+
+    view = FieldView(address, transport, read_key(key_file).encode())
+    view.join()
+    return FieldCatalogue(view)
 
 
 def _catalogue(

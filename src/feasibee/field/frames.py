@@ -12,7 +12,7 @@ import time
 from collections import Counter
 from typing import Any, Final, NamedTuple
 
-from feasibee.field.checks import CHECKS, HELLO, REFUSED
+from feasibee.field.checks import CHECKS, HELLO, VIEW
 
 MAGIC: Final = b"fb1"
 """First bytes of each packet, with the version of its format."""
@@ -84,14 +84,16 @@ class Frames:
         if not HEADER.size <= end <= LARGEST:
             raise _DroppedError("malformed")
         magic, kind, robot, session, number = HEADER.unpack_from(packet)
-        if magic != MAGIC or kind > REFUSED:
+        if magic != MAGIC or kind not in CHECKS:
             raise _DroppedError("malformed")
         if self._key and not self._is_signed(packet, end):
             raise _DroppedError("not signed with the key")
         expected = 0 if kind == HELLO else self.session  # a robot that joins doesn't know the session
-        if session != expected and self.session:
+        is_asking = kind == VIEW and not session  # nor does a viewer
+        if session != expected and self.session and not is_asking:
             raise _DroppedError("of another session")
-        if number <= self._last.get(robot, 0):
+        sender = -1 - robot if kind == VIEW else robot  # viewers' numbers are their own
+        if number <= self._last.get(sender, 0):
             raise _DroppedError("old")
         try:
             body = json.loads(packet[HEADER.size : end])
@@ -99,8 +101,8 @@ class Frames:
             raise _DroppedError("malformed") from None
         if not (isinstance(body, dict) and CHECKS[kind](body)):
             raise _DroppedError("malformed")
-        if kind != HELLO:
-            self._last[robot] = number
+        if kind != HELLO and not is_asking:
+            self._last[sender] = number
         return Frame(kind, robot, session, number, body)
 
     def _is_signed(self, packet: bytes, end: int) -> bool:

@@ -12,11 +12,12 @@ from typing import Any, NamedTuple
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies, Body
-from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, WELCOME
+from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, VIEW, WELCOME
 from feasibee.field.faults import PARTITION, PROCESS, Fault
 from feasibee.field.frames import ROBOTS_LIMIT, Frame, Frames
 from feasibee.field.links import Link
 from feasibee.field.node import Status
+from feasibee.field.viewers import Viewers
 from feasibee.field.worldlog import WorldLog, read_lines
 from feasibee.model.codes import DECISIONS, UNDECIDED
 from feasibee.scenario.scenario import Scenario
@@ -88,6 +89,7 @@ class World:
         self._faults = list(plan.faults)
         self.said: dict[int, str | None] = {}
         self._recorded = -1
+        self._viewers = Viewers(self)
         lines = read_lines(log) if resumes else []
         self._resume(lines)
         self.log = WorldLog(log, plan, appends=bool(lines))
@@ -141,6 +143,9 @@ class World:
             return None
         if frame.kind == HELLO:
             self._join(frame, received[1])
+            return None
+        if frame.kind == VIEW:
+            self._viewers.answer(frame, received[1])
             return None
         if frame.robot >= len(self.bodies.bodies):
             self.frames.dropped["of no robot"] += 1
@@ -202,7 +207,7 @@ class World:
         if sender is receiver:
             return False
         half = len(self.bodies.bodies) // 2
-        if self.step < self._cut_until and (sender.number < half) != (receiver.number < half):
+        if self.is_cut and (sender.number < half) != (receiver.number < half):
             return False
         return self.bodies.hears(receiver, sender)
 
@@ -256,6 +261,12 @@ class World:
                 "decision": [self.decision, self.decision_step],
             }
         )
+        self._viewers.show(step, places)
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the two halves of the swarm don't hear each other."""
+        return self.step < self._cut_until
 
     @property
     def lost(self) -> list[int]:
@@ -272,6 +283,7 @@ class World:
         for _ in range(3):  # a packet may be lost; a robot that gets none leaves after its patience
             for body in self.bodies.bodies:
                 self.send(body, BYE, {})
+        self._viewers.end()
         self.log.close()
         return {
             "decision": DECISIONS[self.decision],

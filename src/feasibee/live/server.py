@@ -26,9 +26,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 from feasibee.errors import FeasibeeError
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.connections import Connection, Once, log_config
+from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.form import form
 from feasibee.live.guard import Guard, check_host, is_loopback
-from feasibee.live.lane import RunRequest, last_step
 from feasibee.live.layout import PROTOCOL
 from feasibee.live.messages import (
     MESSAGE_LIMIT,
@@ -41,7 +41,7 @@ from feasibee.live.messages import (
     problems_of,
     read,
 )
-from feasibee.live.session import Session, request_of
+from feasibee.live.session import Session
 from feasibee.simulation.loading import compilation
 
 __all__ = ["address_of", "application", "is_loopback", "listen", "open_browser", "server_of"]
@@ -65,12 +65,14 @@ LOG: Final = logging.getLogger("feasibee.live")
 LOG.addFilter(Once())
 
 Result = TypeVar("Result")
+AnyCatalogue = Catalogue | FieldCatalogue
+AnySession = Session | FieldSession
 
 
-def application(catalogue: Catalogue, host: str = "127.0.0.1") -> ASGIApp:
+def application(catalogue: AnyCatalogue, host: str = "127.0.0.1") -> ASGIApp:
     """Return the ASGI application: the page's files, and a session per open page."""
     mimetypes.add_type("text/javascript", ".js")  # some systems say text/plain, which browsers don't run
-    sessions: set[Session] = set()
+    sessions: set[AnySession] = set()
 
     async def connect(page: WebSocket) -> None:
         await page.accept()
@@ -79,7 +81,7 @@ def application(catalogue: Catalogue, host: str = "127.0.0.1") -> ASGIApp:
             await page.send_json({"type": "full", "text": text})
             await page.close(TRY_LATER)
             return
-        session = Session(catalogue)
+        session = catalogue.session() if isinstance(catalogue, FieldCatalogue) else Session(catalogue)
         sessions.add(session)
         try:
             await _serve(page, session, catalogue)
@@ -92,7 +94,7 @@ def application(catalogue: Catalogue, host: str = "127.0.0.1") -> ASGIApp:
     return Guard(Starlette(routes=routes), host)
 
 
-async def _serve(page: WebSocket, session: Session, catalogue: Catalogue) -> None:
+async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) -> None:
     """Answer the messages of a page in order, until it closes."""
     waiting: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue(QUEUE)
     reading = asyncio.create_task(_read_all(page, waiting))
@@ -101,7 +103,7 @@ async def _serve(page: WebSocket, session: Session, catalogue: Catalogue) -> Non
         await page.send_json(welcome)
         while (event := await waiting.get()) is not None:
             try:
-                await _answer(page, session, catalogue, _message(event), waiting)
+                await _answer(page, session, _message(event), waiting)
             except FeasibeeError as error:
                 await page.send_json(problems_of(error))
             except MemoryError:
@@ -142,9 +144,7 @@ def _message(event: dict[str, Any]) -> Request:
 Waiting = asyncio.Queue[dict[str, Any] | None]
 
 
-async def _answer(
-    page: WebSocket, session: Session, catalogue: Catalogue, message: Request, waiting: Waiting
-) -> None:
+async def _answer(page: WebSocket, session: AnySession, message: Request, waiting: Waiting) -> None:
     match message:
         case Advance(steps=steps):
             await _send(page, await asyncio.to_thread(session.next_messages, steps, PATIENCE))
@@ -155,9 +155,9 @@ async def _answer(
         case Seek():
             await _seek(page, session, message, waiting)
         case Open():
-            request = await asyncio.to_thread(request_of, message, catalogue)
+            request = await asyncio.to_thread(session.request_of, message)
             await _begin(page, session, request)
-            await _go(page, session, request.step, waiting)
+            await _go(page, session, request.step if request else session.step, waiting)
 
 
 async def _send(page: WebSocket, messages: list[dict[str, Any] | bytes]) -> None:
@@ -165,16 +165,16 @@ async def _send(page: WebSocket, messages: list[dict[str, Any] | bytes]) -> None
         await (page.send_bytes(each) if isinstance(each, bytes) else page.send_json(each))
 
 
-async def _go(page: WebSocket, session: Session, step: int, waiting: Waiting) -> None:
+async def _go(page: WebSocket, session: AnySession, step: int, waiting: Waiting) -> None:
     """Advance to a step and send it, unless the page asks for something else meanwhile, or closes."""
     while not await asyncio.to_thread(session.advance, step, PATIENCE):
         if not waiting.empty():
             return
-        await page.send_json({"type": "going", "step": session.swarm.step, "to": step})
+        await page.send_json({"type": "going", "step": session.step, "to": step})
     await _send(page, await asyncio.to_thread(session.messages))
 
 
-async def _seek(page: WebSocket, session: Session, asked: Seek, waiting: Waiting) -> None:
+async def _seek(page: WebSocket, session: AnySession, asked: Seek, waiting: Waiting) -> None:
     """Go to a step, or to the decision if the swarm decides."""
     step = asked.to
     if step == "decision":
@@ -182,15 +182,14 @@ async def _seek(page: WebSocket, session: Session, asked: Seek, waiting: Waiting
         while outlook.decision_step < 0 and not await asyncio.to_thread(outlook.look, PATIENCE):
             if not waiting.empty():
                 return
-        step = outlook.decision_step if outlook.decision_step >= 0 else session.swarm.step
+        step = outlook.decision_step if outlook.decision_step >= 0 else session.step
         if outlook.decision_step < 0:
-            last = last_step(session.swarm.scenario)
-            await page.send_json({"type": "undecided", "lane": asked.lane, "last": last})
+            await page.send_json({"type": "undecided", "lane": asked.lane, "last": session.last})
     await asyncio.to_thread(session.rewind, step, asked.jump)
-    await _go(page, session, min(step, last_step(session.swarm.scenario)), waiting)
+    await _go(page, session, min(step, session.last), waiting)
 
 
-async def _begin(page: WebSocket, session: Session, request: RunRequest) -> None:
+async def _begin(page: WebSocket, session: AnySession, request: Any) -> None:
     """Begin a run; meanwhile report to the page which engine compiles, also for another page."""
     begun = asyncio.ensure_future(in_daemon_thread(lambda: session.begin(request)))
     reported = None
@@ -279,7 +278,7 @@ def open_browser(address: str) -> None:
     Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
-def server_of(catalogue: Catalogue, host: str) -> uvicorn.Server:
+def server_of(catalogue: AnyCatalogue, host: str) -> uvicorn.Server:
     """Return the uvicorn server of a catalogue, not running yet."""
     return uvicorn.Server(
         uvicorn.Config(

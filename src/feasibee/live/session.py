@@ -174,6 +174,20 @@ class Session:
             raise FeasibeeError(f"message: {what} is open; reload the page")
         return self._lanes[number]
 
+    @property
+    def step(self) -> int:
+        """The step that the page has reached."""
+        return self.swarm.step
+
+    @property
+    def last(self) -> int:
+        """The last step that the page can show."""
+        return last_step(self.swarm.scenario)
+
+    def request_of(self, asked: Open) -> RunRequest:
+        """Validate what the page asks for, as the function of this name."""
+        return request_of(asked, self._catalogue)
+
     def begin(self, request: RunRequest) -> None:
         """Replace the swarms by those of a request, at step 0; on an error the previous ones stay."""
         scenarios = [request.scenario, *([request.second] if request.second else [])]

@@ -72,6 +72,8 @@ LINES = {
     "host of accents": ["watch", "--no-browser", "--host", "é" * 300],
     "host elsewhere": ["watch", "--no-browser", "--host", "192.0.2.1"],
     "host of dots": ["watch", "--no-browser", "--host", "..."],
+    "a field without a port": ["watch", "--no-browser", "--field", "localhost"],
+    "a field with a scenario": ["watch", "--no-browser", "--field", "localhost:7400", "--seed", "1"],
     "host of digits": ["watch", "--no-browser", "--host", "9" * 5000],
     "steps backwards": ["animate", "--steps", "7:3"],
     "steps of digits": ["animate", "--steps", "9" * 5000],

@@ -34,7 +34,7 @@ const FLASH = 700; // milliseconds
  * @typedef {World & {
  *   generation: number, seed: string, run: string, fields: Record<string, string | number | boolean>,
  *   toml: string, proof: string, robotClasses: string[], kinds: number[], threshold: number, commits: boolean,
- *   lane: number, strategy: string, swarms: number,
+ *   lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
  * }} Opened
  */
 

@@ -11,8 +11,12 @@ export function showConnection(text, kind) {
   $("connection").dataset.state = kind;
 }
 
-/** @param {string} text */
-export function showBanner(text) {
+/**
+ * @param {string} text
+ * @param {boolean} canRetry Whether another attempt to connect could help.
+ */
+export function showBanner(text, canRetry = true) {
   $("banner-text").textContent = text;
+  $("retry").hidden = !canRetry;
   $("banner").hidden = false;
 }

@@ -7,12 +7,13 @@ import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { copyScenario } from "./copy.js";
 import { $, announce, formatted } from "./elements.js";
+import { decisionOf, openField, showField } from "./field.js";
 import { decode } from "./frames.js";
 import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
 import { buildMore } from "./more.js";
-import { Player, SPEEDS } from "./player.js";
+import { Player } from "./player.js";
 import { RateOfChange } from "./rate.js";
 import { Readings } from "./readings.js";
 import { listReplays, markReplay } from "./replays.js";
@@ -163,13 +164,16 @@ const answers = {
     change.open(message);
     document.body.dataset.swarms = message.swarms;
     readings.open(message);
+    dirty = true;
+    startAfter ||= Boolean(message.field);
+    if (message.field) return reflectSpeed(openField(message));
     controls.show(message);
     $("controls").inert = false;
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);
-    dirty = true;
   },
+  field: (message) => (player.last = showField(message, player.last)),
   robot(message) {
     if (message.generation !== world?.generation || message.jump !== seeker.jump) return;
     inspector.hear(message);
@@ -296,9 +300,10 @@ function reflectPlay() {
   for (const each of lanes) each.describe(now);
 }
 
-function reflectSpeed() {
+function reflectSpeed(speed = player.speed) {
+  player.speed = speed;
   reflectMotion();
-  $("speed").textContent = `${formatted(player.speed)} ${player.speed === 1 ? "step" : "steps"} / s`;
+  $("speed").textContent = `${formatted(speed)} ${speed === 1 ? "step" : "steps"} / s`;
 }
 
 function reflectMotion() {
@@ -319,22 +324,17 @@ function fit() {
   dirty = true;
 }
 
-/** @param {number} by */
-function changeSpeed(by) {
-  const place = SPEEDS.indexOf(player.speed) + by;
-  player.speed = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, place))];
-  reflectSpeed();
-}
-
 /**
  * Stop, and go to a step.
  * @param {number | "decision"} to
  * @param {number} lane
  */
 function stopAt(to, lane = 0) {
+  const goal = to === "decision" && world?.field ? decisionOf(player.latest) : to;
+  if (goal === null) return;
   player.play(false);
   reflectPlay();
-  seek(to, lane);
+  seek(goal, lane);
 }
 
 /** @type {Record<string, () => void>} */
@@ -358,9 +358,10 @@ const actions = {
   before: () => stopAt(lanes[0].changeBefore(seeker.from(shownStep()))),
   after: () => stopAt(lanes[0].changeAfter(seeker.from(shownStep()))),
   restart: () => seek(0),
-  faster: () => changeSpeed(1),
-  slower: () => changeSpeed(-1),
+  faster: () => reflectSpeed(player.nextSpeed(1)),
+  slower: () => reflectSpeed(player.nextSpeed(-1)),
   another() {
+    if (world?.field) return;
     const run = controls.input("run");
     run.value = String(BigInt(/^\d+$/.test(run.value) ? run.value : "-1") + 1n);
     begin(0);

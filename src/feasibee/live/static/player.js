@@ -56,6 +56,11 @@ export class Player {
     return this.frames.length > 0 && this.head >= this.last;
   }
 
+  /** @param {number} by */
+  nextSpeed(by) {
+    return SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, SPEEDS.indexOf(this.speed) + by))];
+  }
+
   /** @param {boolean} on */
   play(on) {
     this.playing = on && !this.ended;

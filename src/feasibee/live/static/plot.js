@@ -20,6 +20,7 @@ export class Plot {
   data = [];
   truths = new Uint8Array(0);
   known = 0; // steps
+  from = 0; // first step that is known
   shown = -1;
   decided = -1;
 
@@ -65,6 +66,7 @@ export class Plot {
       this.truths = truths;
     }
     const [steps, feasible, infeasible] = this.data;
+    if (!this.known) this.from = frame.first;
     for (let k = 0; k < frame.feasibleCounts.length; k++) {
       const step = frame.first + k,
         whole = Math.max(1, frame.countedCounts[k]);
@@ -88,7 +90,7 @@ export class Plot {
     while (span / 2 > Math.max(step, FIRST_SPAN)) span /= 2;
     this.chart.batch(() => {
       this.chart.setData(
-        this.data.map((each) => each.subarray(0, length)),
+        this.data.map((each) => each.subarray(Math.min(this.from, length), length)),
         false,
       );
       this.chart.setScale("x", { min: 0, max: Math.max(1, span) });

@@ -1,0 +1,165 @@
+"""Viewers of a field: they get the scene once, and a view of each step. No robot waits for them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Hashable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+from feasibee.field.checks import MARKS, REFUSED, SCENE, STATE, VIEW
+from feasibee.field.frames import Frame
+
+if TYPE_CHECKING:
+    from feasibee.field.bodies import Body
+    from feasibee.field.world import World
+
+VIEWERS_LIMIT: Final = 10
+"""Most viewers at a time."""
+KEPT: Final = 3.0
+"""Seconds for which a viewer gets views after each of its packets."""
+PAUSE: Final = 0.1
+"""Seconds between two packets of a viewer that are answered."""
+
+
+class Viewers:
+    """Those who watch a field.
+
+    A viewer first asks for the session, and names it in all further packets. So nobody can have views sent to
+    an address that isn't their own.
+
+    Parameters
+    ----------
+    world : World
+        The world that is watched.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._asked: dict[Hashable, tuple[float, int]] = {}
+        self._latest: dict[str, Any] | None = None
+        self._shown: tuple[int, Sequence[Sequence[int]]] | None = None
+        self._scene: dict[str, Any] | None = None
+
+    def answer(self, frame: Frame, peer: Hashable) -> None:
+        """Answer a packet of a viewer: with the session, the scene, the latest view, or why it gets none."""
+        now = time.monotonic()
+        name = {"nonce": frame.body["nonce"]}
+        if not frame.session:
+            self._send(VIEW, frame.robot, peer, {**name, "session": self._world.frames.session})
+            return
+        self._forget(now)
+        before = self._asked.get(peer)
+        if before is None and len(self._asked) >= VIEWERS_LIMIT:
+            why = f"it has {VIEWERS_LIMIT} viewers, which is the limit; end one of them"
+            self._send(REFUSED, frame.robot, peer, {**name, "why": why})
+        elif before is not None and now - before[0] < PAUSE:
+            self._world.frames.dropped["of a hasty viewer"] += 1
+        else:
+            self._asked[peer] = now, frame.robot
+            self._inform(frame, peer, name)
+
+    def _inform(self, frame: Frame, peer: Hashable, name: Mapping[str, int]) -> None:
+        if frame.body.get("has") is not True or self._latest is None:
+            self._scene = self._scene or scene_of(self._world)
+            fits = self._send(SCENE, frame.robot, peer, {**name, **self._scene})
+        else:
+            fits = self._send(STATE, frame.robot, peer, self._latest)
+        if not fits:
+            why = "it has too many robots or tasks to be watched; use feasibee watch without --field"
+            self._send(REFUSED, frame.robot, peer, {**name, "why": why})
+
+    def show(self, step: int, places: Sequence[Sequence[int]]) -> None:
+        """Send a view of a step to all viewers."""
+        self._shown = step, places
+        self._forget(time.monotonic())
+        # Never computed later, when some robots are a step ahead.
+        self._latest = view_of(self._world, step, places) if self._asked or step == 0 else None
+        self._send_latest()
+
+    def end(self) -> None:
+        """Send the last view again, which says that the field has ended."""
+        if self._shown is None or not self._asked:
+            return
+        self._latest = {**view_of(self._world, *self._shown), "end": True}
+        for _ in range(3):  # a packet may be lost
+            self._send_latest()
+
+    def _send_latest(self) -> None:
+        if self._latest is not None:
+            for peer, (_, number) in self._asked.items():
+                self._send(STATE, number, peer, self._latest)
+
+    def _forget(self, now: float) -> None:
+        self._asked = {peer: asked for peer, asked in self._asked.items() if now - asked[0] < KEPT}
+
+    def _send(self, kind: int, number: int, peer: Hashable, content: Mapping[str, Any]) -> bool:
+        """Send a packet; return whether it isn't too large."""
+        try:
+            self._world.link.send(self._world.frames.write(kind, number, dict(content)), peer)
+        except ValueError:
+            return False
+        return True
+
+
+def scene_of(world: World) -> dict[str, Any]:
+    """Return what stays as it is in a field: the numbers of its scenario that a viewer draws."""
+    plan, bodies = world.plan, world.bodies
+    scenario = plan.scenario
+    return {
+        "strategy": scenario.manifest.name.rpartition("/")[2][:100],
+        "seed": plan.seed,
+        "run": plan.run,
+        "steps": scenario.run.steps,
+        "hz": None if plan.lockstep else plan.hz,
+        "size": [float(side) for side in scenario.arena.size],
+        "walls": scenario.arena.boundary == "walls",
+        "diameter": float(scenario.robots.diameter),
+        "sight": float(scenario.sensing.range),
+        "radio": float(scenario.radio.range),
+        "threshold": float(scenario.decision.threshold),
+        "commits": scenario.decision.commit is not None,
+        "declares": bool(scenario.manifest.declares),
+        "seconds": float(scenario.units.seconds or 0),
+        "truth": bool(bodies.truth),
+        "faults": [body.fault for body in bodies.bodies],
+        "classes": [each.name for each in scenario.robots.classes],
+        "kinds": [body.kind for body in bodies.bodies],
+        "tasks": [coarse(world, place) for place in bodies.tasks.values()],
+    }
+
+
+def view_of(world: World, step: int, places: Sequence[Sequence[int]]) -> dict[str, Any]:
+    """Return one step of a field: places, opinions, phases, counts, silent robots and the decision."""
+    bodies = world.bodies
+    return {
+        "t": step,
+        "places": [coarse(world, each) for each in places],
+        "headings": [round(math.atan2(dy, dx) * 128 / math.pi) % 256 for _, _, dx, dy, *_ in places],
+        "opinions": [body.remote.opinion for body in bodies.bodies],
+        "marks": [_marks(body, step) for body in bodies.bodies],
+        "lost": world.lost,
+        "cut": world.is_cut,
+        "counts": [bodies.feasible_count, bodies.infeasible_count, len(bodies.counted)],
+        "declared": [bodies.declared(1), bodies.declared(0)],
+        "decision": [bodies.decision, world.decision, world.decision_step],
+        "end": False,
+    }
+
+
+def coarse(world: World, place: Sequence[int]) -> list[int]:
+    """Return a place in 65,536ths of the arena's longer side."""
+    shift = 16 if world.bodies.world.is_torus else 15
+    return [min(each >> shift, 65_535) for each in place[:2]]
+
+
+def _marks(body: Body, step: int) -> int:
+    """Return what a robot last reported besides its opinion, as bits."""
+    mind = body.remote
+    having = {
+        "disseminating": mind.disseminating,
+        "committed": mind.committed,
+        "declared": mind.declared >= 0,
+        "working": body.works(step),
+    }
+    return sum(having[name] << bit for bit, name in enumerate(MARKS))

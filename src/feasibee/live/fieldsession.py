@@ -1,0 +1,242 @@
+"""The session of one page that watches a field: its steps come from processes instead of a simulation."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NoReturn
+
+import numpy as np
+
+from feasibee.errors import FeasibeeError
+from feasibee.live.fieldview import SILENCE, FieldView, View
+from feasibee.live.layout import FRAME, TASKS
+from feasibee.live.messages import Look, Open
+from feasibee.live.outlook import nothing_ahead
+from feasibee.scenario.runs import check_integer
+from feasibee.simulation.snapshot import FLAGS
+
+NO_OUTLOOK: Final = "a field shows only what has happened"
+NAMED: Final = 10
+"""Most silent robots that are named."""
+
+
+class FieldCatalogue:
+    """What the pages of ``feasibee watch --field`` offer: one field, and nothing to choose.
+
+    Parameters
+    ----------
+    view : FieldView
+        The field; it has answered.
+    """
+
+    def __init__(self, view: FieldView) -> None:
+        self.view = view
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the catalogue as a page receives it, in the message ``welcome``."""
+        nothing: dict[str, Any] = {"strategies": [], "stream": {}, "replays": [], "found": 0, "pick": ""}
+        scene = self.view.scene
+        numbers = {"seed": str(scene["seed"]), "run": str(scene["run"]), "point": None}
+        return {"title": f"field at {self.view.address}", **nothing, **numbers}
+
+    def session(self) -> FieldSession:
+        """Return the session of a page."""
+        return FieldSession(self.view)
+
+
+class FieldSession:
+    """What one page shows of a field.
+
+    Parameters
+    ----------
+    view : FieldView
+        The field.
+    """
+
+    def __init__(self, view: FieldView) -> None:
+        self._view = view
+        self.step = 0
+        self.last = min(view.scene["steps"], 2**31 - 1)
+        self._generation = self._jump = self._counts_sent = 0
+        self._robot: int | None = None
+        self._told: dict[str, Any] = {}
+
+    def request_of(self, asked: Open) -> None:
+        """Return nothing: a page can't choose another field."""
+
+    def begin(self, request: object) -> None:
+        """Wait for the field's first step, and show its newest one.
+
+        Raises
+        ------
+        FeasibeeError
+            If the field falls silent before.
+        """
+        while not self._view.wait_for(0, 0.5):
+            if self._view.is_silent:
+                raise FeasibeeError(f"{self._view.address}: silent for {SILENCE:g} s; start the field again")
+        self.step = self._view.latest
+        self._generation += 1
+        self._jump, self._counts_sent, self._robot, self._told = 0, self._view.first, None, {}
+
+    def advance(self, step: int, seconds: float) -> bool:
+        """Stay at the step that is shown; return that it is reached."""
+        return True
+
+    def rewind(self, step: int, jump: int) -> None:
+        """Go to a step that was received, or to the nearest one; number the frames anew."""
+        self.step, self._jump = self._view.at(step).step, jump
+
+    def lane(self, number: int) -> NoReturn:
+        """Raise: a page finds the decision of a field among the steps received."""
+        raise FeasibeeError(f"message: {NO_OUTLOOK}; reload the page")
+
+    def inspect(self, robot: int | None) -> None:
+        """Send what a robot last reported with each frame from now on.
+
+        Raises
+        ------
+        FeasibeeError
+            If there is no such robot.
+        """
+        if robot is not None:
+            check_integer("robot", robot, 0, len(self._view.scene["faults"]) - 1)
+        self._robot = robot
+
+    def look(self, asked: Look, seconds: float) -> dict[str, Any]:
+        """Return that a field can't be looked ahead in."""
+        found = nothing_ahead(asked.robot, asked.first, asked.seen, NO_OUTLOOK)
+        return {"lane": asked.lane, **found, "generation": self._generation & 0xFFFF, "jump": self._jump}
+
+    def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
+        """Wait for the next step for a limited time; return its messages, or those of this one again."""
+        self._view.wait_for(self.step + 1, seconds)
+        self.step = max(self.step, self._view.at(self.step + steps).step)
+        return self.messages()
+
+    def messages(self) -> list[dict[str, Any] | bytes]:
+        """Return the messages of the current step; the frame comes last."""
+        view = self._view.at(self.step)
+        found: list[dict[str, Any] | bytes] = []
+        told = self._state(view)
+        if told != self._told:
+            self._told = told
+            found.append(told)
+        if self._robot is not None:
+            found.append(self._robot_message(view, self._robot))
+        return [*found, self._frame(view)]
+
+    def openings(self) -> list[dict[str, Any] | bytes]:
+        """Return the messages with which a page begins: the field, and the positions of the tasks."""
+        places = np.array(self._view.scene["tasks"], np.uint16).reshape(-1, 2)
+        x, y = places.T
+        tasks = TASKS.encode(generation=self._generation & 0xFFFF, count=len(places), x=x, y=y)
+        return [self._opened(), tasks]
+
+    def _opened(self) -> dict[str, Any]:
+        scene = self._view.scene
+        robots, tasks, faults = len(scene["faults"]), len(scene["tasks"]), scene["faults"]
+        fields = {f"faults.{each}": faults.count(each) for each in ("stopped", "byzantine")}
+        same = ("strategy", "size", "walls", "diameter", "sight", "radio", "threshold", "truth", "kinds")
+        return {
+            "type": "opened",
+            "lane": 0,
+            "swarms": 1,
+            "generation": self._generation & 0xFFFF,
+            "jump": self._jump,
+            "field": {"address": self._view.address, "hz": scene["hz"]},
+            **{name: scene[name] for name in (*same, "commits", "declares")},
+            "seed": str(scene["seed"]),
+            "run": str(scene["run"]),
+            "last": self.last,
+            "fields": {**fields, "units.seconds": scene["seconds"]},
+            "toml": "",
+            "proof": f"{robots:,} robots, {tasks:,} tasks",
+            "changes": False,
+            "robots": robots,
+            "numbers": robots,
+            "tasks": tasks,
+            "robotClasses": scene["classes"],
+            "step": self.step,
+        }
+
+    def _state(self, view: View) -> dict[str, Any]:
+        """Return the message that says how the field is: who is silent, and whether it goes on."""
+        problems = [_silent(view.lost)] if view.lost else []
+        if view.is_cut:
+            problems.append("the radio is cut between the two halves of the robots")
+        if self._view.is_silent:
+            problems.append(
+                f"the field at {self._view.address} has been silent for more than {SILENCE:g} s; "
+                "after starting another one, start feasibee watch again"
+            )
+        end = self._view.latest if self._view.has_ended else None
+        return {
+            "type": "field",
+            "problems": problems,
+            "silent": self._view.is_silent,
+            "end": end,
+            "first": self._view.views[0].step,
+        }
+
+    def _robot_message(self, view: View, robot: int) -> dict[str, Any]:
+        flags = int(view.shown.flags[robot])
+        having = {name for bit, name in enumerate(FLAGS) if flags >> bit & 1}
+        opinion = "none" if "neutral" in having else "feasible" if "feasible" in having else "infeasible"
+        phase = "disseminating" if "disseminating" in having else "exploring"
+        special = [each for each in ("byzantine", "stubborn", "committed", "declared") if each in having]
+        words = [["Phase", phase], ["Opinion", opinion]]
+        if robot in view.lost:
+            words = [["Process", "silent: the robot isn't counted, and its body stands still"]]
+        elif "working" not in having:
+            words = [["Phase", "stopped"]]
+        words += [["Special", ", ".join(special)]] if special else []
+        words.append(["Knows", "the robot's own log has it: feasibee field --out FOLDER"])
+        mark = {"generation": self._generation & 0xFFFF, "jump": self._jump}
+        return {"type": "robot", "lane": 0, "step": view.step, "robot": robot, "reasons": words, **mark}
+
+    def _frame(self, view: View) -> bytes:
+        first = self._counts_sent
+        counts = self._view.counts(first, view.step + 1)
+        self._counts_sent = first + len(counts)
+        scene, flags = self._view.scene, view.shown.flags
+        having = {name: int((flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
+        now, decided, decision_step = view.decision
+        return FRAME.encode(
+            generation=self._generation & 0xFFFF,
+            lane=0,
+            jump=self._jump,
+            robots=flags.size,
+            step=view.step,
+            first=first,
+            length=len(counts),
+            decision_step=decision_step,
+            decision=now,
+            first_decision=decided,
+            feasible=view.counts[0],
+            infeasible=view.counts[1],
+            counted=view.counts[2],
+            **{name: having[name] for name in ("disseminating", "working", "committed", "there")},
+            declared_feasible=view.declared[0],
+            declared_infeasible=view.declared[1],
+            tasks=len(scene["tasks"]),
+            placed=0,
+            truth=scene["truth"],
+            bits=0,
+            robot_steps=0,
+            feasible_counts=counts[:, 0],
+            infeasible_counts=counts[:, 1],
+            counted_counts=counts[:, 2],
+            truths=np.full(len(counts), scene["truth"], np.uint8),
+            task_x=np.zeros(0, np.uint16),
+            task_y=np.zeros(0, np.uint16),
+            **view.shown._asdict(),
+        )
+
+
+def _silent(lost: tuple[int, ...]) -> str:
+    """Return in words which robots are silent."""
+    if len(lost) == 1:
+        return f"robot {lost[0]} is silent"
+    named = list(map(str, lost[:NAMED]))
+    rest = f"{len(lost) - NAMED} more" if len(lost) > NAMED else named.pop()
+    return f"robots {', '.join(named)} and {rest} are silent"
