@@ -179,3 +179,9 @@ def test_modules_are_short_and_documented(name):
     ]:
         length = function.end_lineno - function.body[0].lineno + 1
         assert length <= 40, f"{name}.{function.name} has a body of {length} lines"
+
+
+def test_no_two_files_of_tests_have_one_name():
+    """Pytest imports them by name alone, and leaves out the second one with an error."""
+    names = [path.name for path in Path(__file__).parent.rglob("test_*.py")]
+    assert not {name for name in names if names.count(name) > 1}
