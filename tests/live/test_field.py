@@ -38,8 +38,8 @@ def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, ke
     def tell(event):
         if event["event"] == "listening":
             view = FieldView(event["address"], key=key.encode())
-            threading.Thread(target=lambda: (view.join(), joined.set())).start()
             views.append(view)
+            threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
     running = threading.Thread(target=Field(plan, Network(key=key), folder, tell).run)
     running.start()
@@ -118,12 +118,15 @@ def test_a_session_says_what_it_cannot_do_and_what_robots_reported(tmp_path):
 
 
 def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(fieldview, "JOINING", 0.5)
-    with pytest.raises(FeasibeeError, match="no field answers; start feasibee field --port 9"):
-        FieldView("127.0.0.1:9").join()
+    def refused(address, words, key=b""):
+        with monkeypatch.context() as soon:
+            soon.setattr(fieldview, "JOINING", 0.5)
+            with pytest.raises(FeasibeeError, match=words):
+                FieldView(address, key=key).join()
+
+    refused("127.0.0.1:9", "no field answers; start feasibee field --port 9")
     with a_field(tmp_path, small(40), hz=40.0, key="a key") as view:
-        with pytest.raises(FeasibeeError, match="--key-file"):
-            FieldView(view.address, key=b"another key").join()
+        refused(view.address, "--key-file", b"another key")
         assert view.wait_for(1, 30)
         session = FieldSession(view)
         session.begin(None)
