@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 from feasibee import Scenario
+from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
-from feasibee.field.world import Plan
 from feasibee.reference import play
 
 

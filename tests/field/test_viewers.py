@@ -9,9 +9,10 @@ import pytest
 from fields import a_plan, opinions, run, simulated, small, steps_of
 from test_frames import STATUS, Loopback, mutated
 
+from feasibee.field.addresses import split_address
 from feasibee.field.checks import REFUSED, SAID, SCENE, STATE, VIEW
 from feasibee.field.frames import Frames
-from feasibee.field.links import open_link, split_address
+from feasibee.field.links import open_link
 from feasibee.field.supervisor import Field, Network
 from feasibee.field.viewers import VIEWERS_LIMIT, scene_of, view_of
 from feasibee.field.world import World

@@ -13,8 +13,8 @@ from serving import Page, serving_at
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
 from feasibee.field.faults import parse_fault, schedule
+from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
-from feasibee.field.world import Plan
 from feasibee.live import fieldview
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.fieldview import FieldView

@@ -27,7 +27,7 @@ from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.field.faults import Fault
-    from feasibee.field.world import Plan
+    from feasibee.field.plan import Plan
     from feasibee.scenario.scenario import Scenario
 
 
@@ -148,10 +148,10 @@ def field(
       feasibee field --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
       feasibee field --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
+    from feasibee.field.addresses import is_loopback
     from feasibee.field.faults import parse_length
-    from feasibee.field.links import is_loopback
+    from feasibee.field.plan import Plan
     from feasibee.field.supervisor import Field, Network
-    from feasibee.field.world import Plan
     from feasibee.scenario.runs import Runs
 
     _check_platform()

@@ -67,7 +67,7 @@ class Body(Robot):
         return [*self.place, *self.velocity, self._walk_left, self._walks]
 
     def restore(self, state: list[int]) -> None:
-        """Take a state of the log."""
+        """Put the body into a state of the log."""
         x, y, dx, dy, self._walk_left, self._walks = state
         self.place, self.velocity = (x, y), (dx, dy)
 

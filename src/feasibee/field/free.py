@@ -61,7 +61,7 @@ class FreeRunning:
         return min(longest, max(0.0, self._air[0][0] - time.monotonic()))
 
     def _take(self, frame: Frame) -> None:
-        """Take a robot's step: move its body, pass its message on, show it what is in sight."""
+        """Simulate a robot's step: move its body, pass its message on, send it what it sees."""
         world, body, step = self._world, self._world.body(frame), frame.body["t"]
         self._seen_at[body.number] = time.monotonic()
         if body.lost:

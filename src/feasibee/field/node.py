@@ -110,7 +110,7 @@ class Node:
             return None
 
     def sense(self, sightings: Sequence[Sequence[Any]]) -> None:
-        """Take the robots and tasks in sight, in the form of `sighting_of`."""
+        """Store the robots and tasks in sight, in the form of `sighting_of`."""
         seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
         self.dropped["impossible sighting"] += len(sightings) - len(seen)
         self._line["see"] = seen
@@ -127,7 +127,7 @@ class Node:
         return -1 <= thing.id < ids and 0 <= thing.kind < kinds
 
     def finish(self, heard: Iterable[Sequence[Any]]) -> None:
-        """Take the messages heard, pairs of a sender's number and its bytes, and end the step."""
+        """End the step with the messages heard: pairs of a sender's number and its bytes."""
         for sender, text in heard:
             if not self._mind.listens:
                 break

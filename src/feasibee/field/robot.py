@@ -12,9 +12,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
+from feasibee.field.addresses import split_address
 from feasibee.field.checks import BYE, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
 from feasibee.field.frames import Frame, Frames
-from feasibee.field.links import Link, open_link, split_address
+from feasibee.field.links import Link, open_link
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.strategies.contract import Strategy
 
@@ -76,7 +77,7 @@ class Robot:
         return self._free(orders["clock"]) if orders["clock"] else self._lockstep()
 
     def _join(self) -> dict[str, Any] | None:
-        """Say hello until the world answers with the robot's settings."""
+        """Ask the world for the robot's settings until it answers."""
         nonce = random.SystemRandom().getrandbits(63)
         asked = 0.0
         while not self._is_alone():

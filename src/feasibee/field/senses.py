@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.field.addresses import split_address
 from feasibee.field.checks import is_heard, is_place, is_sighting, is_whole
-from feasibee.field.links import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.files.reading import named, why_not
 

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
+from feasibee.field.addresses import DEFAULT_HOST, join_address, split_address
 from feasibee.field.faults import KILL, PAUSE, RESTART, RESUME
-from feasibee.field.links import DEFAULT_HOST, join_address, split_address
+from feasibee.field.plan import Plan
 from feasibee.field.robot import KEY_VARIABLE
-from feasibee.field.world import Plan
 from feasibee.field.worldprocess import plain_plan
 
 GRACE = 2.0

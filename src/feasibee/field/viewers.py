@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from feasibee.field.checks import MARKS, REFUSED, SCENE, STATE, VIEW
-from feasibee.field.frames import Frame
+from feasibee.field.frames import Frame, Frames
 
 if TYPE_CHECKING:
-    from feasibee.field.bodies import Body
-    from feasibee.field.world import World
+    from feasibee.field.bodies import Bodies, Body
+    from feasibee.field.links import Link
+    from feasibee.field.plan import Plan
 
 VIEWERS_LIMIT: Final = 10
 """Most viewers at a time."""
@@ -20,6 +21,25 @@ KEPT: Final = 3.0
 """Seconds for which a viewer gets views after each of its packets."""
 PAUSE: Final = 0.1
 """Seconds between two packets of a viewer that are answered."""
+
+
+class Watched(Protocol):
+    """What viewers are shown of a world."""
+
+    plan: Plan
+    link: Link
+    frames: Frames
+    bodies: Bodies
+    decision: int
+    decision_step: int
+
+    @property
+    def lost(self) -> list[int]:
+        """The numbers of the robots whose processes are silent."""
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the radio is cut between two halves of the robots."""
 
 
 class Viewers:
@@ -30,11 +50,11 @@ class Viewers:
 
     Parameters
     ----------
-    world : World
+    world : Watched
         The world that is watched.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Watched) -> None:
         self._world = world
         self._asked: dict[Hashable, tuple[float, int]] = {}
         self._latest: dict[str, Any] | None = None
@@ -102,7 +122,7 @@ class Viewers:
         return True
 
 
-def scene_of(world: World) -> dict[str, Any]:
+def scene_of(world: Watched) -> dict[str, Any]:
     """Return what stays as it is in a field: the numbers of its scenario that a viewer draws."""
     plan, bodies = world.plan, world.bodies
     scenario = plan.scenario
@@ -129,7 +149,7 @@ def scene_of(world: World) -> dict[str, Any]:
     }
 
 
-def view_of(world: World, step: int, places: Sequence[Sequence[int]]) -> dict[str, Any]:
+def view_of(world: Watched, step: int, places: Sequence[Sequence[int]]) -> dict[str, Any]:
     """Return one step of a field: places, opinions, phases, counts, silent robots and the decision."""
     bodies = world.bodies
     return {
@@ -147,7 +167,7 @@ def view_of(world: World, step: int, places: Sequence[Sequence[int]]) -> dict[st
     }
 
 
-def coarse(world: World, place: Sequence[int]) -> list[int]:
+def coarse(world: Watched, place: Sequence[int]) -> list[int]:
     """Return a place in 65,536ths of the arena's longer side."""
     shift = 16 if world.bodies.world.is_torus else 15
     return [min(each >> shift, 65_535) for each in place[:2]]

@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies, Body
@@ -17,32 +17,10 @@ from feasibee.field.faults import PARTITION, PROCESS, Fault
 from feasibee.field.frames import ROBOTS_LIMIT, Frame, Frames
 from feasibee.field.links import Link
 from feasibee.field.node import Status
+from feasibee.field.plan import Plan
 from feasibee.field.viewers import Viewers
 from feasibee.field.worldlog import WorldLog, read_lines
 from feasibee.model.codes import DECISIONS, UNDECIDED
-from feasibee.scenario.scenario import Scenario
-
-
-class Plan(NamedTuple):
-    """What a field does: the scenario, the clock of its robots, and the faults."""
-
-    scenario: Scenario
-    seed: int
-    run: int
-    lockstep: bool
-    hz: float
-    """Steps per second of a robot's clock; in lockstep only the unit of times in faults."""
-    drift: float
-    """Largest error of a robot's clock, as a share."""
-    jitter: float
-    """Largest deviation of a step's duration, as a share."""
-    delay: float
-    """Delay of messages, in steps."""
-    faults: tuple[Fault, ...]
-    patience: float
-    """Seconds of silence after which a robot is lost."""
-    wait: float
-    """Seconds that the robots have to join."""
 
 
 class World:

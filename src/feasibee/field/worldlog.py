@@ -11,7 +11,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files.reading import named
 
 if TYPE_CHECKING:
-    from feasibee.field.world import Plan
+    from feasibee.field.plan import Plan
 
 VERSION: Final = 2
 """Version of a world's log."""

@@ -15,8 +15,9 @@ from feasibee.field.frames import Frames
 from feasibee.field.free import FreeRunning
 from feasibee.field.links import open_link
 from feasibee.field.lockstep import Lockstep
+from feasibee.field.plan import Plan
 from feasibee.field.robot import KEY_VARIABLE
-from feasibee.field.world import Plan, World, print_event
+from feasibee.field.world import World, print_event
 from feasibee.scenario.scenario import Scenario
 
 

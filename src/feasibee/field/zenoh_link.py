@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.field.links import join_address
+from feasibee.field.addresses import join_address
 
 QUEUE = 20_000
 """Number of packets that wait to be read; more are dropped."""

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, one_line
+from feasibee.field.addresses import split_address
 from feasibee.field.checks import MARKS, REFUSED, SCENE, STATE, VIEW
 from feasibee.field.frames import Frame, Frames
-from feasibee.field.links import Link, open_link, split_address
+from feasibee.field.links import Link, open_link
 from feasibee.reference.mind import BYZANTINE, STUBBORN
 from feasibee.simulation.snapshot import FLAGS, Snapshot
 
