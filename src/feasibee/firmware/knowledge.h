@@ -100,6 +100,23 @@ static inline uint32_t feasibee_one_word(const struct feasibee_setting *setting)
     return 1;
 }
 
+/* Write a message that is an id and so many bits of one word. */
+static inline void feasibee_pack_word(struct feasibee_writer *writer, const uint32_t *words, feasibee_id sender,
+                                      const struct feasibee_setting *setting, uint8_t bits)
+{
+    feasibee_write(writer, sender, setting->id_bits);
+    feasibee_write(writer, words[0], bits);
+}
+
+/* Read such a message; return who sent it. */
+static inline int32_t feasibee_unpack_word(uint32_t *words, struct feasibee_reader *reader,
+                                           const struct feasibee_setting *setting, uint8_t bits)
+{
+    int32_t sender = (int32_t)feasibee_read_below(reader, setting->robots, setting->id_bits);
+    words[0] = feasibee_read(reader, bits);
+    return sender;
+}
+
 /* Write a set of names, so many in a word, in rising order. */
 static inline void feasibee_pack_names(struct feasibee_writer *writer, const uint32_t *set, uint8_t in_word,
                                        uint32_t ids, uint8_t bits)

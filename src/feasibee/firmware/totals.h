@@ -160,16 +160,13 @@ static inline void feasibee_totals_count(struct feasibee_robot *robot, uint32_t 
 static inline void feasibee_totals_pack(struct feasibee_writer *writer, const uint32_t *words,
                                         feasibee_id sender, const struct feasibee_setting *setting)
 {
-    feasibee_write(writer, sender, setting->id_bits);
-    feasibee_write(writer, words[0], 16);
+    feasibee_pack_word(writer, words, sender, setting, 16);
 }
 
 static inline int32_t feasibee_totals_unpack(uint32_t *words, struct feasibee_reader *reader,
                                              const struct feasibee_setting *setting)
 {
-    int32_t sender = (int32_t)feasibee_read_below(reader, setting->robots, setting->id_bits);
-    words[0] = feasibee_read(reader, 16);
-    return sender;
+    return feasibee_unpack_word(words, reader, setting, 16);
 }
 
 static const struct feasibee_knowledge feasibee_totals_knowledge = {
