@@ -88,6 +88,20 @@ def test_many_seeks_in_a_row_end_at_the_last(visit, port):
     at(page, 55)
 
 
+def test_a_seek_before_the_first_frame_is_kept(visit, port):
+    page = visit(port)
+    page.evaluate(
+        """() => new MutationObserver((_, observer) => {
+            observer.disconnect(); // the run is known, and nothing of it is shown yet
+            const slider = document.querySelector("#seek");
+            slider.value = "39";
+            slider.dispatchEvent(new Event("input"));
+        }).observe(document.querySelector("#last"), { childList: true })"""
+    )
+    page.locator("#another").click()
+    at(page, 39)
+
+
 def test_the_decision_is_one_key_away(visit, port):
     decided = int(simulate(Scenario(), 1, 1).decision_step[0])
     page = visit(port)

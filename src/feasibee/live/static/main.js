@@ -25,6 +25,7 @@ import { Veil } from "./veil.js";
 /** @import { Which } from "./address.js" */
 /** @import { Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
+/** @import { Goal } from "./seeker.js" */
 
 /** @typedef {(message: any) => void} Answer Handler of a JSON message of the server. */
 
@@ -35,8 +36,8 @@ const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let world = null; // the run that the page shows
 /** @type {number | null} */
 let point = null; // of a sweep, or null
-/** @type {{step: number, which: Which} | null} */
-let wanted = null; // requested, and not shown yet
+/** @type {{step: number, which: Which, then?: Goal} | null} */
+let wanted = null; // requested, and not shown yet; then: where to go in it
 let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
 let full = false; // whether the server has too many pages already
@@ -97,6 +98,7 @@ function begin(step, which = controls.which) {
  * @param {number} lane
  */
 function seek(to, lane = 0) {
+  if (wanted) wanted.then = { to, lane };
   if (!world || wanted) return;
   inspector.jump();
   seeker.seek(to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane);
@@ -218,7 +220,7 @@ function receive(frame) {
   }
   if (world?.swarms === 2 && beside?.step === frame.step) frame.beside = beside;
   veil.hide();
-  const isFirst = wanted !== null;
+  const first = wanted;
   wanted = null;
   if (!seeker.busy) player.add(frame);
   else {
@@ -228,7 +230,7 @@ function receive(frame) {
   if (startAfter) player.play(true);
   startAfter = false;
   reflectPlay();
-  if (!isFirst) return;
+  if (!first) return;
   for (const each of lanes) {
     each.arena.chosen = inspector.robot;
     each.follow(inspector.robot < 0 ? null : inspector.robot);
@@ -237,6 +239,7 @@ function receive(frame) {
     sendInspected();
     if (!player.playing) seek(frame.step);
   }
+  if (first.then) seek(first.then.to, first.then.lane);
   ahead.mark();
   ahead.look(isOnTheWay);
 }
