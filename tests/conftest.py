@@ -5,8 +5,29 @@ from __future__ import annotations
 import shutil
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+def pytest_configure(config):
+    """Generate the same examples on any machine, however slow; with the slow tests more of them."""
+    harmless = (
+        "too_slow",
+        "data_too_large",
+        "large_base_example",
+        "filter_too_much",
+        "function_scoped_fixture",
+    )
+    settings.register_profile(
+        "tests",
+        max_examples=40 if "not slow" in config.option.markexpr else 150,
+        derandomize=True,
+        database=None,
+        deadline=None,
+        suppress_health_check=[HealthCheck[name] for name in harmless],
+    )
+    settings.load_profile("tests")
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import decision_counts, decision_rates, decision_times, wilson
@@ -46,7 +46,6 @@ def test_the_interval_is_the_published_one(successes, trials, low, high):
     assert interval.high == pytest.approx(high, abs=5e-5)
 
 
-@settings(derandomize=True)
 @given(st.integers(1, 10**6).flatmap(lambda trials: st.tuples(st.integers(0, trials), st.just(trials))))
 def test_the_interval_contains_the_estimate_and_has_a_width(case):
     interval = wilson(*case)
@@ -54,7 +53,6 @@ def test_the_interval_contains_the_estimate_and_has_a_width(case):
     assert interval.high - interval.low > 1e-7
 
 
-@settings(derandomize=True)
 @given(st.integers(1, 10**6).flatmap(lambda trials: st.tuples(st.integers(0, trials), st.just(trials))))
 def test_counting_failures_mirrors_the_interval(case):
     successes, trials = case
@@ -157,7 +155,6 @@ def test_quartiles_of_times_by_hand(steps, q25, median, q75):
     assert all(step is None or type(step) is int for step in times)
 
 
-@settings(derandomize=True)
 @given(st.lists(st.integers(-1, 30), min_size=1, max_size=40))
 def test_a_quartile_is_the_first_step_by_which_that_share_of_all_runs_had_decided(steps):
     def first(share):
@@ -238,7 +235,6 @@ def test_a_rate_at_the_edge_has_just_so_much_evidence_against_it(successes, tria
         assert evidence_against(inner, successes, trials) < 1 / (1 - confidence)
 
 
-@settings(derandomize=True, deadline=None)
 @given(st.integers(1, 10**6).flatmap(lambda trials: st.tuples(st.integers(0, trials), st.just(trials))))
 def test_the_sequence_holds_the_estimate_and_is_wider_than_wilsons(case):
     """Wider by how much looking often costs; with the very first trials alone, by how it is made."""

@@ -10,7 +10,7 @@ import re
 import tomllib
 
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -188,7 +188,6 @@ def test_the_papers_values_written_out_are_the_default_scenario():
     assert written.hash == Scenario().hash
 
 
-@settings(deadline=None, derandomize=True)
 @given(tables())
 def test_toml_brings_back_an_equal_scenario(given_tables):
     scenario = Scenario(**given_tables)
@@ -641,7 +640,6 @@ def test_a_wrong_side_does_not_blame_the_ranges():
     assert [problem.path for problem in problems_of({"arena": {"side": -3.0}})] == ["arena.side"]
 
 
-@settings(deadline=None, derandomize=True)
 @given(
     st.dictionaries(
         st.sampled_from([*PAPER, "extra"]),

@@ -8,7 +8,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
@@ -120,7 +120,6 @@ def scenarios(draw):
     )
 
 
-@settings(max_examples=120, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(scenarios(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 2))
 def test_engine_equals_reference_over_generated_scenarios(scenario, seed, first_run):
     assert_equal(scenario, seed, first_run=first_run)
@@ -249,10 +248,8 @@ def beyond(draw):
 
 
 LIES = ["opposite", "feasible", "infeasible", "random", "colluding"]
-SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example]
 
 
-@settings(max_examples=150, deadline=None, derandomize=True, database=None, suppress_health_check=SLOW)
 @given(beyond(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 2))
 def test_engine_equals_reference_beyond_the_paper(scenario, seed, first_run):
     assert_equal(scenario, seed, first_run=first_run)
@@ -290,13 +287,6 @@ def changing(draw):
     raise AssertionError
 
 
-@settings(
-    max_examples=120,
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=[*SLOW, HealthCheck.filter_too_much],
-)
 @given(changing(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 3))
 def test_engine_equals_reference_in_worlds_that_change(scenario, seed, first_run):
     assert_equal(scenario, seed, runs=2, first_run=first_run)

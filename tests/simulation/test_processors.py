@@ -20,7 +20,8 @@ print(json.dumps({name: digest(each, seed) for name, seed, each in scenarios() i
 """
 
 
-@pytest.mark.parametrize("names", [FAST, pytest.param(GENERAL, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [FAST, GENERAL])
 def test_the_same_bytes_on_a_processor_with_the_least_instructions(names, tmp_path):
     """On x86 with SSE2 only, on ARM with NEON only: the oldest of both that run 64 bits."""
     least = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "FEASIBEE_CACHE": str(tmp_path / "cache")}

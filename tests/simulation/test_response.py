@@ -7,9 +7,9 @@ import re
 import numpy as np
 import pytest
 from following import SIGHTINGS
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
-from test_equivalence import ARRAYS, SLOW, assert_equal, beyond, events
+from test_equivalence import ARRAYS, assert_equal, beyond, events
 
 from feasibee import Scenario, ScenarioError, reference
 from feasibee.scenario.runs import Runs
@@ -259,13 +259,6 @@ def responding(draw, path):
         raise AssertionError from None
 
 
-@settings(
-    max_examples=120,
-    deadline=None,
-    derandomize=True,
-    database=None,
-    suppress_health_check=[*SLOW, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture],
-)
 @given(st.data(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 3))
 def test_engine_equals_reference_with_responses(seeing, data, seed, first_run):
     assert_equal(data.draw(responding(seeing)), seed, runs=2, first_run=first_run)

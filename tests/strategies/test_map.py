@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import Scenario
@@ -488,7 +488,6 @@ def test_no_robot_ever_declares_wrongly():
     """In small worlds: odd sides, walls, clusters, lost messages, and as many liars as they tolerate."""
     declared = []
 
-    @settings(max_examples=120, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
     @given(worlds(), st.integers(0, 2**32))
     def check(scenario, seed):
         record = simulate_record(scenario, Runs(6, seed))

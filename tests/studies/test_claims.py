@@ -9,7 +9,7 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import wilson
@@ -110,7 +110,6 @@ def test_the_order_of_the_points_does_not_matter():
     assert check_claims(study()[::-1], 1) == check_claims(study(), 1)
 
 
-@settings(deadline=None, derandomize=True, max_examples=60)
 @given(
     st.lists(st.floats(0, 1), min_size=len(TASKS), max_size=len(TASKS)),
     st.floats(0, 0.9),

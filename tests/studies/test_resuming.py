@@ -97,6 +97,9 @@ STUDIES = {
     "sensitivity": sensitivity_study,
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
+each_short_study = pytest.mark.parametrize(
+    "study", [pytest.param(each, marks=[pytest.mark.slow] * (each == "assessment")) for each in STUDIES]
+)
 
 
 @dataclass
@@ -148,7 +151,7 @@ def undisturbed():
     return of
 
 
-@each_study
+@each_short_study
 @pytest.mark.parametrize("error", [RuntimeError("crashed"), KeyboardInterrupt()], ids=["crash", "interrupt"])
 def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study, error):
     """To the same bytes, and no run is computed twice."""
