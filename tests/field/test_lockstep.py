@@ -53,6 +53,18 @@ WORLDS = {
         "radio.loss": 0.3,
         "radio.id_bits": 2,
     },
+    "liars by name": {
+        "robots.count": 6,
+        "decision.strategy": "census",
+        "faults.byzantine": 0.3,
+        "faults.byzantine_says": "feasible",
+    },
+    "tasks named by position": {
+        "robots.count": 6,
+        "decision.strategy": "roster",
+        "robots.know_count": True,
+        "run.stop_at_decision": False,
+    },
 }
 
 

@@ -89,12 +89,6 @@ class Bodies(Swarm):
                 "scenario: its world changes, and that of a field can't; use feasibee run, or remove events, "
                 "arrival rates, lifetimes, failures and the response"
             )
-        ids, bits = scenario.setting.robot_ids, scenario.setting.id_bits
-        if scenario.manifest.by_name and ids > 2**bits:
-            raise FeasibeeError(
-                f"faults.byzantine: with the robots that they invent there are {ids} ids, and messages hold "
-                f"{bits} bits; use feasibee run, or set faults.byzantine to 0"
-            )
         super().__init__(scenario, seed, run)
         self.bodies = cast("list[Body]", self.robots)
 

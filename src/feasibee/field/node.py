@@ -6,13 +6,14 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+from feasibee.field.naming import names_of
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import Mind, Settings, settings_from
 from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Message
 from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import Strategy, Thing
+from feasibee.strategies.contract import Setting, Strategy, Thing
 
 VERSION: Final = 1
 """Version of a robot's log."""
@@ -78,11 +79,13 @@ class Node:
         self._insight = known_from(orders["insight"])
         self._mind = _DrawingMind(strategy, settings, self._draw)
         self._id = settings.me[0]
+        self._names = names_of(strategy, settings.setting)
         self._wire = Wire(
             strategy,
-            settings.setting.id_bits,
+            _id_bits(settings.setting),
             commits=settings.commit is not None,
             setting=settings.setting,
+            task_of=self._names.of_position if self._names else None,
         )
         if write is not None:
             write({"feasibee": "robot", "version": VERSION, **orders, "draws": self._taken(), **self._now()})
@@ -105,7 +108,7 @@ class Node:
     def _encoded(self, message: Message) -> str | None:
         try:
             return self._wire.encode(self._id, message).hex()
-        except WireError:  # such as a lie about robots whose ids no message can hold
+        except WireError:  # a user's strategy may say what its messages can't hold
             self.dropped["message that can't be encoded"] += 1
             return None
 
@@ -114,7 +117,8 @@ class Node:
         seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
         self.dropped["impossible sighting"] += len(sightings) - len(seen)
         self._line["see"] = seen
-        self._mind.see(sighting_from(each) for each in seen)
+        things = [sighting_from(each) for each in seen]
+        self._mind.see((self._names.named(thing) if self._names else thing, which) for thing, which in things)
 
     def _can_be(self, thing: Thing) -> bool:
         """Return whether the scenario has such an id and class."""
@@ -166,6 +170,11 @@ class _DrawingMind(Mind):
 
     def _words(self, counter: int, purpose: int) -> Words:
         return self._draw(counter, purpose)
+
+
+def _id_bits(setting: Setting) -> int:
+    """Return the length of an id in messages, which may name invented robots and those of any number."""
+    return max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length())
 
 
 def sighting_of(thing: Thing, number: int) -> list[Any]:
