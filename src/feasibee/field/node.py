@@ -15,7 +15,7 @@ from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Version of a robot's log."""
 HEARD_LIMIT: Final = 4_096
 """Largest number of messages that a robot keeps for one step; more are dropped."""
@@ -25,13 +25,17 @@ Draw = Callable[[int, int], Words]
 
 
 class Status(NamedTuple):
-    """What a robot reports to the observer; the world's physics doesn't use it."""
+    """What a robot reports to the observer; no body's way depends on it."""
 
     opinion: int
     committed: bool
     declared: int
     disseminating: bool
     phase_left: int
+    phases: int
+    """Number of phases that the robots of its number have begun; a later robot's draws go on from there."""
+    gap: int | None
+    """By how many the tasks exceed the robots, as it believes; None unless the operator asks."""
 
 
 class Known(NamedTuple):
@@ -52,7 +56,7 @@ class Node:
     Parameters
     ----------
     orders : mapping
-        What the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
+        What the world sends a robot that joins: ``strategy``, ``settings``, ``insight`` and ``asks_gap``.
     write : callable, optional
         Takes each line of the log, as a mapping.
     draw : callable, optional
@@ -77,6 +81,7 @@ class Node:
         self._drawn = draw or (lambda counter, purpose: philox(*settings.coordinates, counter, purpose))
         self._line: dict[str, Any] = {}
         self._insight = known_from(orders["insight"])
+        self._asks_gap = orders["asks_gap"]
         self._mind = _DrawingMind(strategy, settings, self._draw)
         self._id = settings.me[0]
         self._names = names_of(strategy, settings.setting)
@@ -94,15 +99,24 @@ class Node:
     def status(self) -> Status:
         """What the robot holds now."""
         mind = self._mind
-        return Status(mind.opinion, mind.committed, mind.declared, mind.disseminating, mind.phase_left)
+        gap = int(mind.knowledge.gap()) if self._asks_gap and mind.knowledge else None
+        held = mind.opinion, mind.committed, mind.declared, mind.disseminating
+        return Status(*held, mind.phase_left, mind.phases, gap)
 
-    def speak(self, step: int, place: tuple[float, float]) -> str | None:
-        """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one."""
+    def speak(self, step: int, place: tuple[float, float], insight: Any = None) -> str | None:
+        """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one.
+
+        ``insight`` is what Byzantine robots know, once it has changed, in the form of `known_from`.
+        """
         self.step = step
+        if insight is not None:
+            self._insight = known_from(insight)
         self._mind.move_to(*place)
         message = self._mind.says(step, self._insight)
         said = None if message is None else self._encoded(message)
         self._line = {"step": step, "place": list(place), "said": said, "see": [], "heard": []}
+        if insight is not None:
+            self._line["insight"] = insight
         return said
 
     def _encoded(self, message: Message) -> str | None:
