@@ -196,7 +196,9 @@ class Recording:
             if fault.kind == PARTITION and fault.step <= step < fault.step + fault.lasts
         ]
         notes = [f"step {fault.step}: {fault_in_words(fault._asdict())}" for fault in sorted(lines)]
-        lost = self._steps[step].lost
+        there = self._steps[step]
+        named = zip(there.robots, there.processes, strict=True)
+        lost = [process for number, process in named if number in there.lost]
         return [*notes, f"lost: {numbers_in_words(lost)}"] if lost else notes
 
     def _in_units(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
