@@ -7,6 +7,7 @@ import threading
 import time
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 from serving import Page, serving_at
 
@@ -65,6 +66,27 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
         assert each.counts[0] == feasible
     assert len(view.views) > 30
+
+
+def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
+    events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
+    scenario = small(30).replace({"events": events})
+    with a_field(tmp_path, scenario, lockstep=True, patience=20.0) as view:
+        assert view.wait_for(30, 60)
+        session = FieldSession(view)
+        session.begin(None)
+        session.inspect(5)
+        assert {each["type"] for each in session.messages() if isinstance(each, dict)} >= {"field", "robot"}
+        assert session.openings()[0]["numbers"] == 6
+    numbers = {}
+    for step, swarm in enumerate(play(scenario, 1, 0)):
+        numbers[step] = [robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth
+    assert {len(numbers[step][0]) for step in numbers} == {4, 5, 6}
+    there = FLAGS.index("there")
+    for each in view.views:
+        robots = np.flatnonzero(each.shown.flags >> there & 1).tolist()
+        assert (robots, len(each.tasks), each.truth) == numbers[each.step]
+    assert len(view.views) > 15
 
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
