@@ -23,12 +23,15 @@ from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
 
 HERE = Path(__file__).parent
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+STRICT = [
+    *("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
+    *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
+]
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
 STATE = struct.Struct("<BBBIHIIIH")
-"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, two CRCs, rating."""
+"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, CRCs, rating."""
 VARIANTS = {
     "turns": {
         "names": [-1.0, 0.0, 1.0, 3.0],
