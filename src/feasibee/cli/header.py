@@ -11,7 +11,7 @@ import click
     "strategies",
     multiple=True,
     metavar="NAME",
-    help="Include this strategy; repeatable; by default all that exist in C.",
+    help="Include this strategy, repeatable; by default all that exist in C.",
 )
 @click.option("--inbox", type=int, help="Number of senders whose message a robot keeps; by default 64.")
 def header(strategies: tuple[str, ...], inbox: int | None) -> None:
