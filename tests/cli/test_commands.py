@@ -798,3 +798,13 @@ def test_a_name_that_isnt_text_is_printed_somehow(tmp_path, locale):
     assert told.returncode == 0, told.stderr
     assert told.stdout.startswith(b"Wrote ")
     assert (tmp_path / os.fsdecode(b"\xff.png")).is_file()
+
+
+def test_a_line_of_progress_has_a_time_only_once_runs_are_done():
+    from feasibee.cli.sweep_progress import _line
+    from feasibee.sweeps.sweep import Progress
+
+    progress = Progress(points=28, points_done=0, runs=27_600, runs_done=56, runs_new=0, seconds=10.0)
+    assert _line(progress, 0.0) == "feasibee: 0 of 28 points, 56 of 27600 runs"
+    assert _line(progress, 0.44).endswith("runs, 0.4 runs/s, about 1043 min left")
+    assert _line(progress, 1234.5).endswith("runs, 1,234 runs/s, about 22 s left")
