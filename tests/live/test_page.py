@@ -109,6 +109,21 @@ def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
     expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
 
 
+def test_bodies_bring_a_choice_of_what_blocked_robots_do(visit, port):
+    page = visit(port)
+    contact, bodies = page.get_by_label("Blocked robots"), page.get_by_label("Robots avoid collisions")
+    expect(bodies).to_be_visible()
+    expect(contact).to_be_hidden()
+    bodies.check()
+    contact.select_option("deflect")
+    expect(page.locator("#toml")).to_contain_text('contact = "deflect"')
+    bodies.uncheck()
+    expect(page.locator("#note-robots-contact")).to_contain_text("set robots.avoid_collisions to true")
+    contact.select_option("stand")
+    expect(contact).to_be_hidden()
+    expect(page.locator("#toml")).to_contain_text("avoid_collisions = false")
+
+
 def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port):
     page = visit(port)
     control = change(page, "robots.count", "-4")
