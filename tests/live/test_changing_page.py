@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 from serving import serving_at
-from visiting import at, change, eventually, expect_no_scrolling, expect_picture, focus_nothing, picture_of
+from visiting import at, change, expect_no_scrolling, expect_picture, focus_nothing, picture_of
+from waiting import eventually
 
 from feasibee import Scenario, Swarm
 from feasibee.live.catalogue import STREAM, Catalogue

@@ -9,7 +9,6 @@ import pytest
 from serving import serving_at
 from visiting import (
     at,
-    eventually,
     expect_no_scrolling,
     expect_picture,
     expect_reasons,
@@ -19,6 +18,7 @@ from visiting import (
     play_to_the_end,
     point_at,
 )
+from waiting import eventually
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue

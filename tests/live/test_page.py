@@ -11,15 +11,15 @@ from declaring import declaring
 from serving import serving_at
 from visiting import (
     change,
-    eventually,
     expect_no_scrolling,
     expect_picture,
-    expect_rest,
     focus_nothing,
     picture_of,
     play_to_the_end,
     point_at,
+    step_of,
 )
+from waiting import eventually, expect_rest
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
@@ -53,7 +53,7 @@ def test_keys_step_play_pause_and_restart(visit, port):
     expect(page.locator("#now")).not_to_have_text("2")
     page.keyboard.press(" ")
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-    expect_rest(page)
+    expect_rest(page, step_of)
     page.keyboard.press("r")
     expect(page.locator("#now")).to_have_text("0")
     page.keyboard.press("?")
@@ -72,7 +72,7 @@ def test_buttons_do_the_same(visit, port):
     page.get_by_role("button", name="Play", exact=True).click()
     page.get_by_role("button", name="One step").click()
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-    expect_rest(page)
+    expect_rest(page, step_of)
     page.get_by_role("button", name="Faster").click()
     page.get_by_role("button", name="Slower").click()
     page.get_by_role("button", name="Restart").click()

@@ -2,27 +2,11 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 from playwright.sync_api import expect
+from waiting import drawn, eventually
 
 from feasibee.live.reasons import reasons_of
-
-PATIENCE = 60
-"""Seconds that a check is tried again: the machine may be busy with other tests."""
-
-
-def eventually(page, check):
-    """Try a check again until it holds; return what it returns."""
-    end = time.monotonic() + PATIENCE
-    while True:
-        try:
-            return check()
-        except AssertionError:
-            if time.monotonic() > end:
-                raise
-        page.wait_for_timeout(50)  # not a sleep: the page may call Python meanwhile
 
 
 def step_of(page):
@@ -33,19 +17,6 @@ def at(page, step):
     """Wait until a page shows a step."""
     expect(page.locator("#now")).to_have_text(f"{step:,}")
     expect(page.locator("#seek")).to_have_value(str(step))
-
-
-def drawn(page):
-    """Wait until the page has drawn twice more."""
-    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
-
-
-def expect_rest(page, read=step_of):
-    """Expect that time stands still: what is on its way comes, one step at most, and no more."""
-    drawn(page)
-    there = read(page)
-    page.wait_for_timeout(500)
-    assert there <= read(page) <= there + 1
 
 
 def play_to_the_end(page):
