@@ -333,7 +333,7 @@ def test_a_comparison_that_is_killed_goes_on_to_the_same_bytes(tmp_path):
     slow = (
         "import time\nfrom feasibee.cli import main\nfrom feasibee.sweeps import pace, workers\n"
         "play, pace.CHUNK_WORK = workers.play, 400\n"
-        "def slow(*arguments):\n    time.sleep(0.1)\n    return play(*arguments)\n"
+        "def slow(*arguments):\n    time.sleep(0.5)\n    return play(*arguments)\n"
         "workers.play = slow\nmain()"
     )
     arguments = [*COMMANDS["comparison"], "--out", "out"]
