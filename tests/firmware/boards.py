@@ -154,7 +154,7 @@ def needs(tool, packages):
 def run(command):
     """Run a command and return all that it printed; its errors are the test's."""
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL, check=False
+        command, capture_output=True, text=True, timeout=600, stdin=subprocess.DEVNULL, check=False
     )
     assert done.returncode == 0, done.stderr[-2000:]
     return done.stdout + done.stderr

@@ -6,6 +6,7 @@ import re
 import threading
 import time
 from contextlib import contextmanager
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -30,8 +31,12 @@ def small(steps):
 
 
 @contextmanager
-def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, key="", keeps=True):
-    """Run a field in a thread; give a viewer that has joined it."""
+def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", key=""):
+    """Run a field in a thread; give a viewer that has joined it.
+
+    A robot is silent after 3 s: one that only waits for a busy machine is not.
+    """
+    patience = 20.0 if lockstep else 3.0
     faults = schedule(parse_fault("kill", kill, hz), 4, scenario.run.steps) if kill else ()
     plan = Plan(scenario, 1, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
     views, joined = [], threading.Event()
@@ -43,19 +48,20 @@ def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, ke
             threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
     running = threading.Thread(target=Field(plan, Network(key=key), folder, tell).run)
-    running.start()
-    try:
-        assert joined.wait(60)
-        yield views[0]
-    finally:
-        running.join(60)
-        views[0].close()
+    with patch.object(fieldview, "JOINING", 60.0), patch.object(fieldview, "SILENCE", 60.0):
+        running.start()
+        try:
+            assert joined.wait(60)
+            yield views[0]
+        finally:
+            running.join(60)
+            views[0].close()
     assert not running.is_alive()
 
 
 def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
     scenario = small(60)
-    with a_field(tmp_path, scenario, lockstep=True, patience=20.0, key="a key") as view:
+    with a_field(tmp_path, scenario, lockstep=True, key="a key") as view:
         assert view.wait_for(60, 60)
     swarms = {}
     for step, swarm in enumerate(play(scenario, 1, 0)):
@@ -91,14 +97,14 @@ def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
     with (
-        a_field(tmp_path, small(60), kill="1@10", key="a key") as view,
+        a_field(tmp_path, small(120), kill="1@10", key="a key") as view,
         serving_at(FieldCatalogue(view)) as port,
         Page(port) as page,
     ):
         assert page.welcome["title"] == f"field at {view.address}"
         page.say(type="open")
         opened, received = {}, []
-        while not received or received[-1]["step"] < 60:
+        while not received or received[-1]["step"] < 120:
             message = page.receive()
             if message["type"] == "opened":
                 opened = message
@@ -107,14 +113,14 @@ def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
                 page.say(type="advance", steps=1)
             elif message["type"] == "field" and message["problems"]:
                 assert message["problems"] == ["robot 3 is silent"]
-        assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 60)
+        assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 120)
         counts = sum(len(each["feasible_counts"]) for each in received)
-        assert counts == 61 - view.first
+        assert counts == 121 - view.first
         working = FLAGS.index("working")
         assert received[-1]["flags"][3] >> working & 1 == 0
         assert received[-1]["counted"] == 3
         back = seek(page, 20)
-        assert back["step"] == 20
+        assert back["step"] == view.at(20).step  # a packet may be lost: then the step before
 
 
 def seek(page, step):
@@ -152,6 +158,10 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
         assert view.wait_for(1, 30)
         session = FieldSession(view)
         session.begin(None)
+        end = time.monotonic() + 60
+        while not view.has_ended and time.monotonic() < end:
+            time.sleep(0.01)
+        view.has_ended = False  # as if its last packets were lost; the thread that receives is done
         monkeypatch.setattr(fieldview, "SILENCE", -1.0)
         [state, _] = session.messages()
         assert state["silent"]
@@ -170,20 +180,20 @@ def test_steps_are_kept_within_a_limit(tmp_path, monkeypatch):
 def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
     expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
     with (
-        a_field(tmp_path, small(60), kill="1@5") as view,
+        a_field(tmp_path, small(120), kill="1@5") as view,
         serving_at(FieldCatalogue(view)) as port,
     ):
         page = visit(port)
         expect(page.locator("#controls")).to_be_hidden()
-        expect(page.locator("#banner-text")).to_have_text("Robot 3 is silent.", timeout=20_000)
+        expect(page.locator("#banner-text")).to_have_text("Robot 3 is silent.")
         expect(page.locator("#retry")).to_be_hidden()
-        expect(page.locator("#field-state")).to_have_text("ended at step 60", timeout=20_000)
-        expect(page.locator("#now")).to_have_text("60")
+        expect(page.locator("#field-state")).to_have_text("ended at step 120")
+        expect(page.locator("#now")).to_have_text("120")
         expect(page.locator("#stopped")).to_have_text("1")
         page.keyboard.press(",")
-        expect(page.locator("#now")).to_have_text("59")
+        expect(page.locator("#now")).to_have_text(str(view.at(119).step))  # or before, if a packet is lost
         page.keyboard.press("r")
-        expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))
+        expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))  # where the viewer began
         page.keyboard.press("n")  # there is no next run
-        time.sleep(0.2)
-        expect(page.locator("#field-state")).to_have_text("ended at step 60")
+        page.wait_for_timeout(200)
+        expect(page.locator("#field-state")).to_have_text("ended at step 120")
