@@ -5,16 +5,19 @@ Up to 32 robots do so at once: see `feasibee.engine.few_bodies`.
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32, uint64
+from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.bits import bit, contains, has_bit, lowest_member, place_of, set_member, without_lowest
-from feasibee.engine.cells import block, near, shortest
+from feasibee.engine.bits import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
+from feasibee.engine.cells import are_few, block, few_near, near, shortest
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.intrinsics import lowest
-from feasibee.engine.layout import Point, Robot, Set
+from feasibee.engine.intrinsics import LANES, lowest
+from feasibee.engine.layout import WORD, Point, Robot, Set
 from feasibee.engine.motion import move_freely
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import COS_EIGHTH
+
+SURELY = 1e-14
+"""More than the relative error of a product of four numbers, each rounded once."""
 
 
 @spliced
@@ -23,27 +26,51 @@ def move_where_clear(params, state, part):
     if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
         move_freely(state, part)  # stopped robots have speed 0
         return
+    sets = state.sets
     for w in range(part.first, part.last):
-        blocked = uint32(0)
-        left = state.sets[Set.WORKING, w]
+        blocked, turning_left, left = uint32(0), uint32(0), sets[Set.WORKING, w]
         while left:
             i = lowest_member(w, left)
-            if not is_clear(params, state, i):
-                blocked |= bit(i)
-                if params.robots.deflects:
-                    set_member(state.sets, Set.TURNING_LEFT, i, turns_left(params, state, i))
+            is_blocked, on_left, on_right = find_obstacles(params, state, i, True)
+            blocked |= bit_if(is_blocked, i)
+            turning_left |= bit_if(on_right | (not on_left), i)
             left = without_lowest(left)
-        state.sets[Set.BLOCKED, w] = blocked
+        sets[Set.BLOCKED, w], sets[Set.TURNING_LEFT, w] = blocked, turning_left
     wait_for_all(part)
     if params.robots.deflects:
         deflect(params, state, part)
     for w in range(part.first, part.last):
-        left = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.BLOCKED, w])
+        left = uint32(sets[Set.WORKING, w] & ~sets[Set.BLOCKED, w])
         while left:
             i = lowest_member(w, left)
             x, y = destination(params, state, i)
             state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
             left = without_lowest(left)
+
+
+@spliced
+def deflect(params, state, part):
+    """Let the blocked robots turn away twice, as long as they are blocked (model.md 6.2.2 to 6.2.5)."""
+    sets, steps_x, steps_y = state.sets, state.robots[Robot.STEP_X], state.robots[Robot.STEP_Y]
+    for _ in range(2):
+        for w in range(part.first, part.last):
+            left = sets[Set.BLOCKED, w]
+            while left:
+                i = lowest_member(w, left)
+                steps_x[i], steps_y[i] = turned(steps_x[i], steps_y[i], has_bit(sets[Set.TURNING_LEFT, w], i))
+                left = without_lowest(left)
+        wait_for_all(part)
+        for w in range(part.first, part.last):
+            cleared, left = uint32(0), sets[Set.BLOCKED, w]
+            while left:
+                i = lowest_member(w, left)
+                is_blocked, _, _ = find_obstacles(params, state, i, False)
+                cleared |= bit_if(not is_blocked, i)
+                left = without_lowest(left)
+            sets[Set.CLEARED, w] = cleared
+        wait_for_all(part)
+        for w in range(part.first, part.last):
+            sets[Set.BLOCKED, w] &= ~sets[Set.CLEARED, w]
 
 
 @inlined
@@ -66,19 +93,63 @@ def around(coordinate, side):
     return coordinate
 
 
+@called
+def find_obstacles(params, state, i, at_first):
+    """Return whether walls or robots block a robot's step, and whether some do on its left and right.
+
+    Another robot moves, or may stay: ``at_first`` any, later the blocked ones. Sides are found at first, and
+    only if robots deflect; otherwise the search ends with the first obstacle.
+    """
+    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
+    u, v = int64(state.robots[Robot.STEP_X, i]), int64(state.robots[Robot.STEP_Y, i])
+    left, right = walls_beside(params, int64(uint32(x)), int64(uint32(y)), u, v)
+    found = is_beyond_walls(params, state.robots, i), left, right
+    needs_all = at_first and params.robots.deflects
+    if not params.robots.avoid_collisions or (found[0] and not needs_all):
+        return found
+    points, limit = state.robot_cells.points, params.robots.meet_limit
+    first, last, other_first, other_last = block(state.robot_cells, params.robots.grid, x, y)
+    if are_few(first, last, other_first, other_last):
+        close = few_near(params, points, first, last, x, y, limit)
+        close |= few_near(params, points, other_first, other_last, x, y, limit) << uint32(LANES)
+        return find_robots(params, state, i, at_first, close, first, other_first - LANES, found)
+    for _ in range(2):
+        while first < last and (needs_all or not found[0]):
+            close = near(params, points, first, last, x, y, limit)
+            found = find_robots(params, state, i, at_first, close, first, first, found)
+            first += WORD
+        first, last = other_first, other_last
+    return found
+
+
 @inlined
-def is_clear(params, state, i):
-    """Return whether a robot's step keeps its disc clear of walls and of all other robots."""
-    if is_beyond_walls(params, state.robots, i):
-        return False
-    if not params.robots.avoid_collisions:
-        return True
-    first, last, other_first, other_last = block(
-        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    )
-    return is_clear_of(params, state, i, first, last) and is_clear_of(
-        params, state, i, other_first, other_last
-    )
+def find_robots(params, state, i, at_first, close, first, second, found):
+    """Return what `find_obstacles` returns, of robots of its cells.
+
+    These are the members of ``close``: the first 8 counted from ``first`` on, the others from ``second``.
+    """
+    blocked, left, right = found
+    u, v = int64(state.robots[Robot.STEP_X, i]), int64(state.robots[Robot.STEP_Y, i])
+    while close:
+        place = lowest(close)
+        close = without_lowest(close)
+        other = place_of(state.robot_cells.points[Point.NUMBER, place + (first if place < LANES else second)])
+        if other == i:
+            continue
+        way_x, way_y = way_between(params, state.robots, i, other)
+        both_x = int64(state.robots[Robot.STEP_X, other]) - u
+        both_y = int64(state.robots[Robot.STEP_Y, other]) - v
+        met = meets_within(params, way_x, way_y, both_x, both_y)
+        if at_first or contains(state.sets[Set.BLOCKED], other):
+            met |= meets_within(params, way_x, way_y, -u, -v)
+        blocked |= met
+        if not (at_first and params.robots.deflects):
+            if blocked:
+                break
+            continue
+        left |= met & (u * way_y - v * way_x > 0)
+        right |= met & (u * way_y - v * way_x < 0)
+    return blocked, left, right
 
 
 @inlined
@@ -91,35 +162,15 @@ def is_beyond_walls(params, robots, i):
     return params.arena.walls & ((x < low) | (y < low) | (x > right) | (y > top))
 
 
-@called
-def is_clear_of(params, state, i, first, last):
-    """Return whether a robot's step keeps clear of the robots in a stretch of the cells."""
-    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    while first < last:
-        close = near(params, points, first, last, x, y, params.robots.meet_limit)
-        while close:
-            other = place_of(points[Point.NUMBER, first + lowest(close)])
-            if other != i and collide(params, state, i, other):
-                return False
-            close = without_lowest(close)
-        first += 32
-    return True
-
-
 @inlined
-def collide(params, state, i, other):
-    """Return whether a moving robot meets another, which may move too or stay."""
-    way_x, way_y = way_between(params, state.robots, i, other)
-    dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
-    if meet(params, way_x, way_y, dx, dy):
-        return True
-    return contains(state.sets[Set.WORKING], other) and meet(
-        params,
-        way_x,
-        way_y,
-        dx + int64(state.robots[Robot.STEP_X, other]),
-        dy + int64(state.robots[Robot.STEP_Y, other]),
-    )
+def walls_beside(params, x, y, u, v):
+    """Return whether a step leads beyond a wall left of its heading, and right of it."""
+    low, right = params.robots.radius, params.arena.width - params.robots.radius
+    top = params.arena.height - params.robots.radius
+    west, east, south, north = x + u < low, x + u > right, y + v < low, y + v > top
+    on_left = (east & (v < 0)) | (west & (v > 0)) | (north & (u > 0)) | (south & (u < 0))
+    on_right = (east & (v > 0)) | (west & (v < 0)) | (north & (u < 0)) | (south & (u > 0))
+    return params.arena.walls & on_left, params.arena.walls & on_right
 
 
 @inlined
@@ -130,6 +181,27 @@ def way_between(params, robots, i, j):
     if params.arena.walls:
         return way_x, way_y
     return shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
+
+
+@inlined
+def meets_within(params, way_x, way_y, dx, dy):
+    """Return what `meet` returns, without a branch unless floats leave it in doubt."""
+    limit, apart, length = int64(params.robots.apart_limit), way_x * way_x + way_y * way_y, dx * dx + dy * dy
+    met, sure = meets(limit, apart, way_x * dx + way_y * dy, way_x * dy - way_y * dx, length)
+    return met if sure else meet(params, way_x, way_y, dx, dy)
+
+
+@inlined
+def meets(limit, apart, along, across, length):
+    """Return whether two discs overlap at some moment of a step, as `meet` does, and whether that is sure.
+
+    The squared distance is ``apart`` at the start and ``apart + 2 along + length`` at the end.
+    """
+    passes = (along < 0) & (-along < length)
+    at_ends = apart + (int64(0) if along >= 0 else 2 * along + length) < limit
+    squared, least = float64(across) * float64(across), float64(limit) * float64(length)
+    sure = (abs(squared - least) > SURELY * least) | (not passes)
+    return (passes & (squared < least)) | ((not passes) & at_ends), sure
 
 
 @called
@@ -162,125 +234,14 @@ def product(a, b):
     return a1 * b1 + (middle >> uint64(32)) + (other >> uint64(32)), (other << uint64(32)) | (low & mask)
 
 
-@spliced
-def deflect(params, state, part):
-    """Let the blocked robots turn away twice, as long as they are blocked (model.md 6.2.2 to 6.2.5)."""
-    sets = state.sets
-    for _ in range(2):
-        for w in range(part.first, part.last):
-            left = sets[Set.BLOCKED, w]
-            while left:
-                turn_away(state.robots, sets[Set.TURNING_LEFT, w], lowest_member(w, left))
-                left = without_lowest(left)
-        wait_for_all(part)
-        for w in range(part.first, part.last):
-            cleared = uint32(0)
-            left = sets[Set.BLOCKED, w]
-            while left:
-                i = lowest_member(w, left)
-                if is_way_clear(params, state, i):
-                    cleared |= bit(i)
-                left = without_lowest(left)
-            sets[Set.CLEARED, w] = cleared
-        wait_for_all(part)
-        for w in range(part.first, part.last):
-            sets[Set.BLOCKED, w] &= ~sets[Set.CLEARED, w]
-
-
 @inlined
-def turn_away(robots, turning_left, i):
-    """Turn a robot's step by an eighth of a turn; ``turning_left`` is its word of the set."""
-    u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
-    side = 2 * int64(has_bit(turning_left, i)) - 1  # without a branch
-    robots[Robot.STEP_X, i] = int32(shortened(u - side * v))
-    robots[Robot.STEP_Y, i] = int32(shortened(v + side * u))
+def turned(u, v, left):
+    """Return a step turned by an eighth of a turn."""
+    u, v, side = int64(u), int64(v), 2 * int64(left) - 1  # without a branch
+    return int32(shortened(u - side * v)), int32(shortened(v + side * u))
 
 
 @inlined
 def shortened(length):
     """Return a length times the cosine of an eighth of a turn, rounded towards 0."""
     return (length * int64(COS_EIGHTH) + ((length >> 63) & 0xFFFFFFFF)) >> 32
-
-
-@called
-def turns_left(params, state, i):
-    """Return whether a blocked robot turns left: unless all that blocks it lies left of its heading."""
-    on_left, on_right = walls_beside(params, state.robots, i)
-    stretches = block(
-        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    )
-    first, last, other_first, other_last = stretches
-    some_left, some_right = robots_beside(params, state, i, first, last)
-    others_left, others_right = robots_beside(params, state, i, other_first, other_last)
-    return on_right or some_right or others_right or not (on_left or some_left or others_left)
-
-
-@called
-def walls_beside(params, robots, i):
-    """Return whether a robot's step leads beyond a wall left of its heading, and right of it."""
-    if not params.arena.walls:
-        return False, False
-    u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
-    x, y = int64(uint32(robots[Robot.X, i])) + u, int64(uint32(robots[Robot.Y, i])) + v
-    low, right = params.robots.radius, params.arena.width - params.robots.radius
-    top = params.arena.height - params.robots.radius
-    west, east, south, north = x < low, x > right, y < low, y > top
-    on_left = (east & (v < 0)) | (west & (v > 0)) | (north & (u > 0)) | (south & (u < 0))
-    on_right = (east & (v > 0)) | (west & (v < 0)) | (north & (u < 0)) | (south & (u > 0))
-    return on_left, on_right
-
-
-@called
-def robots_beside(params, state, i, first, last):
-    """Return whether robots of a stretch block a robot left of its heading, and right of it."""
-    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    u, v = int64(state.robots[Robot.STEP_X, i]), int64(state.robots[Robot.STEP_Y, i])
-    on_left = on_right = False
-    while first < last:
-        close = near(params, points, first, last, x, y, params.robots.meet_limit)
-        while close:
-            other = place_of(points[Point.NUMBER, first + lowest(close)])
-            if other != i and collide(params, state, i, other):
-                way_x, way_y = way_between(params, state.robots, i, other)
-                side = u * way_y - v * way_x
-                on_left |= side > 0
-                on_right |= side < 0
-            close = without_lowest(close)
-        first += 32
-    return on_left, on_right
-
-
-@inlined
-def is_way_clear(params, state, i):
-    """Return whether a blocked robot's new step is clear, whatever the other blocked robots do."""
-    if is_beyond_walls(params, state.robots, i):
-        return False
-    first, last, other_first, other_last = block(
-        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    )
-    return is_way_clear_of(params, state, i, first, last) and is_way_clear_of(
-        params, state, i, other_first, other_last
-    )
-
-
-@called
-def is_way_clear_of(params, state, i, first, last):
-    """Return whether a blocked robot's new step is clear of the robots in a stretch of the cells."""
-    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
-    while first < last:
-        close = near(params, points, first, last, x, y, params.robots.meet_limit)
-        while close:
-            other = place_of(points[Point.NUMBER, first + lowest(close)])
-            close = without_lowest(close)
-            if other == i:
-                continue
-            way_x, way_y = way_between(params, state.robots, i, other)
-            if contains(state.sets[Set.BLOCKED], other) and meet(params, way_x, way_y, dx, dy):
-                return False
-            both_x = dx + int64(state.robots[Robot.STEP_X, other])
-            both_y = dy + int64(state.robots[Robot.STEP_Y, other])
-            if meet(params, way_x, way_y, both_x, both_y):
-                return False
-        first += 32
-    return True
