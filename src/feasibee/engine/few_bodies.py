@@ -9,16 +9,22 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.bits import bit_if, first_bits, has_bit, without_lowest
-from feasibee.engine.bodies import around, meet, meets, turned, walls_beside, way_between
-from feasibee.engine.cells import shortest
-from feasibee.engine.compile import called, inlined, spliced
+from feasibee.engine.bodies import (
+    TOGETHER,
+    around,
+    find_beyond_walls,
+    find_walls_beside,
+    meets,
+    meets_exactly,
+    repeat_last,
+    short_way,
+    turn_away,
+)
+from feasibee.engine.compile import called, spliced
 from feasibee.engine.few import find_exactly, keep_only
 from feasibee.engine.intrinsics import find_near, lowest
 from feasibee.engine.layout import Heard, Link, Robot, Set
 from feasibee.engine.motion import move_freely
-
-TOGETHER = 4
-"""Pairs that are tested together; lists are filled up to a multiple."""
 
 
 @spliced
@@ -39,9 +45,9 @@ def find_standing(params, state, pairs):
     if params.robots.avoid_collisions:
         listed = list_pairs(params, robots, state.links[Link.CLOSE], state.sets[Set.THERE, 0], pairs)
     blocked, left, right = find_meeting(params, robots, pairs, listed, first_bits(32))
-    blocked = uint32((blocked | find_beyond_walls(params, robots)) & state.sets[Set.WORKING, 0])
+    blocked = uint32((blocked | find_beyond_walls(params, robots, 0)) & state.sets[Set.WORKING, 0])
     if params.robots.deflects and blocked:
-        wall_left, wall_right = find_walls_beside(params, robots)
+        wall_left, wall_right = find_walls_beside(params, robots, 0)
         turning_left = uint32(right | wall_right | ~(left | wall_left))
         blocked = deflect_few(params, robots, pairs, listed, blocked, turning_left)
     return blocked
@@ -59,36 +65,6 @@ def move_unless(params, robots, blocked):
         x, y = int64(uint32(xs[i])) + int64(step_x), int64(uint32(ys[i])) + int64(step_y)
         xs[i] = int32(uint32(x if wraps else around(x, width)))
         ys[i] = int32(uint32(y if wraps else around(y, height)))
-
-
-@called
-def find_beyond_walls(params, robots):
-    """Return the set of robots whose step leads beyond a wall."""
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    low, right = params.robots.radius, params.arena.width - params.robots.radius
-    top = params.arena.height - params.robots.radius
-    found = uint32(0)
-    if not params.arena.walls:
-        return found
-    for i in range(32):
-        x, y = int64(uint32(xs[i])) + int64(steps_x[i]), int64(uint32(ys[i])) + int64(steps_y[i])
-        found |= bit_if((x < low) | (y < low) | (x > right) | (y > top), i)
-    return found
-
-
-@called
-def find_walls_beside(params, robots):
-    """Return which robots have a wall that their step leads beyond on their left, and on their right."""
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    found_left, found_right = uint32(0), uint32(0)
-    for i in range(32):
-        x, y = int64(uint32(xs[i])), int64(uint32(ys[i]))
-        on_left, on_right = walls_beside(params, x, y, int64(steps_x[i]), int64(steps_y[i]))
-        found_left |= bit_if(on_left, i)
-        found_right |= bit_if(on_right, i)
-    return found_left, found_right
 
 
 @called
@@ -117,14 +93,6 @@ def list_pairs(params, robots, close_by, there, pairs):
         listed += 1
     repeat_last(firsts, seconds, listed)
     return listed
-
-
-@inlined
-def repeat_last(firsts, seconds, listed):
-    """Repeat the last pair of a list, which changes no set, so that the last ones can be tested together."""
-    last = max(listed - 1, 0)
-    for k in range(TOGETHER):
-        firsts[listed + k], seconds[listed + k] = firsts[last], seconds[last]
 
 
 @called
@@ -176,13 +144,6 @@ def find_meeting(params, robots, pairs, listed, staying):
     return found, left, right
 
 
-@inlined
-def short_way(here, there, side, walls):
-    """Return the way along an axis, on the torus the short one. LLVM knows that it fits in 32 bits."""
-    way = int64(uint32(there)) - int64(uint32(here))
-    return int64(int32(way if walls else shortest(way, side)))
-
-
 @called
 def find_meeting_exactly(params, robots, pairs, listed, staying):
     """Return what `find_meeting` returns, by exact arithmetic."""
@@ -190,14 +151,10 @@ def find_meeting_exactly(params, robots, pairs, listed, staying):
     for k in range(2 * listed):
         own, other = (Heard.RECEIVER, Heard.SENDER) if k & 1 else (Heard.SENDER, Heard.RECEIVER)
         i, j = int64(pairs[own, k >> 1]), int64(pairs[other, k >> 1])
-        way_x, way_y = way_between(params, robots, i, j)
-        u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
-        both_x, both_y = int64(robots[Robot.STEP_X, j]) - u, int64(robots[Robot.STEP_Y, j]) - v
-        meets_one = has_bit(staying, j) and meet(params, way_x, way_y, -u, -v)
-        if meets_one or meet(params, way_x, way_y, both_x, both_y):
-            found |= bit_if(True, i)
-            left |= bit_if(u * way_y - v * way_x > 0, i)
-            right |= bit_if(u * way_y - v * way_x < 0, i)
+        met, side = meets_exactly(params, robots, i, j, has_bit(staying, j))
+        found |= bit_if(met, i)
+        left |= bit_if(met and side > 0, i)
+        right |= bit_if(met and side < 0, i)
     return found, left, right
 
 
@@ -208,17 +165,8 @@ def deflect_few(params, robots, pairs, listed, blocked, turning_left):
     Their steps change, also of those that stay blocked: these draw a new heading (model.md 6.2.2 to 6.2.5).
     """
     for _ in range(2):
-        turn_away_few(robots, turning_left, blocked)
+        turn_away(robots, turning_left, blocked, 0)
         listed = keep_pairs(pairs, listed, blocked)
         met, _, _ = find_meeting(params, robots, pairs, listed, blocked)
-        blocked &= met | find_beyond_walls(params, robots)
+        blocked &= met | find_beyond_walls(params, robots, 0)
     return blocked
-
-
-@called
-def turn_away_few(robots, turning_left, blocked):
-    """Turn the steps of the blocked robots by an eighth of a turn."""
-    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    for i in range(32):
-        u, v = turned(steps_x[i], steps_y[i], has_bit(turning_left, i))
-        steps_x[i], steps_y[i] = (u, v) if has_bit(blocked, i) else (steps_x[i], steps_y[i])
