@@ -1,7 +1,8 @@
 """Large swarms: sorted in space, in cells and inboxes of their own, by any number of threads: the same bytes.
 
 The hashes are those of an engine that kept robots in the order of their numbers and used one thread
-(version 0.1.0, commit 6e68fbb8); that of bodies that deflect is of one that tested pair by pair (90e53491). The reference would take minutes here; it meets the engine below.
+(version 0.1.0, commit 6e68fbb8). Those of bodies that deflect are of one that tested bodies pair by pair
+(commit 90e53491). The reference would take minutes here; it meets the engine below.
 """
 
 from __future__ import annotations

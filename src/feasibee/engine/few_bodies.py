@@ -166,7 +166,10 @@ def deflect_few(params, robots, pairs, listed, blocked, turning_left):
     """
     for _ in range(2):
         turn_away(robots, turning_left, blocked, 0)
+        beyond = find_beyond_walls(params, robots, 0)  # first, since what gathers the steps waits for them
         listed = keep_pairs(pairs, listed, blocked)
         met, _, _ = find_meeting(params, robots, pairs, listed, blocked)
-        blocked &= met | find_beyond_walls(params, robots, 0)
+        blocked &= met | beyond
+        if blocked == 0:
+            break
     return blocked
