@@ -1,6 +1,6 @@
 """Bodies of up to 32 robots: which go, stand or deflect, found at once as sets (model.md 6.1, 6.2).
 
-The pairs that may meet are listed once, and all of them tested together. Larger swarms do so robot by robot:
+The pairs that may meet are listed once, and all of them tested together. Larger swarms do so word by word:
 see `feasibee.engine.bodies`.
 """
 
