@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import random
+import socket
 
 import pytest
+from commands import refused_in_a_line
 from fields import a_plan, small
 
 from feasibee.field.bodies import Bodies
@@ -135,3 +137,22 @@ def test_a_robot_survives_any_packet():
             robot._take(frame)
     assert robot._frames.dropped["malformed"] > 500
     assert robot._node.dropped["malformed message"] > 10
+
+
+def test_a_key_that_is_too_short_is_an_error(tmp_path, monkeypatch):
+    file = tmp_path / "key.txt"
+    file.write_text("secret\n")
+    rule = "has 6 characters, must have at least 16; take that many random ones"
+    said = refused_in_a_line("robot", "--connect", "127.0.0.1:9", "--id", "0", "--key-file", file)
+    assert said == f"feasibee: --key-file {file}: {rule}"
+    monkeypatch.setenv("FEASIBEE_FIELD_KEY", "secret")
+    assert refused_in_a_line("field") == f"feasibee: FEASIBEE_FIELD_KEY: {rule}"
+
+
+def test_a_port_that_is_taken_is_an_error():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        host, port = other.getsockname()
+        said = refused_in_a_line("field", "--port", port)
+    assert said.startswith(f"feasibee: {host}:{port}: can't listen on it: ")
+    assert said.endswith("; use another port")

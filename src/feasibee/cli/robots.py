@@ -34,6 +34,8 @@ transport_option = click.option(
     show_default=True,
     help="How packets travel; zenoh needs the extra 'zenoh'.",
 )
+LEAST_KEY = 16
+"""Least length of a shared key."""
 key_option = click.option(
     "--key-file",
     type=file_type,
@@ -118,7 +120,8 @@ def robot(
     if why:
         raise FeasibeeError(f"{connect}: {one_line(why)}")
     if status == GONE:
-        raise FeasibeeError(f"{connect}: silent for {patience:g} s; check the address, or start the field")
+        remedy = "start the field, or check the address and that --key-file gives its key"
+        raise FeasibeeError(f"{connect}: silent for {patience:g} s; {remedy}")
 
 
 def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: Path | None) -> None:
@@ -186,11 +189,14 @@ def read_key(path: Path | None) -> str:
     from feasibee.field.robot import KEY_VARIABLE
     from feasibee.files import read_text
 
-    if path is None:
-        return os.environ.get(KEY_VARIABLE, "")
-    key = read_text(path, "a file with the shared key").strip()
-    if not key:
-        raise FeasibeeError(f"--key-file {path}: is empty; write a key of 16 or more random characters")
+    name = KEY_VARIABLE if path is None else f"--key-file {path}"
+    given = (
+        os.environ.get(KEY_VARIABLE, "") if path is None else read_text(path, "a file with the shared key")
+    )
+    key = given.strip()
+    if len(key) < LEAST_KEY and not (key == "" and path is None):
+        rule = f"must have at least {LEAST_KEY}; take that many random ones"
+        raise FeasibeeError(f"{name}: has {len(key)} characters, {rule}")
     return key
 
 

@@ -51,9 +51,9 @@ class UdpLink:
         except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
             self._socket.close()
             why = error.strerror if isinstance(error, OSError) else "invalid name"
-            action = "listen on" if listens else "send to"
+            action, remedy = ("listen on", "another port") if listens else ("send to", "the world's address")
             raise FeasibeeError(
-                f"{join_address(host, port)}: can't {action} it: {why}; use another address"
+                f"{join_address(host, port)}: can't {action} it: {why}; use {remedy}"
             ) from None
         self._socket.setblocking(False)
         self.address = join_address(*self._socket.getsockname()[:2]) if listens else join_address(host, port)
