@@ -8,6 +8,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
+from commands import invoke
 from serving import Page, serving_at
 
 from feasibee import Scenario
@@ -15,7 +16,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.faults import parse_fault, schedule
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
-from feasibee.live import fieldview
+from feasibee.live import fieldview, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.fieldview import FieldView
 from feasibee.live.messages import Look
@@ -29,7 +30,7 @@ def small(steps):
 
 
 @contextmanager
-def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, key="", keeps=True):
+def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, key="", transport="udp"):
     """Run a field in a thread; give a viewer that has joined it."""
     faults = schedule(parse_fault("kill", kill, hz), 4, scenario.run.steps) if kill else ()
     plan = Plan(scenario, 1, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
@@ -37,11 +38,11 @@ def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, ke
 
     def tell(event):
         if event["event"] == "listening":
-            view = FieldView(event["address"], key=key.encode())
+            view = FieldView(event["address"], transport, key.encode())
             views.append(view)
             threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
-    running = threading.Thread(target=Field(plan, Network(key=key), folder, tell).run)
+    running = threading.Thread(target=Field(plan, Network(transport, key=key), folder, tell).run)
     running.start()
     try:
         assert joined.wait(60)
@@ -52,9 +53,12 @@ def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, ke
     assert not running.is_alive()
 
 
-def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
+@pytest.mark.parametrize("transport", ["udp", "zenoh"])
+def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transport):
+    if transport == "zenoh":
+        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
     scenario = small(60)
-    with a_field(tmp_path, scenario, lockstep=True, patience=20.0, key="a key") as view:
+    with a_field(tmp_path, scenario, True, patience=20.0, key="a key", transport=transport) as view:
         assert view.wait_for(60, 60)
     swarms = {}
     for step, swarm in enumerate(play(scenario, 1, 0)):
@@ -65,6 +69,25 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
         assert each.counts[0] == feasible
     assert len(view.views) > 30
+
+
+def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
+    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    served = []
+
+    class Server:
+        def __init__(self, catalogue, host):
+            served.append(catalogue)
+
+        def run(self, sockets):
+            """Serve no page."""
+
+    monkeypatch.setattr(server, "server_of", Server)
+    with a_field(tmp_path, small(40), transport="zenoh") as view:
+        options = ["--transport", "zenoh", "--port", 0, "--no-browser"]
+        assert invoke("watch", "--field", view.address, *options).exit_code == 0
+        assert served[0].to_dict()["title"] == f"field at {view.address}"
+        assert served[0].view.wait_for(1, 60)
 
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):

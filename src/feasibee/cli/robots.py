@@ -48,7 +48,7 @@ key_option = click.option(
     "--senses",
     metavar="SOURCE",
     callback=named,
-    help="Without a world: a named pipe, udp:HOST:PORT or zenoh:KEY that a driver of yours writes to.",
+    help="Without a world: named pipe, udp:HOST:PORT or zenoh:HOST:PORT/KEY that your driver writes to.",
 )
 @click.option(
     "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
