@@ -13,10 +13,10 @@ from serving import Page, serving_at
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
-from feasibee.field.faults import parse_fault, schedule
+from feasibee.field.faults import Fault, parse_fault, schedule
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
-from feasibee.live import fieldview, server
+from feasibee.live import fieldsteps, fieldview, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.fieldview import FieldView
 from feasibee.live.messages import Look
@@ -29,46 +29,106 @@ def small(steps):
     return Scenario().replace({**arena, "run.steps": steps, "run.stop_at_decision": False})
 
 
+@pytest.fixture(params=["udp", "zenoh"])
+def transport(request):
+    if request.param == "zenoh":
+        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    return request.param
+
+
+def a_plan(scenario, lockstep=False, hz=20.0, faults=(), patience=1.0, seed=1):
+    return Plan(scenario, seed, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
+
+
+def kills(text, steps, hz=20.0):
+    return schedule(parse_fault("kill", text, hz), 4, steps)
+
+
 @contextmanager
-def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", patience=1.0, key="", transport="udp"):
+def running(plan, network, folder, tell=lambda event: None):
+    """Run a field in a thread, and wait for its end."""
+    folder.mkdir(exist_ok=True)
+    thread = threading.Thread(target=Field(plan, network, folder, tell).run)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join(60)
+    assert not thread.is_alive()
+
+
+@contextmanager
+def a_field(folder, scenario, transport="udp", key="", **options):
     """Run a field in a thread; give a viewer that has joined it."""
-    faults = schedule(parse_fault("kill", kill, hz), 4, scenario.run.steps) if kill else ()
-    plan = Plan(scenario, 1, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
     views, joined = [], threading.Event()
 
     def tell(event):
-        if event["event"] == "listening":
+        if event["event"] == "listening" and not views:
             view = FieldView(event["address"], transport, key.encode())
             views.append(view)
             threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
-    running = threading.Thread(target=Field(plan, Network(transport, key=key), folder, tell).run)
-    running.start()
-    try:
-        assert joined.wait(60)
-        yield views[0]
-    finally:
-        running.join(60)
-        views[0].close()
-    assert not running.is_alive()
+    with running(a_plan(scenario, **options), Network(transport, key=key), folder, tell):
+        try:
+            assert joined.wait(60)
+            yield views[0]
+        finally:
+            views[0].close()
 
 
-@pytest.mark.parametrize("transport", ["udp", "zenoh"])
+def wait_for(view, step):
+    assert view.wait_for(view.field, step, 60)
+
+
 def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transport):
-    if transport == "zenoh":
-        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
     scenario = small(60)
-    with a_field(tmp_path, scenario, True, patience=20.0, key="a key", transport=transport) as view:
-        assert view.wait_for(60, 60)
+    with a_field(tmp_path, scenario, transport, "a key", lockstep=True, patience=20.0) as view:
+        wait_for(view, 60)
     swarms = {}
     for step, swarm in enumerate(play(scenario, 1, 0)):
         swarms[step] = [robot.mind.opinion for robot in swarm.robots], swarm.feasible_count
-    for each in view.views:
+    for each in view.field.views:
         opinions, feasible = swarms[each.step]
         held = {name: each.shown.flags >> bit & 1 for bit, name in enumerate(FLAGS)}
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
         assert each.counts[0] == feasible
-    assert len(view.views) > 30
+    assert len(view.field.views) > 30
+
+
+def test_no_step_is_missed_while_the_world_starts_again(tmp_path, transport):
+    faults = [Fault(20, "restart-world")]
+    with a_field(tmp_path, small(60), transport, faults=faults, patience=10.0) as view:
+        wait_for(view, 60)
+    assert [each.step for each in view.field.views] == list(range(view.field.first, 61))
+    assert view.field.first < 20
+
+
+def test_a_page_goes_on_with_the_next_field_at_its_address(tmp_path, transport):
+    with (
+        a_field(tmp_path / "first", small(10), transport, "a key", lockstep=True) as view,
+        serving_at(FieldCatalogue(view)) as port,
+        Page(port) as page,
+    ):
+        page.say(type="open")
+        assert followed(page, "field", lambda message: message["end"] == 10)
+        network = Network(transport, port=int(view.address.rpartition(":")[2]), key="a key")
+        with running(a_plan(small(30), seed=2), network, tmp_path / "second"):
+            assert followed(page, "another", lambda message: True)
+            page.say(type="open")
+            assert followed(page, "opened", lambda message: message["seed"] == "2")
+            assert followed(page, "field", lambda message: message["end"] == 30)
+
+
+def followed(page, kind, is_it):
+    """Follow a field until the server says something; return whether it does within a minute."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        message = page.receive()
+        if message["type"] == kind and is_it(message):
+            return True
+        if message["type"] == "frame":
+            page.say(type="advance", steps=1)
+    return False
 
 
 def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
@@ -83,16 +143,17 @@ def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
             """Serve no page."""
 
     monkeypatch.setattr(server, "server_of", Server)
-    with a_field(tmp_path, small(40), transport="zenoh") as view:
+    with a_field(tmp_path, small(40), "zenoh") as view:
         options = ["--transport", "zenoh", "--port", 0, "--no-browser"]
         assert invoke("watch", "--field", view.address, *options).exit_code == 0
         assert served[0].to_dict()["title"] == f"field at {view.address}"
-        assert served[0].view.wait_for(1, 60)
+        wait_for(served[0].view, 1)
+        served[0].view.close()
 
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
     with (
-        a_field(tmp_path, small(60), kill="1@10", key="a key") as view,
+        a_field(tmp_path, small(60), key="a key", faults=kills("1@10", 60)) as view,
         serving_at(FieldCatalogue(view)) as port,
         Page(port) as page,
     ):
@@ -110,7 +171,7 @@ def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
                 assert message["problems"] == ["robot 3 is silent"]
         assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 60)
         counts = sum(len(each["feasible_counts"]) for each in received)
-        assert counts == 61 - view.first
+        assert counts == 61 - view.field.first
         working = FLAGS.index("working")
         assert received[-1]["flags"][3] >> working & 1 == 0
         assert received[-1]["counted"] == 3
@@ -148,9 +209,9 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
                 FieldView(address, key=key).join()
 
     refused("127.0.0.1:9", "no field answers; start feasibee field --port 9")
-    with a_field(tmp_path, small(40), hz=40.0, key="a key") as view:
+    with a_field(tmp_path, small(40), key="a key", hz=40.0) as view:
         refused(view.address, "--key-file", b"another key")
-        assert view.wait_for(1, 30)
+        wait_for(view, 1)
         session = FieldSession(view)
         session.begin(None)
         monkeypatch.setattr(fieldview, "SILENCE", -1.0)
@@ -160,18 +221,19 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
 
 
 def test_steps_are_kept_within_a_limit(tmp_path, monkeypatch):
-    monkeypatch.setattr(fieldview, "ROOM", 10 * fieldview.FIXED)
+    monkeypatch.setattr(fieldsteps, "ROOM", 10 * fieldsteps.FIXED)
     with a_field(tmp_path, small(40), lockstep=True) as view:
-        assert view.wait_for(40, 60)
-        assert len(view.views) < 11
-        assert view.at(0) is view.views[0]
-        assert len(view.counts(view.first, 41)) == 41 - view.first
+        wait_for(view, 40)
+        field = view.field
+        assert len(field.views) < 11
+        assert field.at(0) is field.views[0]
+        assert len(field.counts(field.first, 41)) == 41 - field.first
 
 
 def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
     expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
     with (
-        a_field(tmp_path, small(60), kill="1@5") as view,
+        a_field(tmp_path / "first", small(60), faults=kills("1@5", 60)) as view,
         serving_at(FieldCatalogue(view)) as port,
     ):
         page = visit(port)
@@ -186,5 +248,12 @@ def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
         page.keyboard.press("r")
         expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))
         page.keyboard.press("n")  # there is no next run
-        time.sleep(0.2)
         expect(page.locator("#field-state")).to_have_text("ended at step 60")
+        page.keyboard.press(" ")
+        expect(page.locator("#now")).to_have_text("60")
+        network = Network(port=int(view.address.rpartition(":")[2]))
+        with running(a_plan(small(80), seed=2), network, tmp_path / "second"):
+            expect(page.locator("#field-which")).to_have_text("2, 0", timeout=60_000)
+            expect(page.locator("#banner")).to_be_hidden()
+            expect(page.locator("#field-state")).to_have_text("ended at step 80", timeout=60_000)
+            expect(page.locator("#now")).to_have_text("80")
