@@ -16,10 +16,17 @@ from pathlib import Path
 import pytest
 from commands import refused_in_a_line
 
+from feasibee import Scenario
 from feasibee.field.links import open_link
 from feasibee.field.replay import replay
 
-SENSED = [{"robots": 1, "tasks": 2}, {"robots": -1}, {"robots": 1, "heard": [[2, "x"]]}, {"tasks": 1}]
+DRIVER = Path(__file__).parents[2] / "examples" / "driver.py"
+SENSED = [
+    {"robots": 1, "tasks": 2},
+    {"robots": -1},
+    {"robots": 1, "heard": [[2, "x"], [1, "x"], 5]},
+    {"tasks": 1},
+]
 LIMIT = 60.0
 """Seconds in which a robot must have started, or have answered."""
 
@@ -73,9 +80,9 @@ def test_a_robot_steps_with_what_is_published_under_its_key(tmp_path):
         publisher.put('{"end": true}')
         steps, problems = answers(robot)
     assert [each["step"] for each in steps] == [1, 2, 3]
-    assert problems.splitlines() == [
+    assert sorted(problems.splitlines()) == [
         "feasibee: dropped, invalid object: 2",
-        "feasibee: dropped, malformed message: 1",
+        "feasibee: dropped, malformed message: 2",
     ]
     seen = [json.loads(line)["see"] for line in log.read_text().splitlines()[1:]]
     assert [[each[0] for each in step] for step in seen] == [[1, 0, 0], [1], [0]]
@@ -135,6 +142,44 @@ def test_a_robot_answers_each_line_of_a_named_pipe_before_the_next_one(tmp_path)
                 driver.write(json.dumps({"robots": step}) + "\n")
                 assert json.loads(robot.stdout.readline())["step"] == step
         assert answers(robot) == ([], "")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="broadcasts to the loopback interface")
+def test_two_drivers_of_the_example_hear_each_other(tmp_path):
+    text = DRIVER.read_text()
+    changes = {
+        "255.255.255.255": "127.255.255.255",
+        "STEP, PORT = 0.1, 7401": f"STEP, PORT = 0.02, {free_port(socket.SOCK_DGRAM)}",
+        '"/dev/stdin"]': '"/dev/stdin", "--log", f"robot-{number}.jsonl"]',
+        '"feasibee",': 'sys.executable, "-m", "feasibee",',
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "driver.py").write_text(text)
+    (tmp_path / "mine.toml").write_text(Scenario().to_toml())
+    command = [sys.executable, "driver.py"]
+    drivers = [subprocess.Popen([*command, number, "mine.toml"], cwd=tmp_path) for number in ("1", "2")]
+    try:
+        until = time.monotonic() + LIMIT
+        while (heard := [senders(tmp_path / f"robot-{number}.jsonl") for number in (1, 2)]) != [{2}, {1}]:
+            assert time.monotonic() < until, heard
+            time.sleep(0.05)
+    finally:
+        for driver in drivers:
+            driver.kill()
+            driver.wait()
+
+
+def senders(log):
+    """Return the numbers of the robots that a robot has heard, by the complete lines of its log."""
+    lines = log.read_text().split("\n")[:-1] if log.exists() else []
+    return {sender for line in lines for sender, _ in json.loads(line).get("heard", [])}
+
+
+def test_the_drivers_example_has_thirty_lines_at_most():
+    assert len(DRIVER.read_text().splitlines()) <= 30
 
 
 @pytest.mark.parametrize(

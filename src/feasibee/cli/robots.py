@@ -131,7 +131,7 @@ def _drive(scenario: Scenario, number: int, senses: str, log: Path | None) -> No
         orders["settings"] = json.loads(json.dumps(orders["settings"]))
         node = Node(orders, write if log is not None else None, strategy=scenario.strategy)
         with suppress(KeyboardInterrupt):
-            drive(node, open_senses(senses), lambda line: click.echo(json.dumps(line)))
+            drive(node, number, open_senses(senses), lambda line: click.echo(json.dumps(line)))
     for why, count in node.dropped.items():
         if count:
             click.echo(f"feasibee: dropped, {why}: {count:,}", err=True)

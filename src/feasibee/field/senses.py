@@ -24,15 +24,20 @@ EXAMPLE: Final = "zenoh:127.0.0.1:7447/robot-3"
 """A source over zenoh, for errors."""
 
 
-def drive(node: Node, senses: Iterable[bytes], write: Callable[[Mapping[str, Any]], None]) -> int:
+def drive(
+    node: Node, number: int, senses: Iterable[bytes], write: Callable[[Mapping[str, Any]], None]
+) -> int:
     """Let a robot take one step for each object of its driver; return the number of steps.
 
     Parameters
     ----------
     node : Node
         The robot.
+    number : int
+        Its number; messages of this number are its own, which some radios return.
     senses : iterable of bytes
-        The driver's objects. One that is invalid is counted in ``node.dropped`` and left out.
+        The driver's objects. One that is invalid is counted in ``node.dropped`` and left out, and so is an
+        invalid message in one.
     write : callable
         Takes after each step its number, the robot's message and what it holds.
     """
@@ -45,7 +50,9 @@ def drive(node: Node, senses: Iterable[bytes], write: Callable[[Mapping[str, Any
         step += 1
         said = node.speak(step, sensed["place"])
         node.sense(sensed["see"])
-        node.finish(sensed["heard"])
+        heard = [each for each in sensed["heard"] if is_heard(each)]
+        node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
+        node.finish(each for each in heard if each[0] != number)
         write({"step": step, "said": said, **node.status._asdict()})
     return step
 
@@ -79,7 +86,6 @@ def _parsed(text: bytes) -> dict[str, Any] | None:
         is_place(place)
         and isinstance(heard, list)
         and len(heard) <= HEARD_LIMIT
-        and all(map(is_heard, heard))
         and isinstance(see, list)
         and all(map(is_sighting, see))
         and all(is_whole(count, 0, COUNT_LIMIT) for count in counts)

@@ -85,7 +85,7 @@ class Viewers:
             self._inform(frame, peer, name, is_new=before is None)
 
     def _inform(self, frame: Frame, peer: Hashable, name: Mapping[str, int], *, is_new: bool) -> None:
-        """Send a viewer the scene or the latest view; one that is new but has the scene gets all views kept."""
+        """Send a viewer the scene or the latest view; a new one that has the scene gets all kept."""
         if frame.body.get("has") is not True or self._latest is None:
             self._scene = self._scene or scene_of(self._world)
             fits = self._send(SCENE, frame.robot, peer, {**name, **self._scene})
