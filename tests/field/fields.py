@@ -9,6 +9,17 @@ from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
 from feasibee.reference import play
 
+STREAMS = {
+    "tasks.arrival_rate": 0.1,
+    "tasks.lifetime": 20.0,
+    "robots.failure_rate": 0.05,
+    "robots.arrival_rate": 0.2,
+    "robots.most": 8,
+    "decision.exploration": 3.0,
+    "decision.gain": 3.0,
+}
+"""A world in which robots and tasks come and go."""
+
 
 def small(robots=4, steps=40, **changes):
     arena = {"arena.side": 8.0, "robots.count": robots, "tasks.count": robots, "run.steps": steps}
@@ -28,11 +39,17 @@ def a_plan(scenario, lockstep=True, **changes):
     return Plan(scenario, 1, 0, lockstep, **{**usual, **changes})
 
 
-def run(plan, folder, transport="udp", key="", **options):
+def run(plan, folder, transport="udp", key="", follow=None, **options):
     """Run a field; return its result, its events and its world's log."""
     events = []
+
+    def tell(event):
+        events.append(event)
+        if follow is not None:
+            follow(event)
+
     folder.mkdir(exist_ok=True)
-    field = Field(plan, Network(transport, key=key), folder, events.append, robot_logs=True, **options)
+    field = Field(plan, Network(transport, key=key), folder, tell, robot_logs=True, **options)
     result = field.run()
     return result, events, steps_of(folder)
 

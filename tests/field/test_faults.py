@@ -37,7 +37,7 @@ def test_killed_and_stopped_robots_are_lost_and_their_logs_replay(tmp_path):
     assert [(e["robot"], e["step"]) for e in events if e["event"] == "lost"] == [(4, 10), (5, 10), (3, 20)]
     assert len(steps) == 41
     replays = [replay(tmp_path / f"robot-{number}.jsonl") for number in range(6)]
-    assert [each.steps for each in replays] == [40, 40, 40, 18, 8, 8]
+    assert [each.steps for each in replays] == [40, 40, 40, 19, 9, 9]
     held = [mind[0] for mind in steps[-1]["minds"]]
     assert [{"feasible": 1, "infeasible": 0}[each.opinion] for each in replays[:3]] == held[:3]
 

@@ -9,18 +9,19 @@ import pytest
 from fields import a_plan, small
 
 from feasibee.field.bodies import Bodies
-from feasibee.field.checks import HEARD, HELLO, SAID, SIGHT, STEP, TICK
+from feasibee.field.checks import END, HEARD, HELLO, SAID, SIGHT, STEP, TICK
 from feasibee.field.frames import HEADER, LARGEST, Frames
 from feasibee.field.node import Node
 from feasibee.field.robot import Robot
 from feasibee.field.world import World
 
-STATUS = [0, False, -1, False, 1]
+STATUS = [0, False, -1, False, 1, 1, None]
 BODIES = {
     HELLO: {"nonce": 5},
     SAID: {"t": 0, "said": None, "was": STATUS},
     TICK: {"t": 3, "said": "012873308d6db5b8", "was": STATUS},
-    STEP: {"t": 1, "place": [1.0, 2.0], "see": [[0, 1, 0, 7, 1.0, 2.0, 1]], "heard": [[1, "00"]]},
+    STEP: {"t": 1, "place": [1.0, 2.0], "see": [[0, 1, 0, 7, 1.0, 2.0, 1]]},
+    END: {"t": 1, "heard": [[1, "00"]]},
     SIGHT: {"place": [1.0, 2.0], "see": []},
     HEARD: {"heard": [1, "00"]},
 }
@@ -119,17 +120,17 @@ def test_a_robot_survives_any_packet():
     orders = json.loads(json.dumps(bodies.orders(bodies.bodies[1])))
     robot._node = Node(orders)
     robot._ready = {"t": 0, "said": None, "was": STATUS}
-    robot._answers, robot._see, robot._heard = {0: robot._ready}, [], []
+    robot._see, robot._heard, robot._insight, robot._has_begun = [], [], None, False
     world = Frames(7)
     for step in range(1, 5_000):
-        kind = generator.choice([STEP, SIGHT, HEARD])
-        packet = world.write(kind, 1, BODIES[kind] | ({"t": step} if kind == STEP else {}))
+        kind = generator.choice([STEP, END, SIGHT, HEARD])
+        packet = world.write(kind, 1, BODIES[kind] | ({"t": step} if kind in (STEP, END) else {}))
         link.waiting.append(mutated(generator, packet) if generator.random() < 0.8 else packet)
-        robot._answers = {step - 1: robot._ready}  # whatever step or number a changed packet had
+        robot._answers = {(step - 1, True): robot._ready}  # whatever step or number a changed packet had
         robot._frames._last.clear()
         frame = robot._receive(0.0)
-        if frame is not None and frame.kind == STEP:
-            robot._step(frame.body)
+        if frame is not None and frame.kind in (STEP, END):
+            robot._obey(frame)
         elif frame is not None:
             robot._take(frame)
     assert robot._frames.dropped["malformed"] > 500

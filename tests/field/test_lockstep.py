@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 
 import pytest
-from fields import a_plan, opinions, run, simulated, small
+from fields import STREAMS, a_plan, opinions, run, simulated, small
 
 from feasibee import Scenario
 from feasibee.model.codes import DECISIONS
+from feasibee.reference import play
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee field needs fork")
 
@@ -17,6 +18,9 @@ def check_equal(scenario, folder, **options):
     result, _, steps = run(a_plan(scenario), folder, **options)
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
+    for step, swarm in zip(steps, play(scenario, 1, 0), strict=True):
+        minds = [(mind[4], mind[5]) for mind in step["minds"]]
+        assert minds == [(robot.mind.phase_left, robot.mind.phases) for robot in swarm.robots], step["step"]
     assert [step["step"] for step in steps] == list(range(len(expected)))
     assert (result["decision"], result["decision_step"]) == (DECISIONS[decision], decision_step)
     assert result["lost"] == []
@@ -53,10 +57,62 @@ WORLDS = {
         "radio.loss": 0.3,
         "radio.id_bits": 2,
     },
+    "tasks named by position": {
+        "robots.count": 6,
+        "decision.strategy": "roster",
+        "robots.know_count": True,
+        "run.stop_at_decision": False,
+    },
+    "tasks that appear and vanish": {
+        "decision.strategy": "roster",
+        "robots.know_count": True,
+        "events": [{"step": 10, "tasks": 4}, {"step": 25, "tasks": -5}],
+    },
+    "senses and radio that get worse": {
+        "robots.know_count": True,
+        "decision.strategy": "fading-votes",
+        "decision.exploration": 3.0,
+        "decision.gain": 3.0,
+        "events": [{"step": 5, "radio": {"loss": 0.7}}, {"step": 10, "sensing": {"miss": 0.7}}],
+    },
+    "robots that join and leave": {
+        "events": [{"step": 0, "robots": 1}, {"step": 10, "robots": -3}, {"step": 20, "robots": 4}],
+    },
+    "robots and tasks that come and go": STREAMS,
+    "liars by name in a world that changes": {
+        "robots.count": 6,
+        "decision.strategy": "roster",
+        "faults.byzantine": 0.3,
+        "faults.byzantine_says": "colluding",
+        "events": [{"step": 10, "tasks": 8}, {"step": 25, "robots": 2}],
+    },
+    "liars by name": {
+        "robots.count": 6,
+        "decision.strategy": "census",
+        "faults.byzantine": 0.3,
+        "faults.byzantine_says": "feasible",
+    },
+    "an operator who calls and releases": {
+        "arena.side": 4.0,
+        "decision.strategy": "roster",
+        "robots.most": 12,
+        "response.patience": 3,
+        "response.delay": 2,
+        "response.release": True,
+        "events": [{"step": 5, "tasks": 5}, {"step": 30, "tasks": -6}],
+        "run.steps": 60,
+    },
 }
 
 
-QUICK = ("the paper's strategy", "faults", "bad senses and radio")
+QUICK = (
+    "the paper's strategy",
+    "faults",
+    "bad senses and radio",
+    "tasks that appear and vanish",
+    "robots and tasks that come and go",
+    "an operator who calls and releases",
+)
 
 
 @pytest.mark.parametrize(

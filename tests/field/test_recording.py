@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import a_plan, run, small
+from fields import STREAMS, a_plan, run, small
 from PIL import Image, ImageColor
 
 from feasibee import Swarm
@@ -36,6 +36,7 @@ WORLDS = {
         },
     ),
     "declarations": small(**{"decision.strategy": "quiet-census", "robots.know_count": True}),
+    "robots and tasks that come and go": small(**STREAMS),
 }
 FAULTS = (Fault(10, "kill", 2, (4, 5)), Fault(20, "partition", lasts=5.0))
 
@@ -165,6 +166,10 @@ def test_a_log_of_a_killed_world_is_shown_without_its_last_line(plain, tmp_path)
     [
         ({"step": 7}, "no valid step 3"),
         ({"bodies": []}, "no valid bodies"),
+        ({"robots": [0, 1, 2, 4]}, "no valid robots"),
+        ({"processes": [0, 1, 2]}, "no valid processes"),
+        ({"tasks": [4]}, "no valid tasks"),
+        ({"truth": 2}, "no valid truth"),
         ({"bodies": [[0, 0, 0, 0, 1, 1e9]] * 4}, None),
         ({"bodies": [[0.5, 0, 0, 0, 1, 1]] * 4}, "no valid bodies"),
         ({"bodies": [[10**400, 0, 0, 0, 1, 1]] * 4}, "no valid bodies"),
@@ -194,13 +199,12 @@ def test_a_damaged_line_is_named(plain, tmp_path, fields, told):
 @pytest.mark.parametrize(
     ("fields", "told"),
     [
-        ({"version": 1}, "isn't the world's log of a field, version 2; run the field again with --out"),
+        ({"version": 1}, "isn't the world's log of a field, version 3; run the field again with --out"),
         ({"feasibee": "robot"}, "isn't the world's log of a field"),
         ({"scenario": 5}, "line 1: has no scenario"),
         ({"scenario": "robots = 5"}, "line 1: has a field that can't be"),
         ({"scenario": "["}, "line 1: has a field that can't be"),
         ({"scenario": "robots.count = 70000"}, "more than 65,535 robots"),
-        ({"scenario": "[[events]]\nstep = 5\ntasks = 1"}, "its world changes"),
         ({"seed": -1}, "line 1: has a field that can't be: seed"),
         ({"run": "x"}, "line 1: has a field that can't be: run"),
     ],

@@ -49,13 +49,14 @@ def test_a_log_of_a_killed_robot_replays_without_its_last_line(log):
 @pytest.mark.parametrize(
     ("name", "value", "told"),
     [
-        ("status", [1, False, -1, True, 9999], "status is .* in the log"),
+        ("status", [1, False, -1, True, 9999, 1, None], "status is .* in the log"),
         ("said", "00", "said is '00' in the log"),
         ("draws", [[1, 2, 3, 4]], "too many draws"),
         ("draws", "none", "no valid draws"),
         ("heard", [[2]], "no valid heard"),
         ("see", [[1, 2, 3]], "no valid see"),
         ("step", "many", "no valid step"),
+        ("insight", {"truth": 2, "invented": [[], []]}, "no valid insight"),
         ("place", [10**400, 0], "no valid place"),
     ],
 )

@@ -6,7 +6,7 @@ import random
 import threading
 
 import pytest
-from fields import a_plan, opinions, run, simulated, small, steps_of
+from fields import STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from test_frames import STATUS, Loopback, mutated
 
 from feasibee.field.addresses import split_address
@@ -59,7 +59,7 @@ def test_a_viewer_names_the_session_before_it_gets_more_than_that(world):
     assert scene["nonce"] == 5
     assert len(scene["tasks"]) == 4
     world.link.sent.clear()
-    world.look(0, places(world))
+    world.look(0)
     [(kind, view)] = viewer.answers()
     assert (kind, view["t"], view["end"], view["opinions"]) == (STATE, 0, False, [-1] * 4)
     world.link.sent.clear()
@@ -87,7 +87,7 @@ def test_a_viewer_that_is_silent_gets_no_more(world, monkeypatch):
     viewer.ask()
     monkeypatch.setattr("feasibee.field.viewers.KEPT", 0.0)
     world.link.sent.clear()
-    world.look(0, places(world))
+    world.look(0)
     assert world.link.sent == []
 
 
@@ -95,7 +95,7 @@ def test_a_viewer_of_the_process_before_gets_the_steps_that_it_lacks(world):
     viewer = Hand(world)
     viewer.frames.session = 7
     for step in (0, 1, 2):
-        world.look(step, places(world))
+        world.look(step)
     assert [view["t"] for _, view in viewer.ask(has=True)] == [0, 1, 2]
     late = Hand(world, "late")
     late.frames.session = 7
@@ -107,7 +107,7 @@ def test_a_world_keeps_its_first_steps_for_a_short_time(world, monkeypatch):
     viewer = Hand(world)
     viewer.frames.session = 7
     for step in (0, 1, 2):
-        world.look(step, places(world))
+        world.look(step)
     assert [kind for kind, _ in viewer.ask(has=True)] == [SCENE]
 
 
@@ -141,8 +141,9 @@ def test_any_packet_of_a_viewer_or_to_one_is_survived(world):
     assert found >= {VIEW, SCENE, STATE}
 
 
-def test_a_field_that_is_watched_decides_to_the_bit_as_one_that_is_not(tmp_path):
-    scenario = small(8, steps=100, **{"run.stop_at_decision": False})
+@pytest.mark.parametrize("world", [{}, STREAMS])
+def test_a_field_that_is_watched_decides_to_the_bit_as_one_that_is_not(world, tmp_path):
+    scenario = small(8, steps=100, **{"run.stop_at_decision": False, **world})
     steps, threads = [], []
 
     def watch(address):

@@ -7,6 +7,7 @@ import threading
 import time
 from contextlib import contextmanager, suppress
 
+import numpy as np
 import pytest
 from commands import invoke
 from serving import Page, serving_at
@@ -169,6 +170,27 @@ def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
         assert served[0].to_dict()["title"] == f"field at {view.address}"
         wait_for(served[0].view, 1)
         served[0].view.close()
+
+
+def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
+    events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
+    scenario = small(30).replace({"events": events})
+    with a_field(tmp_path, scenario, lockstep=True, patience=20.0) as view:
+        wait_for(view, 30)
+        session = FieldSession(view)
+        session.begin(None)
+        session.inspect(5)
+        assert {each["type"] for each in session.messages() if isinstance(each, dict)} >= {"field", "robot"}
+        assert session.openings()[0]["numbers"] == 6
+    numbers = {}
+    for step, swarm in enumerate(play(scenario, 1, 0)):
+        numbers[step] = [robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth
+    assert {len(numbers[step][0]) for step in numbers} == {4, 5, 6}
+    there = FLAGS.index("there")
+    for each in view.field.views:
+        robots = np.flatnonzero(each.shown.flags >> there & 1).tolist()
+        assert (robots, len(each.tasks), each.truth) == numbers[each.step]
+    assert len(view.field.views) > 15
 
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):

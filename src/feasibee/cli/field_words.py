@@ -54,6 +54,8 @@ class Told:
             "listening": lambda: f"The world is at {event['address']}.",
             "joined": lambda: f"{event['robots']} robots have joined.",
             "fault": lambda: f"Step {event['step']}: {fault_in_words(event)}.",
+            "comes": lambda: f"Step {event['step']}: robot {event['robot']} comes.",
+            "leaves": lambda: f"Step {event['step']}: robot {event['robot']} leaves.",
             "lost": lambda: f"Step {event['step']}: robot {event['robot']} is silent; it doesn't count.",
             "back": lambda: f"Step {event['step']}: robot {event['robot']} is back.",
         }
@@ -70,6 +72,10 @@ def in_words(result: Mapping[str, Any]) -> str:
         f"After {result['steps']:,} steps in {result['seconds']:.1f} s: {result['feasible']} robots hold "
         f"feasible, {result['infeasible']} infeasible, {max(0, undecided)} neither or not counted."
     )
+    if "right_share" in result:
+        changes = result["detection_delay"]["changes"]
+        missed = f"; it missed {result['missed']['estimate']:.0%} of {changes} changes" if changes else ""
+        lines.append(f"Right: in {result['right_share']['estimate']:.1%} of the steps{missed}.")
     if result["lost"]:
         lines.append(f"Lost: {', '.join(map(str, result['lost']))}.")
     for why, count in result["dropped"].items():

@@ -118,8 +118,9 @@ def _drive(scenario: Scenario, number: int, senses: str, log: Path | None) -> No
     from feasibee.field.senses import drive, open_senses
 
     bodies = Bodies(scenario, 0, 0)
-    if number >= len(bodies.bodies):
-        raise FeasibeeError(f"--id {number}: must be below robots.count, {len(bodies.bodies)}; use 0 or more")
+    count = scenario.robots.count
+    if number >= count:
+        raise FeasibeeError(f"--id {number}: must be below robots.count, {count}; use 0 or more")
     with log.open("w", encoding="utf-8") if log is not None else nullcontext() as file:
 
         def write(line: Mapping[str, Any]) -> None:
@@ -127,7 +128,7 @@ def _drive(scenario: Scenario, number: int, senses: str, log: Path | None) -> No
                 file.write(json.dumps(line, separators=(",", ":")) + "\n")
                 file.flush()
 
-        orders = bodies.orders(bodies.bodies[number])
+        orders = bodies.orders(bodies.everyone[number])
         orders["settings"] = json.loads(json.dumps(orders["settings"]))
         node = Node(orders, write if log is not None else None, strategy=scenario.strategy)
         with suppress(KeyboardInterrupt):

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
+from collections.abc import Mapping
+from typing import Any, NamedTuple, cast
 
-from feasibee.errors import FeasibeeError
 from feasibee.field.node import Status, sighting_of
+from feasibee.model.codes import UNDECIDED
 from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_settings
 from feasibee.reference.robot import Robot
 from feasibee.reference.swarm import Swarm
@@ -24,17 +25,23 @@ class RemoteMind:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.phases = 0
-        self.report(Status(-1, False, -1, False, 1))
+        # As that of a fresh mind, whose first phase has begun.
+        self.report(Status(-1, False, -1, False, 1, settings.phases + 1, None))
 
     def report(self, status: Status) -> None:
         """Keep what the robot reports."""
-        self.opinion, self.committed, self.declared, self.disseminating, self.phase_left = status
+        self.status = status
+        self.opinion, self.committed, self.declared, self.disseminating, *_ = status
+        self.phases = status.phases
 
     @property
-    def status(self) -> Status:
-        """What the robot last reported."""
-        return Status(self.opinion, self.committed, self.declared, self.disseminating, self.phase_left)
+    def knowledge(self) -> RemoteMind | None:
+        """What the operator asks for a gap, if the robot reports one."""
+        return None if self.status.gap is None else self
+
+    def gap(self) -> int:
+        """Return by how many the tasks exceed the robots, as the robot last reported."""
+        return self.status.gap or 0
 
     def move_to(self, x: float, y: float) -> None:
         """Do nothing: the robot learns its place with the next packet."""
@@ -46,8 +53,14 @@ class RemoteMind:
 class Body(Robot):
     """The body of a robot: place, walk and faults, without its mind."""
 
+    process = 0
+    """Number of its process: robots are counted as they come, and no number is used again."""
     lost = False
     """Whether its process is silent."""
+    has_left = False
+    """Whether it isn't in the world any more."""
+    knows: Mapping[str, Any] | None = None
+    """The insight of a Byzantine robot that its process last got."""
 
     def mind_of(self, settings: Settings) -> Mind:
         """Return the place for what the robot reports."""
@@ -72,60 +85,90 @@ class Body(Robot):
         self.place, self.velocity = (x, y), (dx, dy)
 
 
+class Change(NamedTuple):
+    """Who came and went at the beginning of a step."""
+
+    left: list[Body]
+    joined: list[Body]
+
+
 class Bodies(Swarm):
     """The robots' bodies and the tasks of one field.
 
     Parameters
     ----------
     scenario : Scenario
-        What is simulated; its world doesn't change.
+        What is simulated.
     seed, run : int
         Seed and number of the run.
     """
 
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
-        if scenario.dynamic:
-            raise FeasibeeError(
-                "scenario: its world changes, and that of a field can't; use feasibee run, or remove events, "
-                "arrival rates, lifetimes, failures and the response"
-            )
-        ids, bits = scenario.setting.robot_ids, scenario.setting.id_bits
-        if scenario.manifest.by_name and ids > 2**bits:
-            raise FeasibeeError(
-                f"faults.byzantine: with the robots that they invent there are {ids} ids, and messages hold "
-                f"{bits} bits; use feasibee run, or set faults.byzantine to 0"
-            )
+        self.everyone: list[Body] = []
+        """All robots that have ever come, by the numbers of their processes."""
+        self._insight: dict[str, Any] = {}
         super().__init__(scenario, seed, run)
         self.bodies = cast("list[Body]", self.robots)
+        for body in self.everyone:
+            body.has_left = body not in self.bodies
+            body.knows = self._insight_of(body)
+
+    def change(self, step: int) -> Change:
+        """Begin a step: let the world change as that of a run does (model.md 6.17.2)."""
+        held = self.decision if self.operator else UNDECIDED
+        self.time = step
+        if self._dynamics is None:
+            return Change([], [])
+        before = list(self.bodies)
+        if self._dynamics.change(held):
+            self._look_up_truth()
+        left = [body for body in before if body not in self.bodies]
+        for body in left:
+            body.has_left = True
+        return Change(left, [body for body in self.bodies if body not in before])
+
+    def _look_up_truth(self) -> None:
+        super()._look_up_truth()
+        self._insight = {}
 
     def new_robot(self, number: int, place: Place, fault: str = HONEST, before: Robot | None = None) -> Robot:
         """Return the body of a robot that begins at this step."""
         kind = self.robot_kinds[number]
-        return Body(
+        body = Body(
             self.scenario, *self._run, number, self.world, place, kind, fault, self.names, before, self.time
         )
+        body.process = len(self.everyone)
+        self.everyone.append(body)
+        return body
 
     def orders(self, body: Body) -> dict[str, Any]:
         """Return what a robot is sent when it joins."""
-        insight = None
-        if body.fault == BYZANTINE:
-            invented = [
-                [sighting_of(thing, -1) for thing in self.names.inventions(opinion)] for opinion in (0, 1)
-            ]
-            insight = {"truth": self.names.truth, "invented": invented}
         return {
             "strategy": self.scenario.manifest.name,
             "settings": plain_settings(body.remote.settings),
-            "insight": insight,
+            "insight": self._insight_of(body),
+            "asks_gap": self.operator is not None and self.scenario.manifest.knows_gap,
         }
 
-    def place_of(self, body: Body) -> list[float]:
-        """Return where a robot is, in units."""
-        return list(self.world.in_units(body.place))
+    def _insight_of(self, body: Body) -> Mapping[str, Any] | None:
+        """Return what only Byzantine robots know; None for the other ones."""
+        if body.fault != BYZANTINE:
+            return None
+        if not self._insight:
+            invented = [
+                [sighting_of(thing, -1) for thing in self.names.inventions(opinion)] for opinion in (0, 1)
+            ]
+            self._insight = {"truth": self.names.truth, "invented": invented}
+        return self._insight
 
-    def seen_by(self, body: Body) -> list[list[Any]]:
-        """Return all that a robot sees, as plain lists."""
-        return [sighting_of(thing, number) for thing, number in self.sightings(body)]
+    def sight_of(self, body: Body) -> dict[str, Any]:
+        """Return what a robot senses: its place, all in sight, and new insight of a Byzantine robot."""
+        seen = [sighting_of(thing, number) for thing, number in self.sightings(body)]
+        sight = {"place": list(self.world.in_units(body.place)), "see": seen}
+        insight = self._insight_of(body)
+        if insight is not body.knows:
+            body.knows = sight["insight"] = insight
+        return sight
 
     def advance(self, working: list[Body]) -> None:
         """Move some robots at once; the others stand. What they meet turns them."""

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED, VIEW, SCENE, STATE = range(12)
-"""Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it; for
-viewers a request, the scene, and one step."""
-MARKS: Final = ("disseminating", "committed", "declared", "working")
+HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED, VIEW, SCENE, STATE, END, WAIT = range(14)
+"""Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it. For
+viewers a request, the scene, and one step. Then the end of a step, and that a robot isn't there yet."""
+MARKS: Final = ("disseminating", "committed", "declared", "working", "byzantine", "stubborn")
 """Properties of a robot in a viewer's packets, a bit each."""
 LENGTH_LIMIT: Final = 1e9
 """Largest length in a viewer's packets, in units."""
+NUMBERS_LIMIT: Final = 65_534
+"""Largest number of a robot in a viewer's packets."""
 TEXT_LIMIT: Final = 100_000
 """Largest number of hexadecimal digits of a message."""
 FARTHEST: Final = 1e300
@@ -47,16 +49,28 @@ def is_heard(value: Any) -> bool:
 
 def is_status(value: Any) -> bool:
     """Return whether a value has the form of `node.Status`."""
-    if not (isinstance(value, list) and len(value) == 5):
+    if not (isinstance(value, list) and len(value) == 7):
         return False
-    opinion, committed, declared, disseminating, left = value
+    opinion, committed, declared, disseminating, left, phases, gap = value
     return (
         is_whole(opinion, -1, 1)
         and isinstance(committed, bool)
         and is_whole(declared, -1, 1)
         and isinstance(disseminating, bool)
         and is_whole(left, 0, 2**62)
+        and is_whole(phases, 0, 2**62)
+        and (gap is None or is_whole(gap, -(2**32), 2**32))
     )
+
+
+def is_insight(value: Any) -> bool:
+    """Return whether a value is what Byzantine robots know, in the form of `node.known_from`."""
+    if value is None:
+        return True
+    if not (isinstance(value, dict) and is_whole(value.get("truth"), 0, 1)):
+        return False
+    invented = value.get("invented", [])
+    return _is_list(invented, lambda things: _is_list(things, is_sighting)) and len(invented) == 2
 
 
 def is_place(value: Any) -> bool:
@@ -82,17 +96,20 @@ def _is_step(body: dict[str, Any]) -> bool:
 
 def _is_said(body: dict[str, Any]) -> bool:
     said = body.get("said")
-    return _is_step(body) and is_status(body.get("was")) and (said is None or _is_text(said))
+    return (
+        _is_step(body)
+        and is_status(body.get("was"))
+        and (said is None or _is_text(said))
+        and type(body.get("ends", False)) is bool
+    )
 
 
 def _is_seen(body: dict[str, Any]) -> bool:
-    return is_place(body.get("place")) and _is_list(body.get("see"), is_sighting)
-
-
-def _is_order(body: dict[str, Any]) -> bool:
-    if not (_is_step(body) and _is_list(body.get("heard"), is_heard)):
-        return False
-    return body.get("end") is True or _is_seen(body)
+    return (
+        is_place(body.get("place"))
+        and _is_list(body.get("see"), is_sighting)
+        and is_insight(body.get("insight"))
+    )
 
 
 def _is_named(body: dict[str, Any]) -> bool:
@@ -138,9 +155,10 @@ def _is_scene(body: dict[str, Any]) -> bool:
         and (hz is None or (_is_length(hz) and hz > 0))
         and is_place(size)
         and all(0 < side <= LENGTH_LIMIT for side in size)
-        and all(type(body.get(name)) is bool for name in ("walls", "commits", "declares", "truth"))
+        and all(type(body.get(name)) is bool for name in ("walls", "commits", "declares", "truth", "changes"))
         and all(_is_length(body.get(n)) for n in ("diameter", "sight", "radio", "threshold", "seconds"))
         and _are_words(faults)
+        and is_whole(body.get("robots"), 0, len(faults))
         and _are_words(classes)
         and _are_whole(body.get("kinds"), 0, max(0, len(classes) - 1), len(faults))
         and _are_coarse(body.get("tasks"))
@@ -156,12 +174,14 @@ def _is_view(body: dict[str, Any]) -> bool:
         _are_whole(body.get("headings"), 0, 255, robots)
         and _are_whole(body.get("opinions"), -1, 1, robots)
         and _are_whole(body.get("marks"), 0, 2 ** len(MARKS) - 1, robots)
-        and _are_whole(body.get("lost"), 0, robots - 1)
+        and _are_whole(body.get("numbers"), 0, NUMBERS_LIMIT, robots)
+        and _are_whole(body.get("lost"), 0, NUMBERS_LIMIT)
+        and _are_coarse(body.get("tasks"))
         and _are_whole(body.get("counts"), 0, robots, 3)
         and _are_whole(body.get("declared"), 0, robots, 2)
         and _are_whole(body.get("decision"), -1, 2**31 - 1, 3)
         and all(each <= 1 for each in body["decision"][:2])
-        and all(type(body.get(name)) is bool for name in ("cut", "end"))
+        and all(type(body.get(name)) is bool for name in ("cut", "end", "truth"))
     )
 
 
@@ -172,7 +192,7 @@ def _is_asked(body: dict[str, Any]) -> bool:
 CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
     HELLO: _is_named,
     WELCOME: _is_welcome,
-    STEP: _is_order,
+    STEP: lambda body: _is_step(body) and _is_seen(body),
     SAID: _is_said,
     TICK: _is_said,
     SIGHT: _is_seen,
@@ -182,5 +202,7 @@ CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
     VIEW: _is_asked,
     SCENE: _is_scene,
     STATE: _is_view,
+    END: lambda body: _is_step(body) and _is_list(body.get("heard"), is_heard),
+    WAIT: _is_named,
 }
 """What a packet of each kind may hold."""

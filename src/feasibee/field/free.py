@@ -32,9 +32,9 @@ class FreeRunning:
     def __init__(self, world: World) -> None:
         self._world = world
         self._bodies = world.bodies
-        now = time.monotonic()
-        self._ticks = {body.number: world.step for body in world.bodies.bodies}
-        self._seen_at = {body.number: now for body in world.bodies.bodies}
+        now = self._passed_at = time.monotonic()
+        self._ticks = {body.process: world.step for body in world.bodies.bodies}
+        self._seen_at = {body.process: now for body in world.bodies.bodies}
         self._air: list[tuple[float, int, int, list[object]]] = []
         self._order = itertools.count()
 
@@ -42,7 +42,7 @@ class FreeRunning:
         """Play until the robots have done all steps, by the median of their clocks."""
         world = self._world
         if world.step == 0:
-            self._look(0)
+            world.look(0)
             for body in self._bodies.bodies:
                 self._show(body)
         while world.step < world.plan.scenario.run.steps and not world.is_over:
@@ -63,15 +63,15 @@ class FreeRunning:
     def _take(self, frame: Frame) -> None:
         """Simulate a robot's step: move its body, pass its message on, send it what it sees."""
         world, body, step = self._world, self._world.body(frame), frame.body["t"]
-        self._seen_at[body.number] = time.monotonic()
+        self._seen_at[body.process] = time.monotonic()
         if body.lost:
             world.find(body)
         if frame.kind == SAID:  # it waits for the start
             self._show(body)
             return
-        if frame.kind != TICK or step <= self._ticks[body.number]:
+        if frame.kind != TICK or step <= self._ticks.get(body.process, 0):
             return
-        self._ticks[body.number] = self._bodies.time = step
+        self._ticks[body.process] = self._bodies.time = step
         body.remote.report(Status(*frame.body["was"]))
         if body.works(step):
             self._bodies.advance([body])
@@ -81,7 +81,7 @@ class FreeRunning:
     def _send_around(self, sender: Body, text: str | None) -> None:
         """Send a message on its way to all robots in range."""
         world = self._world
-        world.said[sender.number] = text
+        world.said[sender.process] = text
         if text is None:
             return
         arrives = time.monotonic() + world.plan.delay / world.plan.hz
@@ -91,36 +91,48 @@ class FreeRunning:
                     world.frames.dropped["too many messages"] += 1
                     return
                 heard: list[object] = [sender.number, text]
-                heapq.heappush(self._air, (arrives, next(self._order), receiver.number, heard))
+                heapq.heappush(self._air, (arrives, next(self._order), receiver.process, heard))
 
     def _deliver(self) -> None:
         """Deliver the messages whose time has come."""
         now = time.monotonic()
         while self._air and self._air[0][0] <= now:
-            _, _, receiver, heard = heapq.heappop(self._air)
-            self._world.send(self._bodies.bodies[receiver], HEARD, {"heard": heard})
+            _, _, number, heard = heapq.heappop(self._air)
+            receiver = self._bodies.everyone[number]
+            if not receiver.has_left:
+                self._world.send(receiver, HEARD, {"heard": heard})
 
     def _show(self, body: Body) -> None:
         """Send a robot its place and what it sees."""
-        sight = {"place": self._bodies.place_of(body), "see": self._bodies.seen_by(body)}
-        self._world.send(body, SIGHT, sight)
+        self._world.send(body, SIGHT, self._bodies.sight_of(body))
 
     def _lose_silent(self) -> None:
         """Count the robots no longer that have been silent for too long."""
         now = time.monotonic()
         for body in self._bodies.bodies:
-            if not body.lost and now - self._seen_at[body.number] > self._world.plan.patience:
+            if not body.lost and now - self._seen_at[body.process] > self._world.plan.patience:
                 self._world.lose(body)
 
     def _pass_steps(self) -> None:
         """Advance to the median of the robots' clocks."""
         world = self._world
-        ticks = [self._ticks[body.number] for body in self._bodies.bodies if not body.lost]
-        now = int(median(ticks)) if ticks else world.plan.scenario.run.steps
+        now = self._median_step()
         while world.step < now and not world.is_over:
+            self._passed_at = time.monotonic()
             world.step += 1
             world.cause_faults()
-            self._look(world.step)
+            for body in world.change(waits=False).joined:
+                self._seen_at[body.process] = self._passed_at
+            world.look(world.step)
 
-    def _look(self, step: int) -> None:
-        self._world.look(step, [body.state() for body in self._bodies.bodies])
+    def _median_step(self) -> int:
+        """Return the median of the robots' clocks; without any, that of the world until a robot comes."""
+        world = self._world
+        numbers = [body.process for body in self._bodies.bodies if not body.lost]
+        ticks = [self._ticks[number] for number in numbers if number in self._ticks]
+        last = world.plan.scenario.run.steps
+        if ticks:
+            return min(int(median(ticks)), last)
+        if not world.plan.scenario.dynamic:
+            return last
+        return world.step + (time.monotonic() - self._passed_at >= 1.0 / world.plan.hz)

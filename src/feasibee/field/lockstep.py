@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from feasibee.field.bodies import Body
-from feasibee.field.checks import SAID, STEP
+from feasibee.field.checks import END, SAID, STEP
 from feasibee.field.node import Status
 from feasibee.field.world import World
 
@@ -18,7 +18,8 @@ RESEND = 0.1
 class Lockstep:
     """The steps of a field in lockstep.
 
-    In one exchange a robot ends the step before, with the messages heard in it, and begins the next one.
+    In each step there are two exchanges. A robot begins the step with what it sees, and says its message. It
+    ends the step with the messages that it heard, and reports its opinion.
 
     Parameters
     ----------
@@ -29,51 +30,48 @@ class Lockstep:
     def __init__(self, world: World) -> None:
         self._world = world
         self._bodies = world.bodies
-        bodies = self._bodies.bodies
-        self._begun = {body.number for body in bodies if world.step and body.works(world.step)}
+        self._begun = [body for body in self._bodies.bodies if world.step and body.works(world.step)]
         self._air: dict[int, list[tuple[Body, str]]] = {}
 
     def play(self) -> None:
-        """Play all steps from the world's present one."""
+        """Play all steps from the present one, which ends once more if the world has started again."""
         world = self._world
-        last = world.plan.scenario.run.steps
-        while not world.is_over and world.step <= last:
-            self._step(ends=world.step == last)
-        world.step = min(world.step, last)
+        while True:
+            self._end()
+            world.look(world.step)
+            if world.is_over or world.step == world.plan.scenario.run.steps:
+                return
+            self._begin()
 
-    def _step(self, *, ends: bool) -> None:
-        """End a step and begin the next one, if this wasn't the last."""
+    def _begin(self) -> None:
+        """Begin the next step: let the world change, move the bodies, and let each robot see and speak."""
         world, bodies = self._world, self._bodies
-        heard = self._heard()
-        places = [body.state() for body in bodies.bodies]
-        done = world.step
-        world.step = bodies.time = done + 1
-        if not ends:
-            world.cause_faults()
-        said = self._ask(self._orders(heard, ends=ends))
-        world.look(done, places)
-        world.said = said
+        world.step += 1
+        world.cause_faults()
+        world.change(waits=True)
+        self._begun = [body for body in bodies.bodies if body.works(world.step)]
+        bodies.advance(self._begun)
+        world.said = self._ask(STEP, {body.process: bodies.sight_of(body) for body in self._begun})
 
-    def _orders(self, heard: Mapping[int, list[list[Any]]], *, ends: bool) -> dict[int, dict[str, Any]]:
-        """Move the bodies; return what each robot is sent."""
-        bodies, step = self._bodies, self._world.step
-        working = [] if ends else [body for body in bodies.bodies if body.works(step)]
-        bodies.advance(working)
+    def _end(self) -> None:
+        """End the step with its messages, or delayed ones; the robots report their opinions."""
+        world = self._world
+        delayed = self._air.setdefault(world.step + round(world.plan.delay), [])
+        everyone = self._bodies.everyone
+        delayed.extend(
+            (everyone[each], text) for each, text in sorted(world.said.items()) if text is not None
+        )
+        arriving = self._air.pop(world.step, [])
         orders = {}
-        for body in bodies.bodies:
-            if body in working:
-                here: dict[str, Any] = {"place": bodies.place_of(body), "see": bodies.seen_by(body)}
-            elif body.number in self._begun and not body.lost:
-                here = {"end": True}
-            else:
-                continue
-            orders[body.number] = {"t": step, "heard": heard[body.number], **here}
-        self._begun = {body.number for body in working}
-        return orders
+        for receiver in self._begun:
+            if not receiver.lost:
+                heard = [[each.number, text] for each, text in arriving if world.reaches(each, receiver)]
+                orders[receiver.process] = {"heard": heard}
+        self._ask(END, orders)
 
-    def _ask(self, orders: Mapping[int, dict[str, Any]]) -> dict[int, str | None]:
+    def _ask(self, kind: int, orders: Mapping[int, dict[str, Any]]) -> dict[int, str | None]:
         """Send each robot its order until it answers or is lost; return the messages."""
-        world, bodies = self._world, self._bodies.bodies
+        world, everyone = self._world, self._bodies.everyone
         said: dict[int, str | None] = {}
         waiting = set(orders)
         began = now = time.monotonic()
@@ -82,35 +80,19 @@ class Lockstep:
             if now - resent > RESEND:
                 resent = now
                 for number in sorted(waiting):
-                    world.send(bodies[number], STEP, orders[number])
+                    world.send(everyone[number], kind, {"t": world.step, **orders[number]})
             frame = world.receive(RESEND)
             now = time.monotonic()
             if frame is not None and frame.kind == SAID:
-                body = world.body(frame)
-                if frame.robot in waiting and frame.body["t"] == world.step:
-                    body.remote.report(Status(*frame.body["was"]))
+                order = frame.body["t"], frame.body.get("ends", False)
+                if frame.robot in waiting and order == (world.step, kind == END):
+                    everyone[frame.robot].remote.report(Status(*frame.body["was"]))
                     said[frame.robot] = frame.body["said"]
                     waiting.discard(frame.robot)
                 elif frame.robot not in orders:
-                    world.answer(body)
+                    world.answer(everyone[frame.robot])
             if now - began > world.plan.patience:
                 for number in sorted(waiting):
-                    world.lose(bodies[number])
+                    world.lose(everyone[number])
                 waiting.clear()
         return said
-
-    def _heard(self) -> dict[int, list[list[Any]]]:
-        """Return what each robot hears in this step: messages of this one, or delayed ones."""
-        world, bodies = self._world, self._bodies.bodies
-        now = self._bodies.time = world.step
-        delayed = self._air.setdefault(now + round(world.plan.delay), [])
-        delayed.extend(
-            (bodies[number], text) for number, text in sorted(world.said.items()) if text is not None
-        )
-        arriving = self._air.pop(now, [])
-        return {
-            receiver.number: [
-                [sender.number, text] for sender, text in arriving if world.reaches(sender, receiver)
-            ]
-            for receiver in bodies
-        }

@@ -6,15 +6,16 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+from feasibee.field.naming import names_of
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import Mind, Settings, settings_from
 from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Message
 from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import Strategy, Thing
+from feasibee.strategies.contract import Setting, Strategy, Thing
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Version of a robot's log."""
 HEARD_LIMIT: Final = 4_096
 """Largest number of messages that a robot keeps for one step; more are dropped."""
@@ -24,13 +25,17 @@ Draw = Callable[[int, int], Words]
 
 
 class Status(NamedTuple):
-    """What a robot reports to the observer; the world's physics doesn't use it."""
+    """What a robot reports to the observer; no body's way depends on it."""
 
     opinion: int
     committed: bool
     declared: int
     disseminating: bool
     phase_left: int
+    phases: int
+    """Number of phases that the robots of its number have begun; a later robot's draws go on from there."""
+    gap: int | None
+    """By how many the tasks exceed the robots, as it believes; None unless the operator asks."""
 
 
 class Known(NamedTuple):
@@ -51,7 +56,7 @@ class Node:
     Parameters
     ----------
     orders : mapping
-        What the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
+        What the world sends a robot that joins: ``strategy``, ``settings``, ``insight`` and ``asks_gap``.
     write : callable, optional
         Takes each line of the log, as a mapping.
     draw : callable, optional
@@ -76,13 +81,16 @@ class Node:
         self._drawn = draw or (lambda counter, purpose: philox(*settings.coordinates, counter, purpose))
         self._line: dict[str, Any] = {}
         self._insight = known_from(orders["insight"])
+        self._asks_gap = orders["asks_gap"]
         self._mind = _DrawingMind(strategy, settings, self._draw)
         self._id = settings.me[0]
+        self._names = names_of(strategy, settings.setting)
         self._wire = Wire(
             strategy,
-            settings.setting.id_bits,
+            _id_bits(settings.setting),
             commits=settings.commit is not None,
             setting=settings.setting,
+            task_of=self._names.of_position if self._names else None,
         )
         if write is not None:
             write({"feasibee": "robot", "version": VERSION, **orders, "draws": self._taken(), **self._now()})
@@ -91,21 +99,30 @@ class Node:
     def status(self) -> Status:
         """What the robot holds now."""
         mind = self._mind
-        return Status(mind.opinion, mind.committed, mind.declared, mind.disseminating, mind.phase_left)
+        gap = int(mind.knowledge.gap()) if self._asks_gap and mind.knowledge else None
+        held = mind.opinion, mind.committed, mind.declared, mind.disseminating
+        return Status(*held, mind.phase_left, mind.phases, gap)
 
-    def speak(self, step: int, place: tuple[float, float]) -> str | None:
-        """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one."""
+    def speak(self, step: int, place: tuple[float, float], insight: Any = None) -> str | None:
+        """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one.
+
+        ``insight`` is what Byzantine robots know, once it has changed, in the form of `known_from`.
+        """
         self.step = step
+        if insight is not None:
+            self._insight = known_from(insight)
         self._mind.move_to(*place)
         message = self._mind.says(step, self._insight)
         said = None if message is None else self._encoded(message)
         self._line = {"step": step, "place": list(place), "said": said, "see": [], "heard": []}
+        if insight is not None:
+            self._line["insight"] = insight
         return said
 
     def _encoded(self, message: Message) -> str | None:
         try:
             return self._wire.encode(self._id, message).hex()
-        except WireError:  # such as a lie about robots whose ids no message can hold
+        except WireError:  # a user's strategy may say what its messages can't hold
             self.dropped["message that can't be encoded"] += 1
             return None
 
@@ -114,7 +131,8 @@ class Node:
         seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
         self.dropped["impossible sighting"] += len(sightings) - len(seen)
         self._line["see"] = seen
-        self._mind.see(sighting_from(each) for each in seen)
+        things = [sighting_from(each) for each in seen]
+        self._mind.see((self._names.named(thing) if self._names else thing, which) for thing, which in things)
 
     def _can_be(self, thing: Thing) -> bool:
         """Return whether the scenario has such an id and class."""
@@ -166,6 +184,11 @@ class _DrawingMind(Mind):
 
     def _words(self, counter: int, purpose: int) -> Words:
         return self._draw(counter, purpose)
+
+
+def _id_bits(setting: Setting) -> int:
+    """Return the length of an id in messages, which may name invented robots and those of any number."""
+    return max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length())
 
 
 def sighting_of(thing: Thing, number: int) -> list[Any]:

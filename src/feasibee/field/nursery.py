@@ -1,8 +1,8 @@
 """The process that starts a field's robots: it loads what they need once, and forks once for each robot.
 
 Forking 50 robots takes a fraction of the time of starting 50 interpreters. The commands come on standard
-input, one a line: ``kill 3``, ``stop 3`` or ``cont 3``. When standard input ends, all robots are killed, so
-that none outlives its field.
+input, one a line: ``start 3``, ``kill 3``, ``stop 3``, ``cont 3``, or ``end 0`` if no robot will be started
+any more. When standard input ends, all robots are killed, so that none outlives its field.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,20 +26,21 @@ LOOK = 0.1
 
 
 def main() -> None:
-    """Start the robots of an order, and wait until they have ended."""
+    """Start the robots of an order and those that come later, and wait until they have ended."""
     order = json.loads(sys.stdin.buffer.readline())
     strategy = None
     if order["strategy_file"] is not None:
         from feasibee.scenario.plugins import load
 
         strategy = load(order["strategy_file"])
-    robots: dict[int, int] = {}
-    for number in order["numbers"]:
+
+    def start(number: int) -> int:
         process = os.fork()
         if process == 0:
             os._exit(_robot(order, number, strategy))
-        robots[number] = process
-    _watch(robots)
+        return process
+
+    _watch({number: start(number) for number in order["numbers"]}, start)
 
 
 def _robot(order: Mapping[str, Any], number: int, strategy: Strategy | None) -> int:
@@ -66,11 +67,12 @@ def _robot(order: Mapping[str, Any], number: int, strategy: Strategy | None) -> 
     return status
 
 
-def _watch(robots: dict[int, int]) -> None:
-    """Follow commands until all robots have ended; kill the rest when the field ends."""
+def _watch(robots: dict[int, int], start: Callable[[int], int]) -> None:
+    """Follow commands until the last robot has ended; kill the rest when the field ends."""
     source = sys.stdin.fileno()
     unread = b""
-    while robots:
+    is_last = False
+    while robots or not is_last:
         if select.select([source], [], [], LOOK)[0]:
             read = os.read(source, 4096)
             if not read:
@@ -78,7 +80,10 @@ def _watch(robots: dict[int, int]) -> None:
             *lines, unread = (unread + read).split(b"\n")
             for line in lines:
                 what, which = line.decode().split()
-                if int(which) in robots:
+                is_last |= what == "end"
+                if what == "start":
+                    robots[int(which)] = start(int(which))
+                elif what in SIGNALS and int(which) in robots:
                     os.kill(robots[int(which)], getattr(signal, SIGNALS[what]))
             if lines:
                 sys.stdout.write("done\n")

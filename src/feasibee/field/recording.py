@@ -17,7 +17,7 @@ from feasibee.field.replay import LOG_LIMIT, damaged, parsed
 from feasibee.field.worldlog import VERSION
 from feasibee.files.reading import named, read_text
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
-from feasibee.reference.mind import BYZANTINE, STOPPED
+from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED
 from feasibee.scenario.paths import toml_tables
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -31,8 +31,8 @@ FAR: Final = 2**40
 class Recording:
     """A field, step by step as its world logged it: the part of ``Swarm`` that a painter of frames needs.
 
-    Positions, opinions and decisions are those of the log. Tasks, faulty robots and the truth follow from its
-    scenario, seed and run. No strategy is run.
+    Who is there, positions of robots, opinions, decisions and the truth are those of the log. Positions of
+    tasks and faulty robots follow from its scenario, seed and run. No strategy is run.
 
     Parameters
     ----------
@@ -52,73 +52,85 @@ class Recording:
         if not lines:
             raise damaged(path, 1, "is incomplete")
         self.scenario, bodies = _head(path, lines[0])
-        self.truth = bool(bodies.truth)
-        self.faults, steps = _steps(path, lines[1:], self.scenario.robots.count)
-        self.step, self.last = 0, len(steps) - 1
-        self._places = np.stack([step.bodies for step in steps])
-        self._minds = np.stack([step.minds for step in steps])
-        self._decisions = [step.decision for step in steps]
-        self.decided = self._decisions[-1]
-        self._unit = float(bodies.world.unit)
-        self.tasks = self._in_units(np.array(list(bodies.tasks.values()), np.int64).reshape(-1, 2))
-        self.task_numbers = np.arange(len(self.tasks))
-        self._lost: NDArray[np.bool_] = np.zeros(self._places.shape[:2], np.bool_)
-        for number, step in enumerate(steps):
-            self._lost[number, step.lost] = True
-        faults = np.array([body.fault for body in bodies.bodies])
-        stopped = np.arange(len(steps)) >= self.scenario.faults.stop_step
-        self._works: NDArray[np.bool_] = ~self._lost & ~(stopped[:, None] & (faults == STOPPED))
-        self._counted: NDArray[np.bool_] = self._works & (faults != BYZANTINE)
-        self._counts: NDArray[np.int64] = self._counted.sum(axis=1)
+        self.faults, self._steps = _steps(path, lines[1:], self.scenario)
+        self.step, self.last = 0, len(self._steps) - 1
+        self.decided = self._steps[-1].decision
+        self._world = bodies.world
+        faults = np.array([body.fault for body in bodies.everyone[: self.scenario.robots.count]])
+        shown = [step.shown(number, faults, self.scenario) for number, step in enumerate(self._steps)]
+        self._works = [works for works, _ in shown]
+        self._counted = [counted for _, counted in shown]
+        self._counts: NDArray[np.int64] = np.array([each.sum() for each in self._counted])
+        held = [step.minds[:, 0][counts] for step, counts in zip(self._steps, self._counted, strict=True)]
         self._holding: dict[int, NDArray[np.int64]] = {
-            opinion: ((self._minds[:, :, 0] == opinion) & self._counted).sum(axis=1)
+            opinion: np.array([(each == opinion).sum() for each in held])
             for opinion in (FEASIBLE, INFEASIBLE)
         }
+        self._truths: NDArray[np.bool_] = np.array([step.truth for step in self._steps], np.bool_)
 
     def advance(self, steps: int = 1) -> None:
         """Go on by a number of steps."""
         self.step += steps
 
     @property
+    def tasks(self) -> NDArray[np.float64]:
+        """Positions of the tasks at this step in units: float64, shape (tasks, 2)."""
+        places = [self._world.task_place(number) for number in self._steps[self.step].tasks]
+        return self._in_units(np.array(places, np.int64).reshape(-1, 2))
+
+    @property
+    def task_numbers(self) -> NDArray[np.int64]:
+        """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
+        return np.array(self._steps[self.step].tasks, np.int64)
+
+    @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2)."""
-        return self._in_units(self._places[self.step, :, :2])
+        return self._rows(self._in_units(self._steps[self.step].bodies[:, :2]), 0.0)
 
     @property
     def headings(self) -> NDArray[np.float64]:
         """Directions of robots in radians: float64, shape (robots,); 0 if a robot stopped or is lost."""
-        dx, dy = self._places[self.step, :, 2:].T
-        return np.where(self._works[self.step], np.arctan2(dy, dx), 0.0)
+        dx, dy = self._steps[self.step].bodies[:, 2:].T
+        return self._rows(np.where(self._works[self.step], np.arctan2(dy, dx), 0.0), 0.0)
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """True for each robot, lost or not: bool, shape (robots,)."""
-        return np.ones(self.scenario.robots.count, np.bool_)
+        """Whether a robot, lost or not, has each number at this step: bool, shape (robots,)."""
+        return self._rows(np.ones(len(self._steps[self.step].robots), np.bool_), False)
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """Opinions that the robots last reported: int8, shape (robots,)."""
-        return self._minds[self.step, :, 0]
+        return self._rows(self._steps[self.step].minds[:, 0], -1)
 
     @property
     def declared(self) -> NDArray[np.int8]:
         """What each robot has declared: int8, shape (robots,), -1 for nothing."""
-        return self._minds[self.step, :, 1]
+        return self._rows(self._steps[self.step].minds[:, 1], -1)
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
         """Whether each robot is disseminating: bool, shape (robots,)."""
-        return self._minds[self.step, :, 2].astype(np.bool_) & self._works[self.step, :]
+        tells = self._steps[self.step].minds[:, 2].astype(np.bool_)
+        return self._rows(tells & self._works[self.step], False)
 
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Whether each robot counts in the decision: bool, shape (robots,)."""
-        return self._counted[self.step, :]
+        return self._rows(self._counted[self.step], False)
 
     @property
     def lost(self) -> NDArray[np.bool_]:
         """Whether each robot's process is silent: bool, shape (robots,)."""
-        return self._lost[self.step, :]
+        step = self._steps[self.step]
+        return self._rows(np.isin(step.robots, step.lost), False)
+
+    def _rows(self, values: NDArray[Any], nobody: float) -> NDArray[Any]:
+        """Return values of the robots of this step by number, with another one for free numbers."""
+        found = np.full((self.scenario.most.robots, *values.shape[1:]), nobody, values.dtype)
+        found[self._steps[self.step].robots] = values
+        return found
 
     @property
     def feasible_counts(self) -> NDArray[np.int64]:
@@ -153,8 +165,13 @@ class Recording:
 
     @property
     def truths(self) -> NDArray[np.bool_]:
-        """Whether the tasks were feasible at each step so far: always as now."""
-        return np.full(self.step + 1, self.truth)
+        """Whether the tasks were feasible at each step so far."""
+        return self._truths[: self.step + 1]
+
+    @property
+    def truth(self) -> bool:
+        """Whether the tasks of this step are feasible for the robots of this step."""
+        return bool(self._truths[self.step])
 
     @property
     def decision(self) -> int:
@@ -167,7 +184,7 @@ class Recording:
     @property
     def first_decision(self) -> tuple[int, int]:
         """First decision of the field so far and its step; -1 and -1 while undecided."""
-        return self._decisions[self.step]
+        return self._steps[self.step].decision
 
     def notes_at(self, step: int) -> list[str]:
         """Return lines on the last fault of processes, on radio that is cut, and on lost robots at a step."""
@@ -179,11 +196,13 @@ class Recording:
             if fault.kind == PARTITION and fault.step <= step < fault.step + fault.lasts
         ]
         notes = [f"step {fault.step}: {fault_in_words(fault._asdict())}" for fault in sorted(lines)]
-        lost = np.flatnonzero(self._lost[step]).tolist()
+        there = self._steps[step]
+        named = zip(there.robots, there.processes, strict=True)
+        lost = [process for number, process in named if number in there.lost]
         return [*notes, f"lost: {numbers_in_words(lost)}"] if lost else notes
 
     def _in_units(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
-        return places.astype(np.float64) * self._unit
+        return places.astype(np.float64) * float(self._world.unit)
 
 
 class _Step(NamedTuple):
@@ -195,6 +214,24 @@ class _Step(NamedTuple):
     """Opinion, declaration, and whether it disseminates, of each robot."""
     lost: list[int]
     decision: tuple[int, int]
+    robots: list[int]
+    """Numbers of the robots."""
+    processes: list[int]
+    """Numbers of their processes; those of the robots of the start are the lowest."""
+    tasks: list[int]
+    """Numbers of the tasks."""
+    truth: int
+
+    def shown(
+        self, number: int, faults: NDArray[np.str_], scenario: Scenario
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which robots work and which ones count at this step; ``faults`` are those of the start."""
+        each_has = (faults[each] if each < len(faults) else HONEST for each in self.processes)
+        has = np.array(list(each_has), np.str_)
+        works = ~np.isin(self.robots, self.lost)
+        if number >= scenario.faults.stop_step:
+            works &= has != STOPPED
+        return works, works & (has != BYZANTINE)
 
 
 def _head(path: Path, text: str) -> tuple[Scenario, Bodies]:
@@ -210,7 +247,7 @@ def _head(path: Path, text: str) -> tuple[Scenario, Bodies]:
         tables = toml_tables(toml, "scenario")
         scenario = Scenario.from_tables(tables, source=source, trusted=False)
         one = Runs.single(head.get("seed"), head.get("run"))  # type: ignore[arg-type]  # it checks them
-        if scenario.robots.count <= ROBOTS_LIMIT:
+        if scenario.most.robots <= ROBOTS_LIMIT:
             return scenario, Bodies(scenario, one.seed, one.first)
         why = f"more than {ROBOTS_LIMIT:,} robots"
     except FeasibeeError as error:
@@ -218,39 +255,46 @@ def _head(path: Path, text: str) -> tuple[Scenario, Bodies]:
     raise damaged(path, 1, f"has a field that can't be: {why}")
 
 
-def _steps(path: Path, lines: list[str], robots: int) -> tuple[list[Fault], list[_Step]]:
+def _steps(path: Path, lines: list[str], scenario: Scenario) -> tuple[list[Fault], list[_Step]]:
     """Return the faults and the steps of a log's lines after the first."""
     faults: list[Fault] = []
     steps: list[_Step] = []
     for at, text in enumerate(lines, 2):
         line = parsed(path, at, text)
         if "event" not in line:
-            steps.append(_step(path, at, line, len(steps), robots))
+            steps.append(_step(path, at, line, len(steps), scenario))
         elif line["event"] == "fault":
-            faults.append(_fault(path, at, line, robots))
-        elif line["event"] not in ("lost", "back"):
+            faults.append(_fault(path, at, line, scenario.robots.count))
+        elif line["event"] not in ("lost", "back", "comes", "leaves"):
             raise damaged(path, at, "has no valid event")
     if not steps:
         raise FeasibeeError(f"{named(path)}: has no step; run the field again, longer")
     return sorted(faults, key=lambda fault: fault.step), steps
 
 
-def _step(path: Path, at: int, line: dict[str, Any], number: int, robots: int) -> _Step:
+def _step(path: Path, at: int, line: dict[str, Any], number: int, scenario: Scenario) -> _Step:
     """Return a step's line, if it can be one."""
-    bodies, minds, lost, decision = (line.get(name, []) for name in _Step._fields)
+    given: list[Any] = [line.get(name) for name in _Step._fields]
+    bodies, minds, lost, decision, robots, processes, tasks, truth = given
+    most = scenario.most
+    there = len(robots) if isinstance(robots, list) else 0
     fits = {
         f"step {number}": is_whole(line.get("step"), number, number),
-        "bodies": _is_list(bodies, robots) and all(map(_is_body, bodies)),
-        "minds": _is_list(minds, robots) and all(map(is_status, minds)),
-        "lost": "lost" in line and _are_robots(lost, robots),
+        "robots": _are_numbers(robots, most.robots),
+        "processes": _are_numbers(processes, ROBOTS_LIMIT) and len(processes) == there,
+        "tasks": _are_numbers(tasks, most.tasks),
+        "truth": is_whole(truth, 0, 1),
+        "bodies": _is_list(bodies, there) and all(map(_is_body, bodies)),
+        "minds": _is_list(minds, there) and all(map(is_status, minds)),
+        "lost": _are_numbers(lost, most.robots),
         "decision": _is_decision(decision, number),
     }
     for name, fit in fits.items():
         if not fit:
             raise damaged(path, at, f"has no valid {name}")
-    shown = [(opinion, declared, tells) for opinion, _, declared, tells, _ in minds]
-    places = np.array([body[:4] for body in bodies], np.int64)
-    return _Step(places, np.array(shown, np.int8), lost, (decision[0], decision[1]))
+    shown = np.array([(mind[0], mind[2], mind[3]) for mind in minds], np.int8).reshape(-1, 3)
+    places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
+    return _Step(places, shown, lost, (decision[0], decision[1]), robots, processes, tasks, truth)
 
 
 def _fault(path: Path, at: int, line: dict[str, Any], robots: int) -> Fault:
@@ -259,7 +303,7 @@ def _fault(path: Path, at: int, line: dict[str, Any], robots: int) -> Fault:
     if not (
         is_whole(step, 1, FAR)
         and kind in KINDS
-        and _are_robots(numbers, robots)
+        and _are_numbers(numbers, robots)
         and type(lasts) in (int, float)
         and 0 <= lasts <= FAR  # type: ignore[operator]
     ):
@@ -283,5 +327,5 @@ def _is_decision(value: Any, now: int) -> bool:
     return is_whole(opinion, UNDECIDED, FEASIBLE) and is_whole(step, least, most)
 
 
-def _are_robots(value: Any, robots: int) -> bool:
-    return isinstance(value, list) and all(is_whole(each, 0, robots - 1) for each in value)
+def _are_numbers(value: Any, limit: int) -> bool:
+    return isinstance(value, list) and all(is_whole(each, 0, limit - 1) for each in value)

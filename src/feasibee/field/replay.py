@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.field.checks import is_heard, is_place, is_sighting, is_status, is_whole
+from feasibee.field.checks import is_heard, is_insight, is_place, is_sighting, is_status, is_whole
 from feasibee.field.node import VERSION, Node, Words
 from feasibee.files.reading import named, read_text
 from feasibee.model.codes import DECISIONS
@@ -64,7 +64,7 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         line = _step(path, at, text)
         draws.extend(_draws(path, at, line))
         try:
-            node.speak(line["step"], tuple(line["place"]))
+            node.speak(line["step"], tuple(line["place"]), line.get("insight"))
             node.sense(line["see"])
             node.finish(line["heard"])
         except IndexError:
@@ -115,6 +115,7 @@ def _step(path: Path, at: int, text: str) -> dict[str, Any]:
         "see": isinstance(see, list) and all(map(is_sighting, see)),
         "heard": isinstance(heard, list) and all(map(is_heard, heard)),
         "status": is_status(line.get("status")),
+        "insight": is_insight(line.get("insight")),
     }
     for name, fit in fits.items():
         if not fit:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from feasibee.field.addresses import split_address
-from feasibee.field.checks import BYE, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
+from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
 from feasibee.field.frames import Frame, Frames
 from feasibee.field.links import Link, open_link
 from feasibee.field.node import HEARD_LIMIT, Node
@@ -23,8 +23,8 @@ RETRY = 0.2
 """Seconds after which a robot that has no answer asks again."""
 IDLE = 1.0
 """Seconds after which a robot without orders lets the world know that it is there."""
-KEPT = 3
-"""Number of answers that a robot keeps: a world that starts again asks for at most two earlier ones."""
+KEPT = 2
+"""Number of answers that a robot keeps: a world that starts again asks for the latest one."""
 KEY_VARIABLE = "FEASIBEE_FIELD_KEY"
 """Environment variable of the shared key."""
 GONE = 3
@@ -69,15 +69,19 @@ class Robot:
         orders = self._join()
         if orders is None:
             return 2 if self.why else GONE
+        if not orders:
+            return 0
         self._node = Node(orders, self._write if self._log else None, strategy=self._strategy)
         self._place = tuple(orders["settings"]["place"])
         self._frames.session = orders["session"]
-        self._ready = {"t": 0, "said": None, "was": list(self._node.status)}
+        self._first = orders["settings"]["step"]
+        self._insight: Any = None
+        self._ready = {"t": 0, "said": None, "was": list(self._node.status), "ends": False}
         self._send(SAID, self._ready)
         return self._free(orders["clock"]) if orders["clock"] else self._lockstep()
 
     def _join(self) -> dict[str, Any] | None:
-        """Ask the world for the robot's settings until it answers."""
+        """Ask the world for the robot's settings until it answers; return nothing if it has ended."""
         nonce = random.SystemRandom().getrandbits(63)
         asked = 0.0
         while not self._is_alone():
@@ -85,6 +89,8 @@ class Robot:
                 self._send(HELLO, {"nonce": nonce})
                 asked = time.monotonic()
             frame = self._receive(RETRY)
+            if frame is not None and frame.kind == BYE:
+                return {}
             if frame is None or frame.body.get("nonce") != nonce:
                 continue
             if frame.kind == REFUSED:
@@ -95,35 +101,39 @@ class Robot:
         return None
 
     def _lockstep(self) -> int:
-        """Answer each step of the world; a step that comes again gets the same answer."""
-        self._answers = {0: self._ready}
+        """Answer each order of the world; one that comes again gets the same answer."""
+        self._answers = {(0, False): self._ready}
+        self._has_begun = False
         sent = time.monotonic()
         while not self._is_alone():
             frame = self._receive(RETRY)
             if frame is not None and frame.kind == BYE:
                 return 0
-            if frame is not None and frame.kind == STEP:
-                self._step(frame.body)
+            if frame is not None and frame.kind in (STEP, END):
+                self._obey(frame)
                 sent = time.monotonic()
             elif time.monotonic() - sent > IDLE:
                 self._send(SAID, self._answers[max(self._answers)])
                 sent = time.monotonic()
         return GONE
 
-    def _step(self, body: Mapping[str, Any]) -> None:
-        """End the step before and begin one, unless this has been done."""
-        step, latest = body["t"], max(self._answers)
-        if step > latest:
-            if latest:
-                self._node.finish(body["heard"])
-            answer: dict[str, Any] = {"t": step, "was": list(self._node.status), "said": None}
-            if not body.get("end"):
-                answer["said"] = self._node.speak(step, tuple(body["place"]))
+    def _obey(self, frame: Frame) -> None:
+        """Begin a step or end one, unless this has been done."""
+        body, ends = frame.body, frame.kind == END
+        order = body["t"], ends
+        if order > max(self._answers):
+            if self._has_begun:  # a robot that was silent hasn't heard anything
+                self._node.finish(body.get("heard", ()))
+            self._has_begun = not ends
+            answer = {"t": body["t"], "was": list(self._node.status), "said": None, "ends": ends}
+            if not ends:
+                answer["said"] = self._node.speak(body["t"], tuple(body["place"]), body.get("insight"))
                 self._node.sense(body["see"])
-            self._answers[step] = answer
-            self._answers.pop(min(self._answers) if len(self._answers) > KEPT else -1, None)
-        if step in self._answers:
-            self._send(SAID, self._answers[step])
+            self._answers[order] = answer
+            while len(self._answers) > KEPT:
+                del self._answers[min(self._answers)]
+        if order in self._answers:
+            self._send(SAID, self._answers[order])
 
     def _free(self, clock: Mapping[str, float]) -> int:
         """Step by the robot's own clock, with what it saw and heard last."""
@@ -134,7 +144,7 @@ class Robot:
         noise = random.Random()
         period = clock["period"] * (1.0 + clock["drift"])
         due = time.monotonic() + period * noise.random()
-        step = 0
+        step = self._first
         while not self._is_alone():
             now = time.monotonic()
             if now < due:
@@ -144,13 +154,14 @@ class Robot:
                 if frame is not None:
                     self._take(frame)
                 continue
-            if step:
+            if step > self._first:
                 self._node.sense(self._see)
                 self._node.finish(self._heard)
                 self._see, self._heard = [], []
             step += 1
             was = list(self._node.status)
-            said = self._node.speak(step, self._place)
+            said = self._node.speak(step, self._place, self._insight)
+            self._insight = None
             self._send(TICK, {"t": step, "said": said, "was": was})
             due += period * (1.0 + clock["jitter"] * (2.0 * noise.random() - 1.0))
             if time.monotonic() > due + period:  # it was stopped, or the machine is busy
@@ -171,6 +182,7 @@ class Robot:
         body = frame.body
         if frame.kind == SIGHT:
             self._see, self._place = body["see"], tuple(body["place"])
+            self._insight = body.get("insight") or self._insight
         elif frame.kind == HEARD:
             if len(self._heard) < HEARD_LIMIT:
                 self._heard.append(body["heard"])

@@ -78,6 +78,7 @@ class Field:
         self._environment = {**os.environ, KEY_VARIABLE: network.key}
         self._world: Process | None = None
         self._nursery: Process | None = None
+        self._started: set[int] = set()
         self._joined_at = time.monotonic()
 
     def run(self) -> dict[str, Any]:
@@ -93,6 +94,7 @@ class Field:
             for event in self._events():
                 self._follow(event)
                 if event["event"] == "result":
+                    self._tell_robots("end", [0])
                     return self._result(event)
                 if event["event"] == "error":
                     raise FeasibeeError(str(event["why"]))
@@ -108,7 +110,10 @@ class Field:
         """Act on an event of the world."""
         self._tell(event)
         if event["event"] == "listening" and self._starts_robots and self._nursery is None:
-            self._start_robots(event["address"])
+            self._start_robots(event["address"], event["robots"])
+        elif event["event"] == "comes" and event["robot"] not in self._started:
+            self._started.add(event["robot"])  # a world that starts again says it once more
+            self._tell_robots("start", [event["robot"]])
         elif event["event"] == "joined":
             self._joined_at = time.monotonic()
         elif event["event"] == "fault":
@@ -126,7 +131,7 @@ class Field:
             self._start_world(resumes=True)
 
     def _tell_robots(self, command: str, numbers: Iterable[int]) -> None:
-        """Have robots killed, stopped or continued; wait until it has happened."""
+        """Have robots started, killed, stopped or continued; wait until it has happened."""
         _write(self._nursery, "".join(f"{command} {number}\n" for number in numbers))
         if self._nursery is not None and self._nursery.stdout is not None:
             self._nursery.stdout.readline()
@@ -143,12 +148,12 @@ class Field:
         }
         self._world = _started("worldprocess", order, self._environment)
 
-    def _start_robots(self, address: str) -> None:
+    def _start_robots(self, address: str, numbers: list[int]) -> None:
         manifest = self._plan.scenario.manifest
         host, port = split_address(address)
         order = {
             "connect": address if host not in ("0.0.0.0", "::") else join_address(DEFAULT_HOST, port),
-            "numbers": list(range(self._plan.scenario.robots.count)),
+            "numbers": numbers,
             "transport": self._network.transport,
             "patience": max(20.0, 4 * self._plan.patience),
             "strategy_file": manifest.name if manifest.source else None,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from feasibee.field.checks import MARKS, REFUSED, SCENE, STATE, VIEW
 from feasibee.field.frames import Frame, Frames
+from feasibee.reference.mind import BYZANTINE, HONEST, STUBBORN
 
 if TYPE_CHECKING:
     from feasibee.field.bodies import Bodies, Body
@@ -63,7 +64,7 @@ class Viewers:
         self._latest: dict[str, Any] | None = None
         self._shown: tuple[int, Sequence[Sequence[int]]] | None = None
         self._scene: dict[str, Any] | None = None
-        self._recent: deque[dict[str, Any]] = deque(maxlen=max(1, RECENT // len(world.bodies.bodies)))
+        self._recent: deque[dict[str, Any]] = deque(maxlen=1 + RECENT // (1 + len(world.bodies.bodies)))
         self._recent_until = math.inf
 
     def answer(self, frame: Frame, peer: Hashable) -> None:
@@ -141,6 +142,7 @@ def scene_of(world: Watched) -> dict[str, Any]:
     """Return what stays as it is in a field: the numbers of its scenario that a viewer draws."""
     plan, bodies = world.plan, world.bodies
     scenario = plan.scenario
+    free = scenario.most.robots - scenario.robots.count
     return {
         "strategy": scenario.manifest.name.rpartition("/")[2][:100],
         "seed": plan.seed,
@@ -157,9 +159,11 @@ def scene_of(world: Watched) -> dict[str, Any]:
         "declares": bool(scenario.manifest.declares),
         "seconds": float(scenario.units.seconds or 0),
         "truth": bool(bodies.truth),
-        "faults": [body.fault for body in bodies.bodies],
+        "changes": scenario.dynamic,
+        "robots": scenario.robots.count,
+        "faults": [body.fault for body in bodies.everyone[: scenario.robots.count]] + [HONEST] * free,
         "classes": [each.name for each in scenario.robots.classes],
-        "kinds": [body.kind for body in bodies.bodies],
+        "kinds": bodies.robot_kinds,
         "tasks": [coarse(world, place) for place in bodies.tasks.values()],
     }
 
@@ -167,8 +171,12 @@ def scene_of(world: Watched) -> dict[str, Any]:
 def view_of(world: Watched, step: int, places: Sequence[Sequence[int]]) -> dict[str, Any]:
     """Return one step of a field: places, opinions, phases, counts, silent robots and the decision."""
     bodies = world.bodies
+    tasks = bodies.tasks.values() if world.plan.scenario.dynamic else ()
     return {
         "t": step,
+        "numbers": [body.number for body in bodies.bodies],
+        "tasks": [coarse(world, place) for place in tasks],
+        "truth": bool(bodies.truth),
         "places": [coarse(world, each) for each in places],
         "headings": [round(math.atan2(dy, dx) * 128 / math.pi) % 256 for _, _, dx, dy, *_ in places],
         "opinions": [body.remote.opinion for body in bodies.bodies],
@@ -196,5 +204,7 @@ def _marks(body: Body, step: int) -> int:
         "committed": mind.committed,
         "declared": mind.declared >= 0,
         "working": body.works(step),
+        "byzantine": body.fault == BYZANTINE,
+        "stubborn": body.fault == STUBBORN,
     }
     return sum(having[name] << bit for bit, name in enumerate(MARKS))

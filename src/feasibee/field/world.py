@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.bodies import Bodies, Body
-from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, VIEW, WELCOME
+from feasibee.field.bodies import Bodies, Body, Change
+from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, VIEW, WAIT, WELCOME
 from feasibee.field.faults import PARTITION, PROCESS, Fault
 from feasibee.field.frames import ROBOTS_LIMIT, Frame, Frames
 from feasibee.field.links import Link
+from feasibee.field.measures import tracked
 from feasibee.field.node import Status
 from feasibee.field.plan import Plan
 from feasibee.field.viewers import Viewers
@@ -54,13 +55,15 @@ class World:
         resumes: bool = False,
         wait_for_go: Callable[[], object] = lambda: None,
     ) -> None:
-        if plan.scenario.robots.count > ROBOTS_LIMIT:
-            raise FeasibeeError(f"robots.count: a field has at most {ROBOTS_LIMIT:,} robots; use fewer")
+        if plan.scenario.most.robots > ROBOTS_LIMIT:
+            raise FeasibeeError(f"robots: a field has at most {ROBOTS_LIMIT:,}; use fewer")
         self.plan, self.link, self.frames, self.report = plan, link, frames, report
         self.bodies = Bodies(plan.scenario, plan.seed, plan.run)
         self.step = 0
         self.decision, self.decision_step = UNDECIDED, -1
+        self._tracked: list[tuple[int, int]] = []
         self._peers: dict[int, Hashable] = {}
+        self._waiting: dict[int, Hashable] = {}
         self._nonces: dict[int, int] = {}
         self._wait_for_go = wait_for_go
         self._cut_until = -1.0
@@ -77,16 +80,23 @@ class World:
         for line in lines:
             if line.get("event") == "fault":
                 self._begin_fault(self._faults.pop(0))
-        state = next((line for line in reversed(lines) if "bodies" in line), None)
-        if state is None:
-            return
-        self.step = self._recorded = state["step"]
-        self.decision, self.decision_step = state["decision"]
-        self.said = {number: text for number, text in enumerate(state["said"]) if text is not None}
-        for body, kept, status in zip(self.bodies.bodies, state["bodies"], state["minds"], strict=True):
+            elif "bodies" in line:
+                self._restore(line)
+
+    def _restore(self, line: Mapping[str, Any]) -> None:
+        """Put the world into the state after a step of the log, the one after its present state."""
+        if line["step"]:
+            self.bodies.change(line["step"])
+        for body, kept, status in zip(self.bodies.bodies, line["bodies"], line["minds"], strict=True):
             body.restore(kept)
             body.remote.report(Status(*status))
-            body.lost = body.number in state["lost"]
+            body.lost = body.number in line["lost"]
+            body.knows = None
+        self.step = self._recorded = line["step"]
+        self.decision, self.decision_step = line["decision"]
+        self._tracked.append((self.bodies.truth, self.bodies.decision))
+        spoke = zip(self.bodies.bodies, line["said"], strict=True)
+        self.said = {body.process: text for body, text in spoke if text is not None}
 
     def gather(self) -> None:
         """Wait until all robots have joined and are ready.
@@ -96,22 +106,47 @@ class World:
         FeasibeeError
             If some don't come in time.
         """
-        ready: set[int] = set()
+        missing = [body.process for body in self._wait_for(self.bodies.bodies)]
+        if missing:
+            shown = ", ".join(map(str, missing[:10])) + (" and more" if len(missing) > 10 else "")
+            raise FeasibeeError(
+                f"robots {shown}: did not join within {self.plan.wait:g} s; start them, or raise --wait"
+            )
+        self.report({"event": "joined", "robots": len(self.bodies.bodies)})
+
+    def _wait_for(self, bodies: list[Body]) -> list[Body]:
+        """Wait until robots have joined and are ready; return those that don't come in time."""
+        missing = {body.process for body in bodies}
         until = time.monotonic() + self.plan.wait
-        count = len(self.bodies.bodies)
-        while len(ready) < count:
+        while missing and time.monotonic() < until:
             frame = self.receive(0.2)
-            if frame is not None and frame.kind == SAID and frame.body["t"] == 0:
-                self.body(frame).remote.report(Status(*frame.body["was"]))
-                ready.add(frame.robot)
-                self.answer(self.body(frame))
-            if time.monotonic() > until:
-                missing = [number for number in range(count) if number not in ready]
-                shown = ", ".join(map(str, missing[:10])) + (" and more" if len(missing) > 10 else "")
+            if frame is not None and frame.kind == SAID:
+                body = self.body(frame)
+                if frame.robot in missing:
+                    body.remote.report(Status(*frame.body["was"]))
+                    missing.discard(frame.robot)
+                self.answer(body)
+        return [body for body in bodies if body.process in missing]
+
+    def change(self, *, waits: bool) -> Change:
+        """Begin a step: let the world change. The processes of robots that leave end, those of others begin.
+
+        ``waits`` is whether to wait for those that begin.
+        """
+        change = self.bodies.change(self.step)
+        for body in change.left:
+            self._tell("leaves", body)
+            for _ in range(3):  # a packet may be lost; who writes again gets another one
+                self.send(body, BYE, {})
+        for body in change.joined:
+            if body.process >= ROBOTS_LIMIT:
                 raise FeasibeeError(
-                    f"robots {shown}: did not join within {self.plan.wait:g} s; start them, or raise --wait"
+                    f"robots: more than {ROBOTS_LIMIT:,} have come to this field; use fewer steps"
                 )
-        self.report({"event": "joined", "robots": count})
+            self._tell("comes", body)
+        for body in self._wait_for(change.joined) if waits else ():
+            self.lose(body)
+        return change
 
     def receive(self, timeout: float) -> Frame | None:
         """Return the next packet of a robot that has joined; answer those that join."""
@@ -125,26 +160,36 @@ class World:
         if frame.kind == VIEW:
             self._viewers.answer(frame, received[1])
             return None
-        if frame.robot >= len(self.bodies.bodies):
+        if frame.robot >= len(self.bodies.everyone):
             self.frames.dropped["of no robot"] += 1
             return None
         self._peers[frame.robot] = received[1]
+        if self.body(frame).has_left:
+            self.send(self.body(frame), BYE, {})
+            return None
         return frame
 
     def _join(self, frame: Frame, peer: Hashable) -> None:
-        """Welcome a robot with its settings, or say why it can't join."""
-        count, nonce = len(self.bodies.bodies), frame.body["nonce"]
+        """Welcome a robot with its settings, let it wait until it comes, or say why it can't join."""
+        count, nonce = len(self.bodies.everyone), frame.body["nonce"]
         why = ""
+        if frame.robot >= count and self.plan.scenario.dynamic:
+            self._waiting[frame.robot] = peer
+            self.link.send(self.frames.write(WAIT, frame.robot, {"nonce": nonce}), peer)
+            return
         if frame.robot >= count:
             why = f"this field has robots 0 to {count - 1}; use one of these as --id"
+        elif self.bodies.everyone[frame.robot].has_left:
+            why = "the robot of this number has left; use another --id"
         elif self._nonces.setdefault(frame.robot, nonce) != nonce:
             why = "a robot of this number has joined already; use another --id"
         if why:
             packet = self.frames.write(REFUSED, frame.robot, {"nonce": nonce, "why": why})
             self.link.send(packet, peer)
             return
+        self._waiting.pop(frame.robot, None)
         self._peers[frame.robot] = peer
-        body = self.bodies.bodies[frame.robot]
+        body = self.body(frame)
         self.send(body, WELCOME, self._welcome(body))
 
     def _welcome(self, body: Body) -> dict[str, Any]:
@@ -152,27 +197,28 @@ class World:
         clock = None
         if not plan.lockstep:
             # Not a draw of the model: clocks differ between fields of the same seed.
-            drift = random.Random(f"{self.frames.session} {body.number}").uniform(-plan.drift, plan.drift)
+            drift = random.Random(f"{self.frames.session} {body.process}").uniform(-plan.drift, plan.drift)
             clock = {"period": 1.0 / plan.hz, "drift": drift, "jitter": plan.jitter}
         orders = self.bodies.orders(body)
-        nonce = self._nonces.get(body.number, 0)
+        orders["settings"]["step"] = max(0, self.step - 1)  # in free running, starting has taken some steps
+        nonce = self._nonces.get(body.process, 0)
         return {"nonce": nonce, "session": self.frames.session, "clock": clock, **orders}
 
     def send(self, body: Body, kind: int, content: dict[str, Any]) -> None:
         """Send a packet to a robot, if it has joined."""
-        if body.number not in self._peers:
+        if body.process not in self._peers:
             return
         try:
-            packet = self.frames.write(kind, body.number, content)
+            packet = self.frames.write(kind, body.process, content)
         except ValueError as error:
             raise FeasibeeError(
-                f"robot {body.number}: {error}; use shorter messages or fewer robots"
+                f"robot {body.process}: {error}; use shorter messages or fewer robots"
             ) from None
-        self.link.send(packet, self._peers[body.number])
+        self.link.send(packet, self._peers[body.process])
 
     def body(self, frame: Frame) -> Body:
         """Return the body of the robot that sent a packet."""
-        return self.bodies.bodies[frame.robot]
+        return self.bodies.everyone[frame.robot]
 
     def answer(self, body: Body) -> None:
         """Let a robot know that the world is there; one that was silent takes part again."""
@@ -184,7 +230,7 @@ class World:
         """Return whether a message arrives: within range, not lost, and not cut off."""
         if sender is receiver:
             return False
-        half = len(self.bodies.bodies) // 2
+        half = self.plan.scenario.robots.count // 2
         if self.is_cut and (sender.number < half) != (receiver.number < half):
             return False
         return self.bodies.hears(receiver, sender)
@@ -206,7 +252,7 @@ class World:
 
     def lose(self, body: Body) -> None:
         """Count a silent robot no longer."""
-        body.lost = True
+        body.lost, body.knows = True, None
         self._tell("lost", body)
 
     def find(self, body: Body) -> None:
@@ -215,11 +261,11 @@ class World:
         self._tell("back", body)
 
     def _tell(self, what: str, body: Body) -> None:
-        event = {"event": what, "robot": body.number, "step": self.step}
+        event = {"event": what, "robot": body.process, "step": self.step}
         self.report(event)
         self.log.write(event)
 
-    def look(self, step: int, places: list[list[int]]) -> None:
+    def look(self, step: int) -> None:
         """Record a step: states of the bodies, opinions, messages, and the decision if it is new."""
         if step <= self._recorded:  # before the world was restarted
             return
@@ -227,18 +273,23 @@ class World:
         decision = self.bodies.decision
         if self.decision == UNDECIDED != decision:
             self.decision, self.decision_step = decision, step
+        self._tracked.append((self.bodies.truth, decision))
         counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
         self.report({"event": "step", "step": step, **counts})
-        self.log.write(
-            {
-                "step": step,
-                "bodies": places,
-                "minds": [body.remote.status for body in self.bodies.bodies],
-                "said": [self.said.get(body.number) for body in self.bodies.bodies],
-                "lost": self.lost,
-                "decision": [self.decision, self.decision_step],
-            }
-        )
+        places = [body.state() for body in self.bodies.bodies]
+        line = {
+            "step": step,
+            "bodies": places,
+            "minds": [body.remote.status for body in self.bodies.bodies],
+            "said": [self.said.get(body.process) for body in self.bodies.bodies],
+            "lost": self.lost,
+            "decision": [self.decision, self.decision_step],
+            "robots": [body.number for body in self.bodies.bodies],
+            "processes": [body.process for body in self.bodies.bodies],
+            "tasks": list(self.bodies.tasks),
+            "truth": self.bodies.truth,
+        }
+        self.log.write(line)
         self._viewers.show(step, places)
 
     @property
@@ -261,6 +312,8 @@ class World:
         for _ in range(3):  # a packet may be lost; a robot that gets none leaves after its patience
             for body in self.bodies.bodies:
                 self.send(body, BYE, {})
+            for number, peer in self._waiting.items():
+                self.link.send(self.frames.write(BYE, number, {}), peer)
         self._viewers.end()
         self.log.close()
         return {
@@ -270,8 +323,9 @@ class World:
             "robots": len(self.bodies.bodies),
             "feasible": self.bodies.feasible_count,
             "infeasible": self.bodies.infeasible_count,
-            "lost": self.lost,
+            "lost": [body.process for body in self.bodies.bodies if body.lost],
             "dropped": dict(self.frames.dropped),
+            **tracked(self.plan.scenario, self._tracked),
         }
 
 

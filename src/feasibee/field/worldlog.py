@@ -13,7 +13,7 @@ from feasibee.files.reading import named
 if TYPE_CHECKING:
     from feasibee.field.plan import Plan
 
-VERSION: Final = 2
+VERSION: Final = 3
 """Version of a world's log."""
 
 

@@ -41,7 +41,8 @@ def _run(order: Mapping[str, Any]) -> dict[str, Any]:
         frames = Frames(order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]
         world = World(plan, link, frames, print_event, log, resumes, _wait_for_go)
-        print_event({"event": "listening", "address": link.address})
+        robots = [body.process for body in world.bodies.bodies]
+        print_event({"event": "listening", "address": link.address, "robots": robots})
         if not resumes:
             world.gather()
         (Lockstep(world) if plan.lockstep else FreeRunning(world)).play()

@@ -137,7 +137,7 @@ def animate_field(
     _check(path, every, fps, size)
     field = Recording(Path(folder))
     if steps is None:
-        start, end = 0, _after(*field.decided, field.last)
+        start, end = 0, field.last if field.scenario.dynamic else _after(*field.decided, field.last)
     else:
         start, end = _given(steps, field.last, "the log's last step")
     shown = _shown(path, start, end, every)

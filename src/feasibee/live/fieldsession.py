@@ -147,7 +147,7 @@ class FieldSession:
 
     def _opened(self) -> dict[str, Any]:
         scene = self._field.scene
-        robots, tasks, faults = len(scene["faults"]), len(scene["tasks"]), scene["faults"]
+        robots, tasks, faults = scene["robots"], len(scene["tasks"]), scene["faults"]
         fields = {f"faults.{each}": faults.count(each) for each in ("stopped", "byzantine")}
         same = ("strategy", "size", "walls", "diameter", "sight", "radio", "threshold", "truth", "kinds")
         return {
@@ -164,9 +164,9 @@ class FieldSession:
             "fields": {**fields, "units.seconds": scene["seconds"]},
             "toml": "",
             "proof": f"{robots:,} robots, {tasks:,} tasks",
-            "changes": False,
+            "changes": scene["changes"],
             "robots": robots,
-            "numbers": robots,
+            "numbers": len(faults),
             "tasks": tasks,
             "robotClasses": scene["classes"],
             "step": self.step,
@@ -200,6 +200,8 @@ class FieldSession:
         words = [["Phase", phase], ["Opinion", opinion]]
         if robot in view.lost:
             words = [["Process", "silent: the robot isn't counted, and its body stands still"]]
+        elif "there" not in having:
+            words = [["Phase", "not there"]]
         elif "working" not in having:
             words = [["Phase", "stopped"]]
         words += [["Special", ", ".join(special)]] if special else []
@@ -231,17 +233,17 @@ class FieldSession:
             **{name: having[name] for name in ("disseminating", "working", "committed", "there")},
             declared_feasible=view.declared[0],
             declared_infeasible=view.declared[1],
-            tasks=len(scene["tasks"]),
-            placed=0,
-            truth=scene["truth"],
+            tasks=len(view.tasks if scene["changes"] else scene["tasks"]),
+            placed=len(view.tasks),
+            truth=view.truth,
             bits=0,
             robot_steps=0,
             feasible_counts=counts[:, 0],
             infeasible_counts=counts[:, 1],
             counted_counts=counts[:, 2],
-            truths=np.full(len(counts), scene["truth"], np.uint8),
-            task_x=np.zeros(0, np.uint16),
-            task_y=np.zeros(0, np.uint16),
+            truths=counts[:, 3],
+            task_x=view.tasks[:, 0],
+            task_y=view.tasks[:, 1],
             **view.shown._asdict(),
         )
 

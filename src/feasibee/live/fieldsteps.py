@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.field.checks import MARKS
-from feasibee.reference.mind import BYZANTINE, STUBBORN
 from feasibee.simulation.snapshot import FLAGS, Snapshot
 
 ROOM: Final = 64 * 2**20
@@ -35,6 +34,10 @@ class View(NamedTuple):
     """Numbers of the robots whose processes are silent."""
     is_cut: bool
     """Whether the radio is cut between the two halves of the robots."""
+    tasks: NDArray[np.uint16]
+    """Positions of the tasks in a world that changes, shape (tasks, 2); none in another one."""
+    truth: bool
+    """Whether the tasks of this step are feasible."""
 
 
 class FieldSteps:
@@ -51,7 +54,7 @@ class FieldSteps:
         self.views: list[View] = []
         self.first = 0
         self.has_ended = False
-        self._curves: list[tuple[int, int, int]] = []
+        self._curves: list[tuple[int, ...]] = []
 
     @property
     def latest(self) -> int:
@@ -64,19 +67,25 @@ class FieldSteps:
         return self.views[max(0, place - 1)]
 
     def counts(self, first: int, until: int) -> NDArray[np.int32]:
-        """Return the counts of steps from one to before another: int32, shape (steps, 3)."""
+        """Return counts and truth of steps from one to before another: int32, shape (steps, 4)."""
         found = self._curves[max(0, first - self.first) : max(0, until - self.first)]
-        return np.array(found, np.int32).reshape(-1, 3)
+        return np.array(found, np.int32).reshape(-1, 4)
+
+    def fits(self, body: Mapping[str, Any]) -> bool:
+        """Return whether a step is of robots that this field may have."""
+        numbers = {*body["numbers"], *body["lost"]}
+        return max(numbers, default=0) < len(self.scene["faults"])
 
     def keep(self, body: Mapping[str, Any]) -> None:
         """Keep a step; while all steps take too much memory, drop the oldest ones."""
-        view = view_of(body, self.scene["faults"])
+        view = view_of(body, len(self.scene["faults"]))
+        known = *view.counts, int(view.truth)
         if not self.views:
             self.first = view.step
         missing = view.step - self.latest if self.views else 1
         if missing > 0 and view.step - self.first < CURVE_LIMIT:
-            before = self._curves[-1:] or [view.counts]
-            self._curves += [*before * (missing - 1), view.counts]  # packets that were lost
+            before = self._curves[-1:] or [known]
+            self._curves += [*before * (missing - 1), known]  # packets that were lost
         if missing > 0:
             self.views.append(view)
         elif view.step == self.latest:  # a robot may have fallen silent meanwhile
@@ -86,27 +95,35 @@ class FieldSteps:
         self.has_ended = body["end"]
 
 
-def view_of(body: Mapping[str, Any], faults: Sequence[str]) -> View:
-    """Return a step as pages draw it; a silent robot has no opinion and doesn't work."""
-    robots = len(faults)
+def view_of(body: Mapping[str, Any], robots: int) -> View:
+    """Return a step as pages draw it, with a row for each of so many numbers that robots may have.
+
+    A silent robot has no opinion and doesn't work.
+    """
+    there = body["numbers"]
+
+    def rows(values: Any, dtype: type[np.generic]) -> NDArray[Any]:
+        found = np.zeros(robots, dtype)
+        found[there] = values
+        return found
+
     lost = np.zeros(robots, np.bool_)
     lost[body["lost"]] = True
-    opinions = np.array(body["opinions"], np.int8)
-    marks = np.array(body["marks"], np.uint16)
+    opinions, marks = rows(body["opinions"], np.int8), rows(body["marks"], np.uint16)
     having = {name: (marks >> bit & 1).astype(np.bool_) for bit, name in enumerate(MARKS)}
     having |= {
         "feasible": (opinions == 1) & ~lost,
         "neutral": (opinions == -1) | lost,
-        "byzantine": np.array([each == BYZANTINE for each in faults]),
-        "stubborn": np.array([each == STUBBORN for each in faults]),
-        "there": np.ones(robots, np.bool_),
+        "there": rows(True, np.bool_),
     }
     for name in ("disseminating", "working"):
         having[name] = having[name] & ~lost
     flags = np.zeros(robots, np.uint16)
     for bit, name in enumerate(FLAGS):
         flags |= having[name].astype(np.uint16) << np.uint16(bit)
-    x, y = np.array(body["places"], np.uint16).T
-    shown = Snapshot(x, y, flags, np.array(body["headings"], np.uint8))
+    x, y = np.array(body["places"], np.uint16).reshape(-1, 2).T
+    headings = rows(body["headings"], np.uint8)
+    shown = Snapshot(rows(x, np.uint16), rows(y, np.uint16), flags, headings)
+    tasks = np.array(body["tasks"], np.uint16).reshape(-1, 2)
     numbers: dict[str, Any] = {name: tuple(body[name]) for name in ("counts", "declared", "decision", "lost")}
-    return View(step=body["t"], shown=shown, is_cut=body["cut"], **numbers)
+    return View(body["t"], shown, is_cut=body["cut"], tasks=tasks, truth=body["truth"], **numbers)

@@ -132,7 +132,7 @@ class FieldView:
 
     def _take(self, frame: Frame) -> None:
         body = frame.body
-        if frame.kind == STATE and self._has_scene and len(body["places"]) == len(self.field.scene["faults"]):
+        if frame.kind == STATE and self._has_scene and self.field.fits(body):
             with self._changed:
                 self.field.keep(body)
                 self._changed.notify_all()
