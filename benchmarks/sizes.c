@@ -1,4 +1,8 @@
-/* The least program that uses the whole controller; with NOTHING, one that does nothing. */
+/* The least program that uses the whole controller; with NOTHING, one that does nothing.
+ *
+ * With FRAMES, messages come and go as bytes in the radio's memory. With KNOWLEDGE, they hold knowledge:
+ * sizes.py makes swarm.h, which has the setting.
+ */
 
 #ifdef NOTHING
 
@@ -10,11 +14,15 @@ int run(void)
 #else
 
 #include "feasibee.h"
+#ifdef KNOWLEDGE
+#include "swarm.h"
+#endif
 
 volatile uint16_t input[6]; /* what sensors and radio give */
 volatile uint16_t output;
 static struct feasibee_settings settings;
 static struct feasibee_robot robot;
+static struct feasibee_message message;
 static uint32_t state = 1;
 
 static uint32_t random_word(void)
@@ -40,23 +48,81 @@ static struct feasibee_choice draw_choice(void *context)
     return choice;
 }
 
-int run(void)
+#ifdef FRAMES
+
+static struct feasibee_wire wire;
+uint8_t *volatile radio; /* its memory isn't the controller's */
+
+static bool receive(feasibee_id *sender)
+{
+    return feasibee_decode(&wire, radio, input[3], sender, &message);
+}
+
+static void broadcast(void)
+{
+    output = (uint16_t)feasibee_encode(&wire, robot.me.id, &message, radio, input[4]);
+}
+
+#else
+
+static bool receive(feasibee_id *sender)
+{
+    message.opinion = input[3] & 1;
+    message.value = input[4];
+    *sender = (feasibee_id)input[5];
+    return true;
+}
+
+static void broadcast(void)
+{
+    output = message.value + message.opinion;
+}
+
+#endif
+
+static void see(void)
+{
+    feasibee_observe(&robot, input[1], input[2]);
+#ifdef KNOWLEDGE
+    struct feasibee_thing thing = {0};
+    thing.is_robot = input[1];
+    thing.id = input[2];
+    thing.hash = input[3];
+#ifdef FEASIBEE_DOUBLE
+    thing.x = robot.x = input[4];
+    thing.y = robot.y = input[5];
+#endif
+    feasibee_recognise(&robot, &thing);
+#endif
+}
+
+static void begin(void)
 {
     struct feasibee_me me = {0};
-    struct feasibee_message message = {0};
     settings = feasibee_defaults(&STRATEGY);
     settings.draw_duration = draw_duration;
     settings.draw_choice = draw_choice;
+#ifdef KNOWLEDGE
+    settings.setting = &setting;
+#else
     settings.commit.rounds = 3;
+#endif
+#ifdef FRAMES
+    wire = feasibee_wire_of(&settings, NAME, 5);
+#endif
     feasibee_begin(&robot, &settings, &me, 1);
+}
+
+int run(void)
+{
+    feasibee_id sender;
+    begin();
     while (input[0]) {
-        feasibee_observe(&robot, input[1], input[2]);
-        message.opinion = input[3] & 1;
-        message.value = input[4];
-        if (feasibee_listens(&robot))
-            feasibee_hear(&robot, (feasibee_id)input[5], &message);
+        see();
+        if (receive(&sender) && feasibee_listens(&robot))
+            feasibee_hear(&robot, sender, &message);
         if (feasibee_message(&robot, &message))
-            output = message.value + message.opinion;
+            broadcast();
         feasibee_end_step(&robot);
         output = robot.committed + robot.declared;
     }

@@ -1,7 +1,9 @@
 """Print flash and RAM of the C controller for each strategy and processor: make sizes.
 
 A program that calls all functions of the header is linked for each strategy and processor. Its sizes less
-those of a program that does nothing are what the controller takes. RAM is without the stack.
+those of a program that does nothing are what the controller takes. RAM is without the stack. There are three
+tables: strategies that pass on opinions; what messages as bytes add to two of them; and strategies that
+pass on knowledge, as bytes, for one swarm.
 """
 
 from __future__ import annotations
@@ -12,18 +14,26 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
 from feasibee import firmware
+from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Setting
 
 SOURCE = Path(__file__).parent / "sizes.c"
 INBOX = 32
-"""Number of senders whose latest message the robots keep."""
+"""Number of senders whose latest message the robots keep; 1 with knowledge, which counts no votes."""
+SWARM = (20, 40)
+"""Numbers of robots and tasks that strategies with knowledge can name."""
+QUIET = 300.0
+"""Quiet time in steps: without floating point it is given."""
+FRAMED = ("dmmd", "dc")
+"""Strategies for which the bytes that frames add are listed: one without a value, and one with."""
 SHARED = (
     *("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
     *("-Os", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"),
@@ -81,37 +91,99 @@ def available() -> list[str]:
     return [name for name, each in PROCESSORS.items() if each.found and (native or name != "x86-64")]
 
 
+def setting_of(strategy: str) -> Setting:
+    """Return the setting of a strategy with knowledge in the swarm of the table."""
+    built_in = STRATEGIES[strategy]
+    parameters = built_in.parameters | ({"quiet": QUIET} if "quiet" in built_in.parameters else {})
+    return setting_from(SWARM, (0, 0), False, None, parameters.values(), knows_count=built_in.needs_count)
+
+
+def macros_of(strategy: str, setting: Setting) -> dict[str, int]:
+    """Return the macros that a strategy with knowledge needs."""
+    known, sent = STRATEGIES[strategy].row_lengths(setting)
+    return {"FEASIBEE_WORDS": known, "FEASIBEE_MESSAGE_WORDS": sent}
+
+
+def setting_in_c(setting: Setting) -> str:
+    """Return a definition of ``setting`` in C."""
+    names = ("robots", "count", "tasks", "robot_ids", "task_ids", "id_bits", "knows_count")
+    reals = ("width", "height", "sight", "radio", "speed", "exploration", "dissemination")
+    numbers = ", ".join(f"FEASIBEE_NUMBER({value!r})" for value in setting.parameters) or "0"
+    return "\n".join(
+        [
+            "static struct feasibee_setting setting = {",
+            *(f"    .{name} = {int(getattr(setting, name))}," for name in names),
+            f"    .parameters = {{{numbers}}},",
+            "#ifdef FEASIBEE_DOUBLE",
+            *(f"    .{name} = {getattr(setting, name)!r}," for name in reals),
+            "#endif",
+            "};",
+            "",
+        ]
+    )
+
+
+def flags_of(strategy: str, frames: bool, folder: str) -> Iterator[str]:
+    """Write the headers of a program with a strategy to a folder; yield the compiler's flags."""
+    built_in = STRATEGIES[strategy]
+    inbox = 1 if built_in.knowledge else INBOX
+    Path(folder, "feasibee.h").write_text(firmware.header(strategy, inbox), encoding="utf-8")
+    yield from (f"-I{folder}", f"-DSTRATEGY=feasibee_{strategy.replace('-', '_')}")
+    if frames:
+        yield from ("-DFRAMES", f'-DNAME="{strategy}"')
+    if built_in.knowledge:
+        setting = setting_of(strategy)
+        Path(folder, "swarm.h").write_text(setting_in_c(setting), encoding="utf-8")
+        yield "-DKNOWLEDGE"
+        yield from (f"-D{name}={value}" for name, value in macros_of(strategy, setting).items())
+    if built_in.judges:
+        yield "-DFEASIBEE_DOUBLE"
+
+
 @cache
-def linked(name: str, strategy: str | None) -> tuple[int, int]:
+def linked(name: str, strategy: str | None, frames: bool = False) -> tuple[int, int]:
     """Return the bytes in flash and in RAM of a program for a processor; None: it does nothing."""
     processor = PROCESSORS[name]
     with tempfile.TemporaryDirectory() as folder:
-        flag = "-DNOTHING"
-        if strategy is not None:
-            Path(folder, "feasibee.h").write_text(firmware.header(strategy, INBOX), encoding="utf-8")
-            flag = f"-DSTRATEGY=feasibee_{strategy.replace('-', '_')}"
+        flags = ["-DNOTHING"] if strategy is None else flags_of(strategy, frames, folder)
         program = Path(folder, "program")
-        command = [*processor.compiler, *SHARED, f"-I{folder}", flag, str(SOURCE), "-o", str(program)]
-        output(*command, *processor.link)
+        output(*processor.compiler, *SHARED, *flags, str(SOURCE), "-o", str(program), *processor.link)
         return processor.bytes_of(program)
 
 
 def sizes(strategy: str, name: str) -> tuple[int, int]:
-    """Return the bytes in flash and in RAM that the controller takes with a strategy on a processor."""
-    (flash, ram), (least_flash, least_ram) = linked(name, strategy), linked(name, None)
-    return flash - least_flash, ram - least_ram
+    """Return the bytes in flash and in RAM of a controller; strategies with knowledge include frames."""
+    return less(linked(name, strategy, STRATEGIES[strategy].knowledge), linked(name, None))
 
 
-def opinion_strategies() -> list[str]:
-    """Return the strategies in C that pass on opinions only."""
-    return [name for name in firmware.strategies_in_c() if not STRATEGIES[name].knowledge]
+def added_by_frames(strategy: str, name: str) -> tuple[int, int]:
+    """Return the bytes that messages as bytes add: encoding, decoding and checksum."""
+    return less(linked(name, strategy, frames=True), linked(name, strategy))
 
 
-def row(strategy: str, names: Iterable[str]) -> dict[str, str | int]:
-    """Return the row of a strategy: flash and RAM for each of some processors."""
-    found: dict[str, str | int] = {"strategy": strategy}
+def less(whole: tuple[int, int], part: tuple[int, int]) -> tuple[int, int]:
+    """Return the difference of two sizes."""
+    return whole[0] - part[0], whole[1] - part[1]
+
+
+def names_in_c(*, knowledge: bool) -> list[str]:
+    """Return the strategies in C that pass on knowledge, or opinions only."""
+    return [name for name in firmware.strategies_in_c() if STRATEGIES[name].knowledge == knowledge]
+
+
+TABLES = {
+    "opinions": (names_in_c(knowledge=False), sizes),
+    "frames": (FRAMED, added_by_frames),
+    "knowledge": (names_in_c(knowledge=True), sizes),
+}
+"""The tables: the strategies of each, and what measures one on a processor."""
+
+
+def row(table: str, strategy: str, names: Iterable[str]) -> dict[str, str | int]:
+    """Return the row of a strategy in a table: flash and RAM for each of some processors."""
+    found: dict[str, str | int] = {"table": table, "strategy": strategy}
     for name in names:
-        flash, ram = sizes(strategy, name)
+        flash, ram = TABLES[table][1](strategy, name)
         found[f"{name} flash"] = flash
         if PROCESSORS[name].size:
             found[f"{name} RAM"] = ram
@@ -127,16 +199,19 @@ def output(*command: str) -> str:
 
 
 def main() -> None:
-    """Print the table, or JSON for claims/pages/targets.toml."""
+    """Print the tables, or JSON for claims/pages/targets.toml."""
     names = available()
     for name, processor in PROCESSORS.items():
         if name not in names:
             print(f"no {name}: its compiler is in {processor.packages}", file=sys.stderr)
-    rows = [row(strategy, names) for strategy in opinion_strategies()]
+    rows = [
+        row(table, strategy, names) for table, (strategies, _) in TABLES.items() for strategy in strategies
+    ]
     if "--json" in sys.argv[1:]:
         print(json.dumps(rows))
         return
-    print(f"bytes, with {INBOX} senders, without the stack")
+    print("bytes, without the stack and the radio's memory")
+    print(f"opinions: {INBOX} senders; knowledge: {SWARM[0]} robots, {SWARM[1]} tasks, with frames")
     for line in ([*rows[0]], *([*map(str, each.values())] for each in rows)):
         print("| " + " | ".join(line) + " |")
 

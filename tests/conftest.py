@@ -40,6 +40,6 @@ def browser():
     with api.sync_playwright() as playwright:
         options = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
         running = playwright.chromium.launch(executable_path=program, args=options)
-        api.expect.set_options(timeout=20_000)  # milliseconds: the machine may be busy with other tests
+        api.expect.set_options(timeout=60_000)  # milliseconds: the machine may be busy with other tests
         yield running
         running.close()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,48 +18,58 @@ import feasibee
 from feasibee.scenario.argos import FOOTBOT_DIAMETER
 
 FIGURES = Path(__file__).with_suffix(".csv")
+WALLS = {"arena.boundary": "walls"}
+BODIES = {**WALLS, "robots.avoid_collisions": True}
 WORLDS = {
-    "torus": {},
-    "walls": {"arena.boundary": "walls"},
-    "bodies": {"arena.boundary": "walls", "robots.avoid_collisions": True},
+    "torus": {"": {}},
+    "walls": {"": WALLS},
+    "bodies": {"stand": BODIES, "deflect": {**BODIES, "robots.contact": "deflect"}},
 }
+"""Changes of the paper's scenario by world and rule of contact."""
 RUNS, MOVING_RUNS, MOVING_STEPS, SIGHT = 2000, 100, 200, 2.0
 
 
 def main() -> None:
-    """Print each row of ARGoS with that of feasibee, and how robots move and meet in feasibee, as JSON."""
+    """Print each row of ARGoS with those of feasibee, and how robots move and meet in feasibee, as JSON."""
     with FIGURES.open(newline="", encoding="utf-8") as file:
-        rows = [compared(row) for row in csv.DictReader(file)]
+        rows = [found for row in csv.DictReader(file) for found in compared(row)]
     moving = [
-        {"world": world, "argos": in_argos(world, rows), "feasibee": motion(WORLDS[world])}
-        for world in WORLDS
+        {"world": world, "contact": contact, "argos": in_argos(world, rows), "feasibee": motion(changes)}
+        for world, rules in WORLDS.items()
+        for contact, changes in rules.items()
     ]
     print(json.dumps({"rows": rows, "moving": moving}, indent=2))
 
 
-def compared(row: dict[str, str]) -> dict[str, Any]:
-    """Return rates with intervals and steps until the decision, in ARGoS and in feasibee."""
+def compared(row: dict[str, str]) -> Iterator[dict[str, Any]]:
+    """Yield rates with intervals and steps until the decision, in ARGoS and with each rule of feasibee.
+
+    ``errors``: standard errors by which the rate of ARGoS is above that of feasibee.
+    """
     tasks, runs, feasible = (int(row[name]) for name in ("tasks", "runs", "feasible"))
-    changes = {"tasks.count": tasks, "run.stop_at_decision": True, **WORLDS[row["world"]]}
+    argos = {
+        "feasible": feasibee.wilson(feasible, runs)._asdict(),
+        **{name: float(row[name]) for name in ("median", "mean", "metres", "meetings")},
+    }
+    for contact, changes in WORLDS[row["world"]].items():
+        ours = decisions({"tasks.count": tasks, "run.stop_at_decision": True, **changes})
+        shares = [(each["feasible"]["estimate"], count) for each, count in ((argos, runs), (ours, RUNS))]
+        spread = sum(share * (1 - share) / count for share, count in shares) ** 0.5
+        yield {
+            **{"world": row["world"], "contact": contact, "tasks": tasks, "runs": runs},
+            **{"argos": argos, "feasibee": ours, "errors": (shares[0][0] - shares[1][0]) / spread},
+        }
+
+
+def decisions(changes: dict[str, object]) -> dict[str, Any]:
+    """Return the rate of feasible decisions with its interval, and median and mean of their steps."""
     swarms = feasibee.simulate(feasibee.Scenario().replace(changes), runs=RUNS, seed=1)
     steps = swarms.decision_step.to_numpy()
     decided = steps[steps >= 0]
     return {
-        "world": row["world"],
-        "tasks": tasks,
-        "runs": runs,
-        "argos": {
-            "feasible": feasibee.wilson(feasible, runs)._asdict(),
-            "median": float(row["median"]),
-            "mean": float(row["mean"]),
-            "metres": float(row["metres"]),
-            "meetings": float(row["meetings"]),
-        },
-        "feasibee": {
-            "feasible": feasibee.decision_rates(swarms.decision.to_numpy())["feasible"]._asdict(),
-            "median": float(np.median(decided)),
-            "mean": float(decided.mean()),
-        },
+        "feasible": feasibee.decision_rates(swarms.decision.to_numpy())["feasible"]._asdict(),
+        "median": float(np.median(decided)),
+        "mean": float(decided.mean()),
     }
 
 

@@ -36,7 +36,7 @@ def decisions(world: feasibee.Scenario, tasks: int) -> dict[str, float]:
     return {
         "tasks": tasks,
         "feasible": float((results.decision.values == 1).mean()),
-        "median": int(np.median(steps)),
+        "median": float(np.median(steps)),
         "mean": float(steps.mean()),
     }
 

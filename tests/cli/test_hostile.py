@@ -23,7 +23,7 @@ STUDIES = dict(contents.studies())
 CALLS = dict(calls.cases())
 LONGEST = 10_000
 """Bytes of what is said of one input."""
-SECONDS = 10
+SECONDS = 60
 ROOM = 300 * 2**20
 """Bytes of memory that a command may take to refuse something."""
 

@@ -71,7 +71,7 @@ def start(folder, *arguments, study=STUDY):
         text=True,
         start_new_session=True,
     )
-    alarm = Timer(60, process.kill)
+    alarm = Timer(240, process.kill)
     alarm.start()
     assert process.stdout.readline() == "ready\n"
     alarm.cancel()
@@ -85,14 +85,14 @@ def interrupt(process):
 
 def end(process):
     """See that it ends in a line; return that."""
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=240)
     assert (process.returncode, output) == (130, ""), errors
     (line,) = errors.splitlines()
     assert line.startswith("feasibee: interrupted; ")
     return line
 
 
-def until(condition, seconds=60.0):
+def until(condition, seconds=240.0):
     limit = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < limit
@@ -168,7 +168,7 @@ def test_a_second_interrupt_ends_at_once(tmp_path, crew):
     interrupt(process)
     what = "0 runs kept" if crew else "the runs in the journal are kept"
     assert end(process) == f"feasibee: interrupted; {what}; the same command goes on"
-    assert time.monotonic() - begin < 3
+    assert time.monotonic() - begin < 15
     assert kept(tmp_path / "results") == 0
 
 
@@ -271,7 +271,7 @@ def test_who_ignores_interrupts_goes_on():
         time.sleep(0.1)
         if process.poll() is None:
             interrupt(process)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=240)
     assert (process.returncode, errors) == (0, "")
 
 

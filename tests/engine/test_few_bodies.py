@@ -22,20 +22,15 @@ from feasibee.simulation.lowering import lower
 
 @entry(uint32(PARAMS, STATE))
 def find_colliding(params, state):
-    there, none = state.sets[Set.THERE, 0], uint32(0)
-    return few_bodies.find_colliding(params, state.robots, state.links, there, none)[0]
+    links, there, pairs = state.links[Link.CLOSE], state.sets[Set.THERE, 0], state.heard[0]
+    listed = few_bodies.list_pairs(params, state.robots, links, there, pairs)
+    return few_bodies.find_meeting(params, state.robots, pairs, listed, uint32(0xFFFFFFFF))[0]
 
 
 @entry(uint32(PARAMS, STATE))
 def find_standing(params, state):
     """Return who stands; the steps of the other robots are those that they make."""
-    beyond = uint32(0)
-    if params.arena.walls:
-        beyond = few_bodies.find_beyond_walls(params, state.robots)
-    there = state.sets[Set.THERE, 0]
-    blocked, left = few_bodies.find_colliding(params, state.robots, state.links, there, beyond)
-    blocked = uint32((blocked | beyond) & state.sets[Set.WORKING, 0])
-    return few_bodies.deflect_few(params, state.robots, state.links[Link.CLOSE], blocked, left)
+    return few_bodies.find_standing(params, state, state.heard[0])
 
 
 def world_of(robots, boundary, side=8.0, contact="stand"):

@@ -53,7 +53,7 @@ def plain(tmp_path_factory):
 def faulty(tmp_path_factory):
     """The folder of a field whose robots 4 and 5 are killed, and whose radio is cut."""
     folder = tmp_path_factory.mktemp("faulty")
-    run(a_plan(small(robots=6), faults=FAULTS, patience=0.5), folder)
+    run(a_plan(small(robots=6), faults=FAULTS, patience=3.0), folder)
     return folder
 
 

@@ -119,6 +119,23 @@ def test_a_real_robot_steps_with_its_drivers_senses(tmp_path):
     assert replay(log).steps == 3
 
 
+def test_a_real_robot_draws_new_numbers_at_each_start_unless_it_has_a_seed(tmp_path):
+    senses = tmp_path / "senses"
+    senses.write_text('{"robots": 1, "tasks": 2}\n' * 40)
+
+    def first_draws(*options):
+        log = tmp_path / "robot-1.jsonl"
+        invoke("robot", "--id", "1", "--senses", senses, "--log", log, *options)
+        replay(log)
+        return json.loads(log.read_text().splitlines()[0])["draws"]
+
+    assert first_draws() != first_draws()
+    assert first_draws("--seed", "7") == first_draws("--seed", "7") != first_draws("--seed", "8")
+    assert "seed = -1" in refused_in_a_line("robot", "--id", "1", "--senses", senses, "--seed", "-1")
+    told = refused_in_a_line("robot", "--id", "1", "--connect", "127.0.0.1:9", "--seed", "1")
+    assert "leave out --seed" in told
+
+
 def test_a_field_is_the_run_on_the_command_line(tmp_path):
     if sys.platform == "win32":
         pytest.skip("feasibee field needs fork")
@@ -132,3 +149,16 @@ def test_a_field_is_the_run_on_the_command_line(tmp_path):
     code = {"feasible": 1, "infeasible": 0, "undecided": -1}[result["decision"]]
     assert code == int(run.decision[0])
     assert result["decision_step"] == (None if code == -1 else int(run.decision_step[0]))
+
+
+def test_a_field_leaves_no_logs_of_an_earlier_one_in_its_folder(tmp_path):
+    if sys.platform == "win32":
+        pytest.skip("feasibee field needs fork")
+    common = ("field", "--lockstep", "--set", "run.steps=3", "--out", tmp_path)
+    invoke(*common, "--set", "robots.count=4")
+    invoke(*common, "--set", "robots.count=2")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "robot-0.jsonl",
+        "robot-1.jsonl",
+        "world.jsonl",
+    ]

@@ -8,12 +8,13 @@ import subprocess
 from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
+from zlib import crc32
 
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee import firmware
-from feasibee.robot import Commit, Controller, Message
+from feasibee.robot import Commit, Controller, Message, Wire
 from feasibee.strategies import STRATEGIES
 
 SOURCES = Path(__file__).parent / "c"
@@ -153,7 +154,7 @@ def needs(tool, packages):
 def run(command):
     """Run a command and return all that it printed; its errors are the test's."""
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL, check=False
+        command, capture_output=True, text=True, timeout=600, stdin=subprocess.DEVNULL, check=False
     )
     assert done.returncode == 0, done.stderr[-2000:]
     return done.stdout + done.stderr
@@ -190,17 +191,18 @@ def robot_of(strategy, number, case, words):
     )
 
 
-def expected(strategy, steps):
+def expected(strategy, steps, frames=False):
     """Return the lines that ``steps.c`` prints, by the controller in Python."""
     return [
         line
         for number, case in enumerate(cases_of(strategy))
-        for line in states(strategy, number, case, steps)
+        for line in states(strategy, number, case, steps, frames)
     ]
 
 
-def states(strategy, number, case, steps):
+def states(strategy, number, case, steps, frames=False):
     """Yield the state of a robot after each step, as ``steps.c`` prints it."""
+    wire = Wire(STRATEGIES[strategy], 6, commits="commit" in case)
     words = Words(17 + number)
     robot = robot_of(strategy, number, case, words)
     for _ in range(steps):
@@ -209,9 +211,11 @@ def states(strategy, number, case, steps):
         for _ in range(word >> 4 & 3):
             heard = words.word()
             if robot.listens:
-                robot.hear((heard & 255) % 40, Message(heard >> 8 & 1, heard >> 16))
+                value = heard >> 16 if STRATEGIES[strategy].value_bits else 0
+                robot.hear((heard & 255) % 40, Message(heard >> 8 & 1, value))
         said = robot.message()
         robot.end_step()
         flags = (robot.opinion + 1) | robot.committed << 2 | robot.disseminating << 3
         told, value = (15, 0) if said is None else (said.opinion | said.committed << 1, said.value)
-        yield f"{flags:x}{robot.phase_left & 255:02x}{told:x}{value:04x}"
+        sent = b"" if said is None else wire.encode(0, said)
+        yield f"{flags:x}{robot.phase_left & 255:02x}{told:x}{value:04x}" + frames * f"{crc32(sent):08x}"

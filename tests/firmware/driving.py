@@ -21,7 +21,16 @@ HERE = Path(__file__).parent
 NAMES = ["dmmd", "dmvd", "dc", "voter", "majority", "k-unanimity", "bayes", "cross-inhibition"]
 NAMES += ["accumulate", "average", "mixture"]
 """Strategies in the order of drive.c."""
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+STRICT = [
+    "-std=c99",
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wconversion",
+    "-Wsign-conversion",
+    "-Wshadow",
+    "-Werror",
+]
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 INBOX = 64
 SENDERS = 40

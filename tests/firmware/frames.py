@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from zlib import crc32
 
-from benchmarks.sizes import PROCESSORS, SHARED
+from benchmarks.sizes import PROCESSORS, SHARED, setting_in_c
 from feasibee import firmware
 from feasibee.robot import Controller, Wire
 from feasibee.scenario.setting import setting_from
@@ -20,9 +20,6 @@ def in_c(strategy, setting, longest):
     """Return the strategy, its setting and the length of its longest frame in C."""
     knowledge = STRATEGIES[strategy].knowledge
     rows = STRATEGIES[strategy].row_lengths(setting) if knowledge else (0, 0)
-    names = ("robots", "count", "tasks", "robot_ids", "task_ids", "id_bits", "knows_count")
-    reals = ("width", "height", "sight", "radio", "speed", "exploration", "dissemination")
-    numbers = ", ".join(f"FEASIBEE_NUMBER({value!r})" for value in setting.parameters) or "0"
     return "\n".join(
         [
             f"#define FEASIBEE_WORDS {rows[0]}",
@@ -31,13 +28,7 @@ def in_c(strategy, setting, longest):
             f'#define NAME "{strategy}"',
             f"#define STRATEGY {boards.constant(strategy)}",
             "#ifdef FEASIBEE_H",
-            "static struct feasibee_setting setting = {",
-            *(f"    .{name} = {int(getattr(setting, name))}," for name in names),
-            f"    .parameters = {{{numbers}}},",
-            "#ifdef FEASIBEE_DOUBLE",
-            *(f"    .{name} = {getattr(setting, name)!r}," for name in reals),
-            "#endif",
-            "};",
+            setting_in_c(setting),
             "#endif",
             "",
         ]
@@ -63,10 +54,12 @@ def build(board, swarm, folder, steps, *flags):
 class Swarm:
     """The robots of ``frames.c``, in Python."""
 
-    def __init__(self, strategy):
+    def __init__(self, strategy, quiet=0.0):
         self.strategy = strategy
+        parameters = dict(STRATEGIES[strategy].parameters)
+        parameters |= {"quiet": quiet} if "quiet" in parameters else {}
         self.longest = 0
-        self.setting = setting_from((36, 34), (0, 0), False, None, STRATEGIES[strategy].parameters.values())
+        self.setting = setting_from((36, 34), (0, 0), False, None, parameters.values())
         self.wire = Wire(STRATEGIES[strategy], self.setting.id_bits, setting=self.setting)
         self.words = words = boards.Words(17)
         self.robots = [

@@ -58,12 +58,17 @@ static void write_state(uint8_t number, uint32_t words)
     uint32_t frame = feasibee_crc(frames[number], length);
     uint32_t known = feasibee_crc((const uint8_t *)robot->known, words * sizeof robot->known[0]);
     uint32_t remembered = feasibee_crc((const uint8_t *)&robot->memory, memory * sizeof(double));
+    uint16_t quality = 0;
+#ifdef FEASIBEE_DOUBLE
+    quality = (uint16_t)(feasibee_double(robot->feasible_quality) * 4096.0);
+#endif
     give(bytes, 3);
     give(&robot->phase_left, 4);
     give(&length, 2);
     give(&frame, 4);
     give(&known, 4);
     give(&remembered, 4);
+    give(&quality, 2);
 }
 
 static void step(uint8_t number, uint32_t words)
@@ -104,6 +109,7 @@ int main(void)
             struct feasibee_me me = {&last[k], k, 0, 0};
             take(&last[k], 4);
             take(&me.hash, 4);
+            take(&me.step, 4);
             feasibee_begin(&robots[k], &settings, &me, (int8_t)read_byte());
         }
         for (; steps > 0; steps--)

@@ -23,17 +23,20 @@ from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
 
 HERE = Path(__file__).parent
-STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
+STRICT = [
+    *("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
+    *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
+]
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
-STATE = struct.Struct("<BBBIHIII")
-"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, two CRCs."""
+STATE = struct.Struct("<BBBIHIIIH")
+"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, CRCs, rating."""
 VARIANTS = {
     "turns": {
-        "names": [-1.0, 0.0, 1.0, 1.0, 3.0],
+        "names": [-1.0, 0.0, 1.0, 3.0],
         "name_bits": [4.0, 9.0, 20.0, 31.0],
-        "quiet": [0.0, 20.0, 33.5],
+        "quiet": [0.0, 0.0, 20.0, 33.5],
         "tolerates": [0.0, 0.0, 1.0, 2.0],
         "looks": [1.0, 2.0],
     },
@@ -49,7 +52,7 @@ VARIANTS = {
     },
     "roster-turns": {
         "name_bits": [2.0, 8.0, 20.0, 30.0],
-        "robot_timeout": [0.0, 0.0, 9.0, 30.5],
+        "robot_timeout": [0.0, 9.0, 30.5, 1e5],
         "looks": [1.0, 2.0],
         "tolerates": [0.0, 0.0, 1.0, 2.0],
     },
@@ -59,6 +62,8 @@ VARIANTS = {
 EXACT = {"quiet": [20.0, 33.5], "arrivals": [0.0]}
 """Values without which C computes in floating point."""
 COMMIT = Commit(Fraction(9, 10), 2, 3)
+FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
+"""Steps that have passed when a robot begins."""
 
 
 def program(folder, source, *options, without=()):
@@ -79,6 +84,16 @@ def program(folder, source, *options, without=()):
 def constant(name):
     """Return the address of a strategy in C."""
     return f"&feasibee_{name.replace('-', '_')}"
+
+
+def forged(frame, number, draw):
+    """Return a frame with other bits, in runs, so that numbers are often the least or largest possible."""
+    bits, bit = 0, draw.getrandbits(1)
+    for _ in range(number):
+        bit ^= draw.random() < 0.15
+        bits = bits << 1 | bit
+    body = frame[:3] + (bits << -number % 8).to_bytes(len(frame) - 7, "big")
+    return body + crc32(body).to_bytes(4, "big")
 
 
 class Draws:
@@ -106,10 +121,10 @@ class Draws:
         return chance, self.word() / 2**32
 
 
-def setting_of(strategy, draw, whole_numbers):
-    """Return a random setting with random parameters."""
-    robots, tasks = draw.randint(4, 24), draw.randint(1, 24)
-    variants = VARIANTS.get(strategy.name, {}) | (EXACT if whole_numbers else {})
+def setting_of(strategy, draw, whole_numbers, fixed):
+    """Return a random setting with random parameters, some of them from the values in ``fixed``."""
+    robots, tasks = draw.choice(fixed.get("robots", [*range(4, 25), 200])), draw.randint(1, 24)
+    variants = VARIANTS.get(strategy.name, {}) | (EXACT if whole_numbers else {}) | fixed
     drawn = {name: draw.choice(variants[name]) for name in strategy.parameters}
     setting = setting_from(
         (robots, tasks),
@@ -117,12 +132,12 @@ def setting_of(strategy, draw, whole_numbers):
         draw.random() < 0.5,
         None,
         drawn.values(),
-        knows_count=strategy.needs_count or draw.random() < 0.5,
+        knows_count=strategy.needs_count or draw.choice(fixed.get("knows_count", [False, True])),
         size=(draw.choice([8.0, 20.0]), draw.choice([7.0, 20.0])),
         walled=draw.random() < 0.5,
         sight=draw.choice([1.0, 2.5]),
         radio=draw.choice([1.5, 2.0]),
-        speed=draw.choice([1.0, 8.0]),  # the faster, the shorter are quiet times
+        speed=draw.choice([1.0, 8.0, 100.0]),  # the faster, the shorter are quiet times
         phases=(draw.choice([1.0, 4.0, 10.0]), draw.choice([0.0, 3.0, 10.0])),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
@@ -145,12 +160,12 @@ def setting_bytes(name, setting, commits):
 class Episode:
     """A swarm, drawn at random, and what its robots see and hear."""
 
-    def __init__(self, name, seed, steps, whole_numbers=False):
+    def __init__(self, name, seed, steps, whole_numbers=False, fixed=None):
         self.draw = draw = random.Random(f"{name} {seed}")
         self.steps = steps
         self.whole_numbers = whole_numbers
         self.strategy = strategy = STRATEGIES[name]
-        self.setting = setting = setting_of(strategy, draw, whole_numbers)
+        self.setting = setting = setting_of(strategy, draw, whole_numbers, fixed or {})
         self.commits = commits = not strategy.declares and draw.random() < 0.3
         self.wire = Wire(strategy, setting.id_bits, commits=commits, setting=setting)
         self.number = draw.randint(2, 4)
@@ -165,12 +180,9 @@ class Episode:
         self.places = [self.place() for _ in things]
 
     def _robot(self, number, commit):
-        word, mark, opinion = (
-            self.draw.randrange(1, 2**32),
-            self.draw.getrandbits(32),
-            self.draw.getrandbits(1),
-        )
-        self.stream += struct.pack("<IIB", word, mark, opinion)
+        word, mark = self.draw.randrange(1, 2**32), self.draw.getrandbits(32)
+        opinion, step = self.draw.getrandbits(1), self.draw.choice(FIRST_STEPS)
+        self.stream += struct.pack("<IIIB", word, mark, step, opinion)
         draws = Draws(word, self.whole_numbers)
         return Controller(
             self.strategy,
@@ -183,6 +195,7 @@ class Episode:
             commit=commit,
             me=(number, 0, mark),
             setting=self.setting,
+            step=step,
         )
 
     def place(self):
@@ -198,11 +211,14 @@ class Episode:
             yield Thing(is_robot, number, 0, self.hashes[mark], *self.places[mark])
 
     def strange_frames(self):
-        """Return frames of a robot that may lie, some of them damaged."""
+        """Return frames of a robot that may lie, some of them damaged or forged."""
         draw = self.draw
-        for _ in range(draw.choice([0, 0, 0, 1])):
+        for _ in range(draw.choice([0, 0, 1])):
             self.liar.observe(self.things())
             self.liar.end_step(explores=bool(draw.getrandbits(1)))
+            # What it knows may be old: the oldest age that a message holds is 4,095 steps.
+            later = self.liar.me.step + draw.choice([0, 0, 0, 40, 4_095 - draw.randrange(20)])
+            self.liar.me = self.liar.me._replace(step=later)
             words = self.liar.message()
             lies = self.strategy.lie is not None and self.setting.robot_ids > self.setting.robots
             if lies and draw.random() < 0.5:
@@ -212,7 +228,9 @@ class Episode:
                 frame = self.wire.encode(self.liar.me.id, said)
             except WireError:
                 continue
-            if draw.random() < 0.3:
+            if draw.random() < 0.5:
+                frame = forged(frame, self.wire.bits(self.liar.me.id, said), draw)
+            elif draw.random() < 0.5:
                 body = bytearray(frame[:-4])
                 body[draw.randrange(len(body))] ^= 1 << draw.randrange(8)
                 body = body[: draw.randrange(3, len(body) + 1)] if draw.random() < 0.3 else body
@@ -272,14 +290,15 @@ class Episode:
             crc32(frame),
             known,
             memory,
+            0 if self.whole_numbers else int(robot.feasible_quality * 4096),
         )
 
 
-def assert_same(command, name, robot_steps, whole_numbers=False, length=100):
+def assert_same(command, name, robot_steps, whole_numbers=False, length=50, fixed=None):
     """Compare what swarms in C and in Python do, robot by robot and step by step."""
     done = seed = 0
     while done < robot_steps:
-        episode = Episode(name, seed, length, whole_numbers)
+        episode = Episode(name, seed, length, whole_numbers, fixed)
         expected = episode.states()
         ran = subprocess.run(command, input=bytes(episode.stream), capture_output=True, check=False)
         assert ran.returncode == 0, (name, seed, ran.returncode, ran.stderr.decode()[-3000:])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.sizes import opinion_strategies
+from benchmarks.sizes import names_in_c
 from tests.firmware import boards
 
 BUILDS = [("Cortex-M0", ()), ("Cortex-M4", ()), ("Cortex-M4", ("-DFEASIBEE_DOUBLE",))]
@@ -19,7 +19,7 @@ def test_a_strategy_equals_python(board, flags, strategy, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("board", "flags"), BUILDS)
-@pytest.mark.parametrize("strategy", opinion_strategies())
+@pytest.mark.parametrize("strategy", names_in_c(knowledge=False))
 def test_each_strategy_equals_python(board, flags, strategy, tmp_path):
     lines, _ = boards.outputs(boards.build(board, strategy, tmp_path, 3000, *flags))
     assert lines == boards.expected(strategy, 3000)

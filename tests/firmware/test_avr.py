@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.sizes import opinion_strategies
+from benchmarks.sizes import names_in_c
 from tests.firmware import boards
 
 FLOATING = ["average", "bayes"]
 """The strategies that compute with floating point."""
-WHOLE = [name for name in opinion_strategies() if name not in FLOATING]
+WHOLE = [name for name in names_in_c(knowledge=False) if name not in FLOATING]
 
 
 def both(strategy, folder, steps):
@@ -18,11 +18,13 @@ def both(strategy, folder, steps):
     return lines, boards.expected(strategy, steps)
 
 
-def test_dmmd_equals_python_and_fits_a_kilobot(tmp_path):
-    """Flash and RAM include the test's own generator and printing."""
-    program = boards.build("ATmega328P", "dmmd", tmp_path, 300)
+@pytest.mark.parametrize("frames", [False, True])
+def test_dmmd_equals_python_and_fits_a_kilobot(frames, tmp_path):
+    """Flash and RAM include the test's own generator and printing, and with frames those that it makes."""
+    flags = ['-DFRAMES="dmmd"'] if frames else []
+    program = boards.build("ATmega328P", "dmmd", tmp_path, 300, *flags)
     lines, stack = boards.outputs(program)
-    assert lines == boards.expected("dmmd", 300)
+    assert lines == boards.expected("dmmd", 300, frames)
     assert program.flash <= 8 * 1024
     assert program.ram + stack <= 512
 

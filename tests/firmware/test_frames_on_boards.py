@@ -7,13 +7,13 @@ import pytest
 from feasibee.firmware import strategies_in_c
 from tests.firmware import boards, frames
 
-SMALL = ["dmmd", "dc", "census", "tally"]
+SMALL = ["dmmd", "dc", "census", "tally", "estimate", "quiet-census", "turns", "totals"]
 """Strategies tried on 8 bits, where ``int`` has 16."""
 
 
 def same(board, strategy, steps, folder, *flags):
     """Compare robots on a board with those in Python, step by step."""
-    swarm = frames.Swarm(strategy)
+    swarm = frames.Swarm(strategy, quiet=0.0 if "-DFEASIBEE_DOUBLE" in flags else 20.0)
     python = swarm.run(steps)
     lines, _ = boards.outputs(frames.build(board, swarm, folder, steps, *flags))
     assert lines == python

@@ -123,7 +123,9 @@ def test_many_damaged_frames_in_c(name, frames):
     assert_same(frames, name, 200_000 // len(NAMES))
 
 
-@pytest.mark.parametrize("words", [0, 40])
+@pytest.mark.parametrize(
+    "flags", [(), ("-DFEASIBEE_WORDS=40",), ("-DFEASIBEE_WORDS=40", "-DFEASIBEE_DOUBLE")]
+)
 @pytest.mark.parametrize(
     ("command", "package"),
     [
@@ -134,11 +136,9 @@ def test_many_damaged_frames_in_c(name, frames):
         ),
     ],
 )
-def test_frames_compile_for_small_processors_without_warnings(command, package, words, tmp_path):
+def test_frames_compile_for_small_processors_without_warnings(command, package, flags, tmp_path):
     if shutil.which(command[0]) is None:
         pytest.skip(f"needs a cross-compiler: Debian's packages {package}")
     (tmp_path / "feasibee.h").write_text(header())
     (tmp_path / "radio.c").write_text(RADIO)
-    subprocess.run(
-        [*command, *STRICT, "-Os", f"-DFEASIBEE_WORDS={words}", "-c", "radio.c"], cwd=tmp_path, check=True
-    )
+    subprocess.run([*command, *STRICT, "-Os", *flags, "-c", "radio.c"], cwd=tmp_path, check=True)

@@ -53,7 +53,7 @@ def in_micropython(files, folder):
     script = folder / "run.mjs"
     script.write_text(LOAD.format(module=json.dumps(MICROPYTHON.as_uri())))
     done = subprocess.run(
-        [node, str(script)], input=json.dumps(files), capture_output=True, text=True, timeout=60, check=False
+        [node, str(script)], input=json.dumps(files), capture_output=True, text=True, timeout=240, check=False
     )
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from threading import Event
 
 import pytest
@@ -10,6 +11,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from feasibee import Scenario
 from feasibee.engine import runner
 from feasibee.engine.compile import on_compile
+from feasibee.live import server
 from feasibee.simulation import loading
 from feasibee.simulation.loading import load_engine
 
@@ -23,7 +25,7 @@ def slow_engine(monkeypatch):
         if not fast:
             with global_compiler_lock:
                 on_compile.get()("advance_general")
-                assert done.wait(30)
+                assert done.wait(300)
         return ready(strategy, fast, *form)
 
     for boundary in ("torus", "walls"):
@@ -32,6 +34,21 @@ def slow_engine(monkeypatch):
     monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[1]})
     yield done
     done.set()
+
+
+@pytest.fixture
+def same_port():
+    """A port that no other program gets between two servers of a test."""
+    with socket.socket() as held:
+        held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        held.bind(("127.0.0.1", 0))
+        yield held.getsockname()[1]
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """A server that answers each message wholly, however long the machine is busy with other things."""
+    monkeypatch.setattr(server, "PATIENCE", 60.0)
 
 
 @pytest.fixture
@@ -46,13 +63,15 @@ def visit(browser):
 
     def opened(port, more="", width=1280, height=800, ready=True, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
         contexts.append(context)
         page = context.new_page()
         page.on("console", heard)
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.goto(f"http://127.0.0.1:{port}/{more}")
         if ready:
-            expect(page.locator("#last")).not_to_have_text("0", timeout=60_000)
+            expect(page.locator("#arena[data-drawn]")).to_be_visible()
+            expect(page.locator("#last")).not_to_have_text("0")
             expect(page.locator("#veil")).to_be_hidden()
         return page
 

@@ -24,7 +24,7 @@ def serving_at(catalogue, port=0):
             yield listening.getsockname()[1]
         finally:
             server.should_exit = True
-            thread.join(10)
+            thread.join(60)
             assert not thread.is_alive()
 
 

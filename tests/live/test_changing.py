@@ -27,6 +27,8 @@ SCENARIO = Scenario(
     run={"steps": 120},
 )
 
+pytestmark = pytest.mark.usefixtures("patient")
+
 
 @pytest.fixture(scope="module")
 def port():

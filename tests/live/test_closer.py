@@ -14,6 +14,8 @@ from feasibee.live.reasons import reasons_of
 from feasibee.scenario.presets import PRESETS
 from feasibee.strategies import voter
 
+pytestmark = pytest.mark.usefixtures("patient")
+
 
 @pytest.fixture(scope="module")
 def port():
@@ -76,7 +78,7 @@ def test_the_decision_is_gone_to_if_there_is_one(port):
         assert frame["step"] == frame["decision_step"] == expected.decision_step[0] > 0
         page.open(changes={"run.steps": 30}, step=17)
         page.say(type="seek", to="decision", jump=1)
-        undecided, frame = page.receive(), page.receive()
+        undecided, frame = messages_until_frame(page)
         assert undecided == {"type": "undecided", "lane": 0, "last": 30}
         assert frame["step"] == 17
 

@@ -7,7 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from serving import serving_at
-from visiting import focus_nothing, play_to_the_end, step_of
+from visiting import (
+    at,
+    expect_no_scrolling,
+    expect_picture,
+    expect_reasons,
+    focus_nothing,
+    lines_of,
+    picture_of,
+    play_to_the_end,
+    point_at,
+)
+from waiting import eventually
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
@@ -36,21 +47,16 @@ def outlook_of(robot, scenario=None, seed=1):
     return outlook.to_dict(0)
 
 
-def at(page, step):
-    expect(page.locator("#now")).to_have_text(f"{step:,}")
-    expect(page.locator("#seek")).to_have_value(str(step))
-
-
 def test_the_seek_bar_goes_to_any_step_and_back(visit, port):
     page = visit(port, reduced_motion="reduce")
     page.locator("#seek").fill("30")
     at(page, 30)
     focus_nothing(page)
     page.mouse.move(1, 1)
-    seen = page.locator("#arena").screenshot()
+    seen = picture_of(page)
     page.locator("#seek").fill("700")
     at(page, 700)
-    assert page.locator("#seek").get_attribute("aria-valuetext") == "step 700 of 1,000"
+    expect(page.locator("#seek")).to_have_attribute("aria-valuetext", "step 700 of 1,000")
     page.locator("#seek").focus()
     page.keyboard.press("ArrowLeft")
     at(page, 699)
@@ -62,7 +68,7 @@ def test_the_seek_bar_goes_to_any_step_and_back(visit, port):
     at(page, 30)
     focus_nothing(page)
     page.mouse.move(1, 1)
-    assert page.locator("#arena").screenshot() == seen
+    expect_picture(page, seen)
     for key, step in ((",", 29), ("ArrowLeft", 28), (".", 29), ("ArrowRight", 30), ("r", 0), (",", 0)):
         page.keyboard.press(key)
         at(page, step)
@@ -149,11 +155,6 @@ def neighbour(positions, robot, direction):
 ARROWS = {"ArrowLeft": (-1, 0), "ArrowRight": (1, 0), "ArrowUp": (0, 1), "ArrowDown": (0, -1)}
 
 
-def lines_of(page, lane=0):
-    box = page.locator(f"#reasons-{lane}")
-    return list(zip(box.locator("dt").all_inner_texts(), box.locator("dd").all_inner_texts(), strict=True))
-
-
 def test_robots_are_inspected_by_keyboard_alone(visit, port):
     page = visit(port)
     swarm = Swarm(Scenario(), 1)
@@ -176,15 +177,12 @@ def test_robots_are_inspected_by_keyboard_alone(visit, port):
     page.keyboard.press("PageDown")
     robot = (robot + 1) % 20
     expect(page.locator("#robot")).to_have_value(str(robot))
-    assert step_of(page) == 3  # arrows went from robot to robot, not from step to step
-    expect(page.locator("#reasons-0 dl")).to_contain_text("at step")
-    assert lines_of(page) == [tuple(each) for each in reasons_of(swarm, robot)["reasons"]]
+    expect_reasons(page, swarm, robot)
+    at(page, 3)  # arrows went from robot to robot, not from step to step
     page.keyboard.press(".")
     at(page, 4)
     swarm.advance()
-    expected = [tuple(each) for each in reasons_of(swarm, robot)["reasons"]]
-    expect(page.locator("#reasons-0 dd").first).to_have_text(expected[0][1])
-    assert lines_of(page) == expected
+    expect_reasons(page, swarm, robot)
     page.keyboard.press("Escape")
     expect(page.locator("#reasons-0")).to_be_hidden()
     expect(page.locator("#robot")).to_have_value("")
@@ -216,25 +214,30 @@ def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
 
 def test_a_robot_that_is_clicked_is_inspected_while_time_goes_on(visit, port):
     page = visit(port, reduced_motion="reduce")
-    expect(page.locator("#arena[data-drawn]")).to_be_visible()
-    x, y = Swarm(Scenario(), 1).positions[11] / 20
-    box = page.locator("#arena").bounding_box()
-    page.mouse.click(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
+    point_at(page, Swarm(Scenario(), 1), 11, "click")
     expect(page.locator("#robot")).to_have_value("11")
     page.keyboard.press(" ")
     expect(page.locator("#now")).not_to_have_text("0")
+    expect_reasons_of_the_step_that_is_shown(page)
     page.keyboard.press(" ")
-    page.wait_for_timeout(300)
-    swarm = Swarm(Scenario(), 1)
-    swarm.advance(step_of(page))
-    assert lines_of(page) == [tuple(each) for each in reasons_of(swarm, 11)["reasons"]]
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    expect_reasons_of_the_step_that_is_shown(page)
     page.keyboard.press("n")  # the next run shows the same robot
     expect(page.locator("[data-path='run']")).to_have_value("1")
-    swarm = Swarm(Scenario(), 1, 1)
-    expected = [tuple(each) for each in reasons_of(swarm, 11)["reasons"]]
-    expect(page.locator("#reasons-0 dd").first).to_have_text(expected[0][1])
+    expect_reasons(page, Swarm(Scenario(), 1, 1), 11)
     page.locator("#robot-none").click()
     expect(page.locator("#reasons-0")).to_be_hidden()
+
+
+def expect_reasons_of_the_step_that_is_shown(page):
+    def check():
+        step, lines = lines_of(page)
+        swarm = Swarm(Scenario(), 1)
+        swarm.advance(step)
+        assert lines == [list(each) for each in reasons_of(swarm, 11)["reasons"]]
+        assert step
+
+    eventually(page, check)
 
 
 def test_two_strategies_are_compared_on_one_clock(visit, port):
@@ -310,7 +313,7 @@ def test_every_field_is_under_more(visit, port):
         "tasks.classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}],
         "robots.classes": [{"name": "arm", "count": 9, "skills": ["lift"]}],
     }
-    assert Scenario.from_toml(page.locator("#toml").text_content()) == Scenario().replace(used)
+    eventually(page, lambda: expect_scenario(page, Scenario().replace(used)))
     control = page.locator("[data-path='decision.commit']")
     control.fill("{rounds = 0}")
     control.press("Tab")
@@ -325,13 +328,17 @@ def test_every_field_is_under_more(visit, port):
     expect(page.locator("[data-path='preset']")).to_have_value("subcdm-2025")
 
 
+def expect_scenario(page, scenario):
+    assert Scenario.from_toml(page.locator("#toml").text_content()) == scenario
+
+
 def test_the_runs_of_a_sweep_are_under_their_points(visit, tmp_path):
-    tables = {"runs": 9, "seed": 5, "scenario": {"run": {"steps": 200}}, "sweep": {"tasks.count": [17, 24]}}
+    tables = {"runs": 9, "seed": 5, "scenario": {"run": {"steps": 1000}}, "sweep": {"tasks.count": [17, 24]}}
     sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
     with serving_at(read_catalogue(tmp_path / "results", "all")) as port:
         page = visit(port)
         groups = page.locator("#replay-list summary")
-        assert groups.all_inner_texts() == ["tasks.count 17 9 runs", "tasks.count 24 9 runs"]
+        expect(groups).to_have_text(["tasks.count 17 9 runs", "tasks.count 24 9 runs"])
         groups.nth(1).click()
         expect(page.locator("#replay-list button").last).to_be_hidden()
         page.keyboard.press("Enter")  # by keyboard
@@ -349,18 +356,21 @@ def test_settings_and_arena_are_seen_together_at_900_pixels(visit, port):
         page.goto(f"http://127.0.0.1:{port}/{more}")
         page.reload()
         expect(page.locator("#last")).to_have_text("1,000")
-        boxes = [
-            page.locator(each).bounding_box()
-            for each in ("#arena", "#transport", "[data-path='decision.gain']")
-        ]
-        for box in boxes:
-            assert 0 <= box["y"] < box["y"] + box["height"] <= 800
-            assert 0 <= box["x"] < box["x"] + box["width"] <= 900
-        assert boxes[0]["width"] >= (240 if more else 480)
+        expect(page.locator("#arena-1")).to_be_visible(visible=bool(more))
+        eventually(page, lambda least=240 if more else 480: expect_all_seen(page, least))
     for width in (360, 900, 1440):
         page.set_viewport_size({"width": width, "height": 800})
-        page.wait_for_timeout(100)
-        assert page.locator("html").evaluate("each => each.scrollWidth") <= width
+        expect_no_scrolling(page, width)
+
+
+def expect_all_seen(page, least):
+    """Expect that arena, clock and settings are seen without scrolling, and the arena's least width."""
+    parts = ("#arena", "#transport", "[data-path='decision.gain']")
+    boxes = [page.locator(each).bounding_box() for each in parts]
+    for box in boxes:
+        assert 0 <= box["y"] < box["y"] + box["height"] <= 800
+        assert 0 <= box["x"] < box["x"] + box["width"] <= 900
+    assert boxes[0]["width"] >= least
 
 
 @pytest.mark.skipif(not AXE.is_file(), reason="needs axe-core, by npm")

@@ -6,6 +6,7 @@ import re
 import threading
 import time
 from contextlib import contextmanager, suppress
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -40,7 +41,9 @@ def transport(request):
     return request.param
 
 
-def a_plan(scenario, lockstep=False, hz=20.0, faults=(), patience=1.0, seed=1):
+def a_plan(scenario, lockstep=False, hz=20.0, faults=(), seed=1):
+    """Return a plan; a robot is silent after 3 s: one that only waits for a busy machine is not."""
+    patience = 20.0 if lockstep else 3.0
     return Plan(scenario, seed, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
 
 
@@ -88,7 +91,11 @@ def a_field(folder, scenario, transport="udp", key="", **options):
             views.append(view)
             threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
-    with running(a_plan(scenario, **options), Network(transport, key=key), folder, tell):
+    with (
+        patch.object(fieldview, "JOINING", 60.0),
+        patch.object(fieldview, "SILENCE", 60.0),
+        running(a_plan(scenario, **options), Network(transport, key=key), folder, tell),
+    ):
         try:
             assert joined.wait(60)
             yield views[0]
@@ -102,7 +109,7 @@ def wait_for(view, step):
 
 def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transport):
     scenario = small(60)
-    with a_field(tmp_path, scenario, transport, "a key", lockstep=True, patience=20.0) as view:
+    with a_field(tmp_path, scenario, transport, "a key", lockstep=True) as view:
         wait_for(view, 60)
     swarms = {}
     for step, swarm in enumerate(play(scenario, 1, 0)):
@@ -117,7 +124,7 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transpo
 
 def test_no_step_is_missed_while_the_world_starts_again(tmp_path, transport):
     faults = [Fault(20, "restart-world")]
-    with a_field(tmp_path, small(LONG), transport, faults=faults, patience=10.0) as view:
+    with a_field(tmp_path, small(LONG), transport, faults=faults) as view:
         wait_for(view, 60)
         steps = [each.step for each in view.field.views]
     assert steps == list(range(steps[0], steps[-1] + 1))
@@ -175,7 +182,7 @@ def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
 def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
     events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
     scenario = small(30).replace({"events": events})
-    with a_field(tmp_path, scenario, lockstep=True, patience=20.0) as view:
+    with a_field(tmp_path, scenario, lockstep=True) as view:
         wait_for(view, 30)
         session = FieldSession(view)
         session.begin(None)
@@ -195,14 +202,14 @@ def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
     with (
-        a_field(tmp_path, small(60), key="a key", faults=kills("1@10", 60)) as view,
+        a_field(tmp_path, small(120), key="a key", faults=kills("1@10", 120)) as view,
         serving_at(FieldCatalogue(view)) as port,
         Page(port) as page,
     ):
         assert page.welcome["title"] == f"field at {view.address}"
         page.say(type="open")
         opened, received = {}, []
-        while not received or received[-1]["step"] < 60:
+        while not received or received[-1]["step"] < 120:
             message = page.receive()
             if message["type"] == "opened":
                 opened = message
@@ -211,14 +218,14 @@ def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
                 page.say(type="advance", steps=1)
             elif message["type"] == "field" and message["problems"]:
                 assert message["problems"] == ["robot 3 is silent"]
-        assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 60)
+        assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 120)
         counts = sum(len(each["feasible_counts"]) for each in received)
-        assert counts == 61 - view.field.first
+        assert counts == 121 - view.field.first
         working = FLAGS.index("working")
         assert received[-1]["flags"][3] >> working & 1 == 0
         assert received[-1]["counted"] == 3
         back = seek(page, 20)
-        assert back["step"] == 20
+        assert back["step"] == view.field.at(20).step  # a packet may be lost: then the step before
 
 
 def seek(page, step):
@@ -251,7 +258,7 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
                 FieldView(address, key=key).join()
 
     refused("127.0.0.1:9", "no field answers; start feasibee field --port 9")
-    with a_field(tmp_path, small(40), key="a key", hz=40.0) as view:
+    with a_field(tmp_path, small(LONG), key="a key", hz=40.0) as view:
         refused(view.address, "--key-file", b"another key")
         wait_for(view, 1)
         session = FieldSession(view)
@@ -275,24 +282,26 @@ def test_steps_are_kept_within_a_limit(tmp_path, monkeypatch):
 def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
     expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
     with (
-        a_field(tmp_path / "first", small(60), faults=kills("1@5", 60)) as view,
+        a_field(tmp_path / "first", small(120), faults=kills("1@5", 120)) as view,
         serving_at(FieldCatalogue(view)) as port,
     ):
         page = visit(port)
         expect(page.locator("#controls")).to_be_hidden()
-        expect(page.locator("#banner-text")).to_have_text("Robot 3 is silent.", timeout=20_000)
+        expect(page.locator("#banner-text")).to_have_text("Robot 3 is silent.")
         expect(page.locator("#retry")).to_be_hidden()
-        expect(page.locator("#field-state")).to_have_text("ended at step 60", timeout=20_000)
-        expect(page.locator("#now")).to_have_text("60")
+        expect(page.locator("#field-state")).to_have_text("ended at step 120")
+        expect(page.locator("#now")).to_have_text("120")
         expect(page.locator("#stopped")).to_have_text("1")
         page.keyboard.press(",")
-        expect(page.locator("#now")).to_have_text("59")
+        expect(page.locator("#now")).to_have_text(
+            str(view.field.at(119).step)
+        )  # or before, if a packet is lost
         page.keyboard.press("r")
         expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))
         page.keyboard.press("n")  # there is no next run
-        expect(page.locator("#field-state")).to_have_text("ended at step 60")
+        expect(page.locator("#field-state")).to_have_text("ended at step 120")
         page.keyboard.press(" ")
-        expect(page.locator("#now")).to_have_text("60")
+        expect(page.locator("#now")).to_have_text("120")
         network = Network(port=int(view.address.rpartition(":")[2]))
         with running(a_plan(small(LONG), seed=2), network, tmp_path / "second"):
             expect(page.locator("#field-which")).to_have_text("2, 0", timeout=60_000)

@@ -29,6 +29,8 @@ from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
 
+pytestmark = pytest.mark.usefixtures("patient")
+
 WORLDS = {
     "the paper's": {"tasks.count": 10},
     "beyond it": {
@@ -126,7 +128,8 @@ def test_a_page_that_comes_back_goes_to_its_step(port):
     assert all((again[name] == there[name]).all() for name in ("x", "y", "heading", "flags"))
 
 
-def test_a_page_that_wants_another_run_doesnt_wait_for_a_far_step(port):
+def test_a_page_that_wants_another_run_doesnt_wait_for_a_far_step(port, monkeypatch):
+    monkeypatch.setattr(serving, "PATIENCE", 0.05)
     with Page(port) as page:
         page.say(type="open", changes={"robots.count": 2000, "run.steps": 200_000}, step=200_000)
         while page.receive()["type"] != "going":
@@ -271,6 +274,15 @@ def test_an_error_of_the_program_ends_neither_page_nor_server(port, monkeypatch,
     assert "internal error in answering a page" in caplog.text
 
 
+def test_an_answer_repeats_the_number_of_its_request(port):
+    with Page(port) as page:
+        assert page.answer("opened", type="open", request=7)["request"] == 7
+        assert [page.receive()["type"] for _ in range(2)] == ["tasks", "frame"]
+        told = page.answer("error", type="open", request=8, changes={"robots.count": -1})
+        assert told["request"] == 8
+        assert page.answer("error", type="inspect", robot=99)["request"] is None
+
+
 WRONG = {
     "not JSON": "{",
     "no text": "",
@@ -376,18 +388,21 @@ def test_a_message_that_is_too_large_ends_that_page_only(port):
         assert other.open()["step"] == 0
 
 
-def test_only_so_many_pages(port, monkeypatch):
+def test_only_so_many_pages(monkeypatch):
     monkeypatch.setattr(serving, "SESSIONS_LIMIT", 2)
-    with Page(port), Page(port) as second:
-        with Page(port) as third:
-            assert third.welcome["type"] == "full"
-            with pytest.raises(ConnectionClosed) as closed:
-                third.receive()
-            assert closed.value.rcvd.code == 1013
-        assert second.open()["step"] == 0
-    time.sleep(0.2)
-    with Page(port) as fourth:
-        assert fourth.welcome["type"] == "welcome"
+    with serving_at(Catalogue(Scenario())) as port:
+        with Page(port), Page(port) as second:
+            with Page(port) as third:
+                assert third.welcome["type"] == "full"
+                with pytest.raises(ConnectionClosed) as closed:
+                    third.receive()
+                assert closed.value.rcvd.code == 1013
+            assert second.open()["step"] == 0
+        kind, end = "full", time.monotonic() + 60
+        while kind == "full" and time.monotonic() < end:  # until the server has seen that they are gone
+            with Page(port) as fourth:
+                kind = fourth.welcome["type"]
+        assert kind == "welcome"
 
 
 @pytest.mark.parametrize(
@@ -483,8 +498,8 @@ def answered_beyond_loopback(name):
     return statuses[0]
 
 
-def opened_in_time(port, seconds=10.0):
-    """Open a page, and return how long it took."""
+def opened_in_time(port, seconds=60.0):
+    """Open a page; the machine may be busy with other tests."""
     start = time.monotonic()
     assert asked(port, f"127.0.0.1:{port}").startswith("HTTP/1.1 200")
     with Page(port) as page:
@@ -500,7 +515,8 @@ def silent(port, count, text=b""):
 
 
 @pytest.mark.parametrize("text", [b"", b"GET / HTTP/1.1\r\nHost: 127.0.0.1"])
-def test_connections_that_never_ask_for_anything_keep_no_page_out(port, text):
+def test_connections_that_never_ask_for_anything_keep_no_page_out(port, text, monkeypatch):
+    monkeypatch.setattr(connections, "LIFETIME", 600.0)  # they end because of newer ones
     with Page(port) as page, ExitStack() as lines:
         for line in silent(port, 400, text):
             lines.enter_context(line)
@@ -528,7 +544,7 @@ def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, 
         (line,) = silent(port, 1, UNFINISHED[what].encode())
         with line:
             line.settimeout(0.1)
-            end = time.monotonic() + 3
+            end = time.monotonic() + 60
             with suppress(ConnectionError):
                 while time.monotonic() < end:
                     with suppress(TimeoutError):
@@ -570,13 +586,13 @@ def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(
     with Page(port) as first, Page(port) as second:
         first.say(**WALLS)
         told = first.receive()
-        assert told.pop("seconds") < 5
+        assert told.pop("seconds") < 60
         assert told == {"type": "compiling", "text": f"Compiling the {GENERAL}, once for this machine"}
         time.sleep(0.6)
         second.say(**WALLS)
         told = second.receive()
         assert told["type"] == "compiling"
-        assert 0.5 < told["seconds"] < 20
+        assert 0.5 < told["seconds"] < 60
         slow_engine.set()
         for page in (first, second):
             assert [page.receive()["type"] for _ in range(3)] == ["opened", "tasks", "frame"]

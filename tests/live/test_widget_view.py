@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from declaring import declaring
 from PIL import Image
+from waiting import eventually, expect_rest
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.widget import Arena, joined_modules
@@ -60,6 +61,7 @@ def show(browser):
 
     def shown(arena, **options):
         context = browser.new_context(**options)
+        context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
         contexts.append(context)
         page = context.new_page()
         page.on("console", heard)
@@ -95,6 +97,32 @@ def step_of(page):
     return page.locator("[data-count=step]")
 
 
+def shown_step(page):
+    return int(step_of(page).inner_text())
+
+
+def expect_step(page, arena, step=None):
+    """Expect that Python knows the step that is shown."""
+
+    def check():
+        assert arena.step == (shown_step(page) if step is None else step)
+
+    eventually(page, check)
+
+
+def expect_speed(arena, speed):
+    assert arena.speed == speed
+
+
+def expect_share(page, colour, holds):
+    """Expect that a share of the canvas has a colour, once it is drawn."""
+
+    def check():
+        assert holds(share(page.locator("canvas"), colour))
+
+    eventually(page, check)
+
+
 def test_buttons_and_keys_step_play_pause_and_restart(show):
     arena = Arena(SCENARIO, seed=1)
     page = show(arena)
@@ -105,16 +133,14 @@ def test_buttons_and_keys_step_play_pause_and_restart(show):
     for key, step in ((".", "2"), ("ArrowRight", "3")):
         page.keyboard.press(key)
         expect(step_of(page)).to_have_text(step)
-    page.wait_for_timeout(100)
-    assert arena.step == 3
+    expect_step(page, arena, 3)
     page.keyboard.press(" ")
     expect(page.get_by_role("button", name="Pause")).to_be_visible()
     expect(step_of(page)).not_to_have_text("3")
     page.get_by_role("button", name="Pause").click()
-    page.wait_for_timeout(300)
-    there = step_of(page).inner_text()
-    page.wait_for_timeout(300)
-    assert there == step_of(page).inner_text() == str(arena.step)
+    expect(page.get_by_role("button", name="Play")).to_be_visible()
+    expect_rest(page, shown_step)
+    expect_step(page, arena)
     page.keyboard.press("r")
     expect(step_of(page)).to_have_text("0")
 
@@ -132,11 +158,11 @@ def test_it_plays_to_the_end_and_says_what_simulate_says(show):
     page.get_by_role("button", name="Play").click()
     expect(step_of(page)).to_have_text("200")
     expect(page.get_by_role("button", name="Play")).to_be_visible()
-    assert arena.speed == 3000
+    eventually(page, lambda: expect_speed(arena, 3000))
     assert expected.decision[0] == 0
     decided = f"decided infeasible at step {int(expected.decision_step[0])}: right"
     expect(page.locator(".outcome")).to_have_text(decided)
-    assert page.locator("[data-count=feasible]").inner_text() == str(int(expected.feasible_count[0, -1]))
+    expect(page.locator("[data-count=feasible]")).to_have_text(str(int(expected.feasible_count[0, -1])))
     page.get_by_role("button", name="Play").click()
     expect(step_of(page)).not_to_have_text("200")
 
@@ -166,16 +192,19 @@ def test_the_arena_is_drawn_in_the_colours_of_the_system(show, scheme):
     page = show(arena, color_scheme=scheme, reduced_motion="reduce")
     expect(step_of(page)).to_have_text("9")
     canvas = page.locator("canvas")
-    assert share(canvas, GROUNDS[scheme]) > 0.8
-    assert share(canvas, TASKS) > 0.005
-    assert (share(canvas, FEASIBLE) > 0.005) == (scheme == "light")
+    expect_share(page, GROUNDS[scheme], lambda share: share > 0.8)
+    expect_share(page, TASKS, lambda share: share > 0.005)
+    expect_share(page, FEASIBLE, lambda share: (share > 0.005) == (scheme == "light"))
     before = canvas.screenshot()
     page.get_by_role("button", name="Step").click()
     expect(step_of(page)).to_have_text("10")
-    assert canvas.screenshot() != before
+    eventually(page, lambda: expect_another(canvas, before))
     page.evaluate("document.body.dataset.jpThemeLight = 'false'")  # as JupyterLab says it
-    page.wait_for_timeout(100)
-    assert share(canvas, GROUNDS["dark"]) > 0.8
+    expect_share(page, GROUNDS["dark"], lambda share: share > 0.8)
+
+
+def expect_another(canvas, before):
+    assert canvas.screenshot() != before
 
 
 def test_a_problem_or_a_lost_kernel_is_told_and_a_view_that_is_gone_does_nothing(show):
@@ -193,13 +222,17 @@ def test_a_problem_or_a_lost_kernel_is_told_and_a_view_that_is_gone_does_nothing
     assert page.evaluate("handlers.size") == 0
 
 
-def test_it_fits_a_narrow_page_and_everything_has_a_name(show):
-    page = show(Arena(Scenario(arena={"side": (40.0, 20.0)})), viewport={"width": 360, "height": 600})
-    expect(step_of(page)).to_have_text("0")
+def expect_narrow(page):
     box = page.locator("canvas").bounding_box()
     assert box["x"] + box["width"] <= 360
     assert box["width"] == pytest.approx(2 * box["height"], rel=0.02)
     assert page.locator("html").evaluate("each => each.scrollWidth") <= 360
+
+
+def test_it_fits_a_narrow_page_and_everything_has_a_name(show):
+    page = show(Arena(Scenario(arena={"side": (40.0, 20.0)})), viewport={"width": 360, "height": 600})
+    expect(step_of(page)).to_have_text("0")
+    eventually(page, lambda: expect_narrow(page))
     for role, name in (("img", "20 robots and 20 tasks"), ("slider", "Speed"), ("group", "Swarm")):
         expect(page.get_by_role(role, name=name)).to_be_visible()
 
@@ -208,17 +241,19 @@ def test_a_world_that_changes_says_the_truth_of_the_step_and_draws_its_tasks(sho
     events = [{"step": 3, "tasks": 40}, {"step": 6, "tasks": -60}]
     scenario = Scenario(tasks={"count": 20}, events=events, run={"steps": 10})
     page = show(Arena(scenario, seed=1), reduced_motion="reduce")
+    expect(step_of(page)).to_have_text("0")
     shown = []
     for step, said in (
         (0, "truth at this step: feasible; 20 robots, 20 tasks"),
         (3, "truth at this step: infeasible; 20 robots, 60 tasks"),
         (6, "truth at this step: feasible; 20 robots, 0 tasks"),
     ):
-        while step_of(page).inner_text() != str(step):
+        while (now := shown_step(page)) < step:
             page.get_by_role("button", name="Step").click()
-            page.wait_for_timeout(50)
+            expect(step_of(page)).to_have_text(str(now + 1))
         expect(page.locator(".outcome")).to_contain_text(said)
-        page.wait_for_timeout(100)
+        least = 2 * shown[-1] if shown else 0.0
+        expect_share(
+            page, TASKS, lambda share, least=least, step=step: share > least if step < 6 else not share
+        )
         shown.append(share(page.locator("canvas"), TASKS))
-    assert shown[1] > 2 * shown[0] > 0
-    assert shown[2] == 0

@@ -1,12 +1,22 @@
-"""What tests do on the page of the live arena."""
+"""What tests do on the page of the live arena, and how they wait for what it shows."""
 
 from __future__ import annotations
 
+import numpy as np
 from playwright.sync_api import expect
+from waiting import drawn, eventually
+
+from feasibee.live.reasons import reasons_of
 
 
 def step_of(page):
     return int(page.locator("#now").inner_text().replace(",", ""))
+
+
+def at(page, step):
+    """Wait until a page shows a step."""
+    expect(page.locator("#now")).to_have_text(f"{step:,}")
+    expect(page.locator("#seek")).to_have_value(str(step))
 
 
 def play_to_the_end(page):
@@ -14,7 +24,7 @@ def play_to_the_end(page):
     while page.locator("#speed").inner_text() != "3,000 steps / s":
         page.keyboard.press("+")
     page.keyboard.press(" ")
-    expect(page.locator("#now")).to_have_text(page.locator("#last").inner_text(), timeout=20_000)
+    expect(page.locator("#now")).to_have_text(page.locator("#last").inner_text())
     expect(page.locator("#play")).to_have_attribute("aria-label", "Play")
 
 
@@ -27,3 +37,78 @@ def change(page, path, value):
 
 def focus_nothing(page):
     page.locator("h1").click()
+
+
+def expect_reasons(page, swarm, robot, lane=0):
+    """Expect that the page says why a robot thinks what it does."""
+    expected = [list(each) for each in reasons_of(swarm, robot)["reasons"]]
+
+    def check():
+        assert lines_of(page, lane)[1] == expected
+
+    eventually(page, check)
+
+
+def lines_of(page, lane=0):
+    """Return the step that is shown and the lines on a robot, both at one moment."""
+    step, lines = page.evaluate(
+        """lane => { const lines = document.querySelectorAll(`#reasons-${lane} dl > div`);
+        return [document.querySelector("#now").innerText,
+            [...lines].map(line => [...line.children].map(each => each.innerText))]; }""",
+        lane,
+    )
+    return int(step.replace(",", "")), lines
+
+
+def picture_of(page, selector="#arena"):
+    """Return a picture of an element once it stays as it is."""
+    element, seen = page.locator(selector), []
+
+    def check():
+        drawn(page)
+        seen.append(element.screenshot())
+        assert len(seen) > 1
+        assert seen[-1] == seen[-2]
+
+    eventually(page, check)
+    return seen[-1]
+
+
+def expect_picture(page, picture, selector="#arena"):
+    """Expect that an element looks as in a picture."""
+
+    def check():
+        assert page.locator(selector).screenshot() == picture
+
+    eventually(page, check)
+
+
+def box_of(page, selector):
+    """Return where an element is once it stays there."""
+    boxes = []
+
+    def check():
+        drawn(page)
+        boxes.append(page.locator(selector).bounding_box())
+        assert len(boxes) > 1
+        assert boxes[-1] == boxes[-2]
+
+    eventually(page, check)
+    return boxes[-1]
+
+
+def point_at(page, swarm, robot, act):
+    """Move the pointer to a robot or click it, by the mouse's function of that name."""
+    width, height = swarm.scenario.arena.size
+    x, y = swarm.positions[robot] / np.array([width, height])
+    box = box_of(page, "#arena")
+    getattr(page.mouse, act)(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
+
+
+def expect_no_scrolling(page, width):
+    """Expect that the page is no wider than its window."""
+
+    def check():
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+    eventually(page, check)

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from waiting import drawn, eventually
 
 from feasibee import Scenario, decision_counts, simulate, wilson
 from feasibee.page import write_page
@@ -30,6 +31,7 @@ def visit(browser):
     def opened(path, more="", width=1280, **options):
         options = {"reduced_motion": "reduce", **options}
         context = browser.new_context(viewport={"width": width, "height": 800}, offline=True, **options)
+        context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
         contexts.append(context)
         page = context.new_page()
         page.on(
@@ -58,7 +60,7 @@ def test_it_plays_by_itself_and_by_keys(visit, file):
     expect(page.locator("#now")).not_to_have_text("0")
     page.keyboard.press(" ")
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-    page.wait_for_timeout(300)
+    drawn(page, 10)  # it comes to the next step, a third of a step each time it is drawn
     there = step_of(page)
     page.keyboard.press(".")
     expect(page.locator("#now")).to_have_text(str(there + 1))
@@ -75,6 +77,7 @@ def test_it_plays_by_itself_and_by_keys(visit, file):
 
 def test_it_rests_at_the_start_if_motion_is_to_be_reduced(visit, file):
     page = visit(file)
+    expect(page.locator("#arena[data-drawn]")).to_be_visible()
     page.wait_for_timeout(300)
     assert step_of(page) == 0
 
@@ -84,7 +87,7 @@ def test_decision_and_hundred_swarms_are_the_engines(visit, file):
     swarms = simulate(FIFTY, runs=100, seed=1, curves=True)
     counts = decision_counts(swarms.decision)
     expect(page.locator("#swarm-counts")).to_have_text(
-        f"100 swarms: {counts['feasible']} feasible, {counts['infeasible']} infeasible.", timeout=20_000
+        f"100 swarms: {counts['feasible']} feasible, {counts['infeasible']} infeasible."
     )
     rate, low, high = wilson(counts["feasible"], 100)
     expect(page.locator("#swarm-feasible")).to_have_text(
@@ -139,6 +142,10 @@ def test_an_invalid_number_is_marked_and_changes_nothing(visit, file):
 def test_it_fits_and_has_the_systems_colours(visit, file, width, scheme):
     page = visit(file, width=width, color_scheme=scheme)
     expect(page.locator("#arena[data-drawn]")).to_be_visible()
+    eventually(page, lambda: expect_fit(page, width, scheme))
+
+
+def expect_fit(page, width, scheme):
     assert page.evaluate("document.documentElement.scrollWidth") == width
     stage, faster = (page.locator(each).bounding_box() for each in ("#stage", "#faster"))
     assert faster["x"] + faster["width"] <= stage["x"] + stage["width"] + 1
@@ -146,6 +153,12 @@ def test_it_fits_and_has_the_systems_colours(visit, file, width, scheme):
         "[...document.getElementById('arena').getContext('2d').getImageData(2, 2, 1, 1).data]"
     )
     assert (max(ground[:3]) < 60) == (scheme == "dark")
+
+
+def expect_own_height(page, inside):
+    height = page.locator("iframe").bounding_box()["height"]
+    assert abs(height - inside.locator("body").evaluate("body => body.scrollHeight")) < 8
+    assert height > 500
 
 
 def test_in_a_frame_it_has_the_sites_theme_and_its_own_height(visit, file, tmp_path):
@@ -159,8 +172,6 @@ def test_in_a_frame_it_has_the_sites_theme_and_its_own_height(visit, file, tmp_p
     inside = page.frame_locator("iframe")
     expect(inside.locator("html")).to_have_attribute("data-theme", "dark")
     expect(inside.locator("header")).to_be_hidden()
-    height = page.locator("iframe").bounding_box()["height"]
-    assert abs(height - inside.locator("body").evaluate("body => body.scrollHeight")) < 8
-    assert height > 500
+    eventually(page, lambda: expect_own_height(page, inside))
     page.evaluate("document.body.dataset.theme = 'light'")
     expect(inside.locator("html")).to_have_attribute("data-theme", "light")

@@ -140,10 +140,20 @@ def test_which_messages_have_no_id():
         assert (wire.decode(wire.encode(*messages[0][:2])).sender == -1) == (name in without)
 
 
-@pytest.mark.parametrize("name", ["dmmd", "average", "census"])
-def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name):
+def state_of(robot):
+    """Return what a robot holds and knows."""
+    mind = robot.mind
+    known = tuple(mind.knowledge.words) if mind.knowledge else ()
+    return mind.opinion, mind.declared, mind.committed, mind.disseminating, mind.phase_left, known
+
+
+@pytest.mark.parametrize("commits", [False, True])
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name, commits):
     """Each robot of one swarm hears messages, those of the other decoded frames."""
-    scenario = scenario_of(name, {}, {}, False, None)
+    if commits and STRATEGIES[name].declares:
+        pytest.skip("a strategy that declares has no rule to commit")
+    scenario = scenario_of(name, {}, {}, commits, None)
     swarms = [Swarm(scenario, 3, 0), Swarm(scenario, 3, 0)]
     wire = wire_of(swarms[0])
     for robot in swarms[1].robots:
@@ -152,8 +162,9 @@ def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name):
     for _ in range(100):
         for swarm in swarms:
             swarm.step()
-        first, second = ([robot.mind.opinion for robot in swarm.robots] for swarm in swarms)
+        first, second = ([state_of(robot) for robot in swarm.robots] for swarm in swarms)
         assert first == second
+    assert any(robot.mind.committed for robot in swarms[0].robots) == commits
 
 
 def random_things(setting, rng):

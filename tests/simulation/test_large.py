@@ -1,7 +1,8 @@
 """Large swarms: sorted in space, in cells and inboxes of their own, by any number of threads: the same bytes.
 
 The hashes are those of an engine that kept robots in the order of their numbers and used one thread
-(version 0.1.0, commit 6e68fbb8). The reference would take minutes here; it meets the engine below.
+(version 0.1.0, commit 6e68fbb8). Those of bodies that deflect are of one that tested bodies pair by pair
+(commit 90e53491). The reference would take minutes here; it meets the engine below.
 """
 
 from __future__ import annotations
@@ -38,6 +39,12 @@ WORLDS = {
         "arena.boundary": "walls",
         "robots.avoid_collisions": True,
         "robots.diameter": 0.6,
+    },
+    "bodies that deflect": {
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+        "robots.diameter": 0.6,
+        "robots.contact": "deflect",
     },
     "loss": {"radio.loss": 0.3},
     "unique": {"sensing.observation": "unique"},
@@ -93,7 +100,7 @@ def test_any_number_of_threads_gives_the_same_bytes(world, threads, monkeypatch)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("world", ["paper", "faults", "unique", "walls and bodies"])
+@pytest.mark.parametrize("world", ["paper", "faults", "unique", "walls and bodies", "bodies that deflect"])
 @pytest.mark.parametrize("robots", [POOLED, POOLED + 1])
 def test_reference_agrees_on_both_sides_of_the_switch(world, robots):
     scenario = scenario_of(world, robots, 10).replace({"tasks.count": 100})

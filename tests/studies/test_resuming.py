@@ -333,12 +333,12 @@ def test_a_comparison_that_is_killed_goes_on_to_the_same_bytes(tmp_path):
     slow = (
         "import time\nfrom feasibee.cli import main\nfrom feasibee.sweeps import pace, workers\n"
         "play, pace.CHUNK_WORK = workers.play, 400\n"
-        "def slow(*arguments):\n    time.sleep(0.1)\n    return play(*arguments)\n"
+        "def slow(*arguments):\n    time.sleep(0.5)\n    return play(*arguments)\n"
         "workers.play = slow\nmain()"
     )
     arguments = [*COMMANDS["comparison"], "--out", "out"]
     process = subprocess.Popen([sys.executable, "-c", slow, *arguments], cwd=tmp_path)
-    until = time.monotonic() + 60
+    until = time.monotonic() + 240
     while runs_in(tmp_path / "out") < 5:
         assert time.monotonic() < until
         assert process.poll() is None

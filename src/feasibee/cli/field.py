@@ -171,6 +171,8 @@ def field(
         processes = Field(plan, network, folder, told.tell, starts_robots=not no_robots, robot_logs=bool(out))
         with told:
             result = processes.run()
+        if not no_robots:
+            _remove_older(folder, scenario.robots.count)
     result = {**result, **_details(plan, network.transport)}
     click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
 
@@ -211,6 +213,14 @@ def _folder(path: Path | None) -> Iterator[Path]:
         return
     with tempfile.TemporaryDirectory(prefix="feasibee-field-") as name:
         yield Path(name)
+
+
+def _remove_older(folder: Path, robots: int) -> None:
+    """Remove logs that a field of more robots left in the folder: they aren't those of this field."""
+    for log in folder.glob("robot-*.jsonl"):
+        number = log.stem.removeprefix("robot-")
+        if number.isdecimal() and int(number) >= robots:
+            log.unlink(missing_ok=True)
 
 
 def _details(plan: Plan, transport: str) -> dict[str, Any]:

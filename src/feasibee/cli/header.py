@@ -7,18 +7,23 @@ import click
 
 @click.command()
 @click.option(
-    "--strategy", "strategies", multiple=True, metavar="NAME", help="Include this strategy; by default all."
+    "--strategy",
+    "strategies",
+    multiple=True,
+    metavar="NAME",
+    help="Include this strategy, repeatable; by default all that exist in C.",
 )
 @click.option("--inbox", type=int, help="Number of senders whose message a robot keeps; by default 64.")
 def header(strategies: tuple[str, ...], inbox: int | None) -> None:
     """Print the controller of one robot in C99, as one header file.
 
-    Several strategies may be chosen. The comments in the file say how to use it.
+    The comments in the file say how to use it.
 
     \b
     Examples:
       feasibee header > feasibee.h
       feasibee header --strategy dmmd --inbox 32 > feasibee.h
+      feasibee header --strategy dmmd --strategy average > feasibee.h
     """
     from feasibee.firmware import header
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -53,6 +54,12 @@ key_option = click.option(
 @click.option(
     "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
 )
+@click.option(
+    "--seed",
+    type=int,
+    metavar="INTEGER",
+    help="With --senses: seed of the robot's random numbers, 0 to 2**64 - 1; by default a new one.",
+)
 @transport_option
 @key_option
 @click.option(
@@ -74,6 +81,7 @@ def robot(
     connect: str | None,
     senses: str | None,
     number: int,
+    seed: int | None,
     transport: str,
     key_file: Path | None,
     log: Path | None,
@@ -95,10 +103,12 @@ def robot(
         raise FeasibeeError("feasibee robot: needs either a world or senses; give --connect or --senses")
     if connect is not None and (file or changes):
         raise FeasibeeError("--connect with a scenario: the world has the scenario; leave out FILE and --set")
+    if connect is not None and seed is not None:
+        raise FeasibeeError("--connect with --seed: the world has the seed; leave out --seed")
     if log is not None:
         check_output(log, (".jsonl",), "--log")
     if senses is not None:
-        _drive(read_scenario(file, changes), number, senses, log)
+        _drive(read_scenario(file, changes), number, seed, senses, log)
         return
     from feasibee.field.robot import GONE, take_part
 
@@ -111,13 +121,15 @@ def robot(
         raise FeasibeeError(f"{connect}: silent for {patience:g} s; check the address, or start the field")
 
 
-def _drive(scenario: Scenario, number: int, senses: str, log: Path | None) -> None:
-    """Run a real robot until its driver ends."""
+def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: Path | None) -> None:
+    """Run a real robot until its driver ends; without a seed, each start has random numbers of its own."""
     from feasibee.field.bodies import Bodies
     from feasibee.field.node import Node
     from feasibee.field.senses import drive, open_senses
+    from feasibee.scenario.runs import Runs
 
-    bodies = Bodies(scenario, 0, 0)
+    one = Runs.single(random.SystemRandom().getrandbits(64) if seed is None else seed, 0)
+    bodies = Bodies(scenario, one.seed, one.first)
     count = scenario.robots.count
     if number >= count:
         raise FeasibeeError(f"--id {number}: must be below robots.count, {count}; use 0 or more")

@@ -91,8 +91,12 @@ def _writing_log(log: Path) -> Iterator[None]:
 
 
 def _line(progress: Progress, rate: float) -> str:
-    left = (progress.runs - progress.runs_done) / rate if rate else float("inf")
-    return (
+    done = (
         f"feasibee: {progress.points_done} of {progress.points} points, "
-        f"{progress.runs_done} of {progress.runs} runs, {rate:.0f} runs/s, about {left:.0f} s left"
+        f"{progress.runs_done} of {progress.runs} runs"
     )
+    if not rate:
+        return done
+    left = (progress.runs - progress.runs_done) / rate
+    time_left = f"{left / 60:.0f} min" if left >= 120 else f"{left:.0f} s"
+    return f"{done}, {rate:,.{int(rate < 10)}f} runs/s, about {time_left} left"

@@ -1,20 +1,26 @@
-"""Bodies: robots that go where their way is clear of walls and discs, robot by robot (model.md 6.1, 6.2).
+"""Bodies: robots that go where their way is clear of walls and discs, word by word (model.md 6.1, 6.2).
 
-Up to 32 robots do so at once: see `feasibee.engine.few_bodies`.
+The robots near those of a word are queued, and all of these pairs tested together. Up to 32 robots need
+fewer pairs: see `feasibee.engine.few_bodies`.
 """
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32, uint64
+from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.bits import bit, contains, has_bit, lowest_member, place_of, set_member, without_lowest
-from feasibee.engine.cells import block, near, shortest
+from feasibee.engine.bits import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
+from feasibee.engine.cells import shortest
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.intrinsics import lowest
-from feasibee.engine.layout import Point, Robot, Set
+from feasibee.engine.crowd import queue_near
+from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Robot, Set
 from feasibee.engine.motion import move_freely
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import COS_EIGHTH
+
+SURELY = 1e-14
+"""More than the relative error of a product of four numbers, each rounded once."""
+TOGETHER = 4
+"""Pairs that are tested together; lists are filled up to a multiple."""
 
 
 @spliced
@@ -23,27 +29,138 @@ def move_where_clear(params, state, part):
     if params.arena.wraps and not (params.arena.walls or params.robots.avoid_collisions):
         move_freely(state, part)  # stopped robots have speed 0
         return
+    sets = state.sets
     for w in range(part.first, part.last):
-        blocked = uint32(0)
-        left = state.sets[Set.WORKING, w]
-        while left:
-            i = lowest_member(w, left)
-            if not is_clear(params, state, i):
-                blocked |= bit(i)
-                if params.robots.deflects:
-                    set_member(state.sets, Set.TURNING_LEFT, i, turns_left(params, state, i))
-            left = without_lowest(left)
-        state.sets[Set.BLOCKED, w] = blocked
+        blocked, left, right = find_blocked(params, state, part, w, sets[Set.WORKING, w], True)
+        if params.robots.deflects:
+            wall_left, wall_right = find_walls_beside(params, state.robots, w)
+            sets[Set.TURNING_LEFT, w] = right | wall_right | ~(left | wall_left)
+        sets[Set.BLOCKED, w] = blocked
     wait_for_all(part)
     if params.robots.deflects:
         deflect(params, state, part)
     for w in range(part.first, part.last):
-        left = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.BLOCKED, w])
+        left = uint32(sets[Set.WORKING, w] & ~sets[Set.BLOCKED, w])
         while left:
             i = lowest_member(w, left)
             x, y = destination(params, state, i)
             state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
             left = without_lowest(left)
+
+
+@spliced
+def deflect(params, state, part):
+    """Let the blocked robots turn away twice, as long as they are blocked (model.md 6.2.2 to 6.2.5)."""
+    sets = state.sets
+    for _ in range(2):
+        for w in range(part.first, part.last):
+            turn_away(state.robots, sets[Set.TURNING_LEFT, w], sets[Set.BLOCKED, w], w)
+        wait_for_all(part)
+        for w in range(part.first, part.last):
+            tried = sets[Set.BLOCKED, w]
+            still, _, _ = find_blocked(params, state, part, w, tried, False)
+            sets[Set.CLEARED, w] = tried & ~still
+        wait_for_all(part)
+        for w in range(part.first, part.last):
+            sets[Set.BLOCKED, w] &= ~sets[Set.CLEARED, w]
+
+
+@called
+def find_blocked(params, state, part, w, tried, at_first):
+    """Return which of some robots of a word are blocked, and which of these by robots on the left and right.
+
+    Another robot moves, or may stay: ``at_first`` any, later the blocked ones.
+    """
+    limit = params.robots.meet_limit
+    found, found_left, found_right = find_beyond_walls(params, state.robots, w) & tried, uint32(0), uint32(0)
+    if not params.robots.avoid_collisions:
+        return found, found_left, found_right
+    queued, left = int64(0), tried
+    if not (at_first and params.robots.deflects):  # the sides don't matter
+        left = uint32(tried & ~found)
+    while left:
+        i = lowest_member(w, left)
+        queued = queue_near(params, state, part, state.robot_cells, params.robots.grid, i, limit, queued)
+        left = without_lowest(left)
+        if queued > HEARD_ROOM or left == 0:
+            met, on_left, on_right = find_met(params, state, state.heard[part.thread], queued, at_first)
+            found, found_left, found_right = found | met, found_left | on_left, found_right | on_right
+            queued = int64(0)
+    return found, found_left, found_right
+
+
+@called
+def find_met(params, state, pairs, queued, at_first):
+    """Return which robots of a word meet those queued for them, and have these on the left and right.
+
+    Without a branch, so that LLVM vectorizes the loop, unless floats leave a pair in doubt.
+    """
+    robots, staying = state.robots, state.sets[Set.BLOCKED]
+    xs, ys, us, vs = robots[Robot.X], robots[Robot.Y], robots[Robot.STEP_X], robots[Robot.STEP_Y]
+    receivers, senders = pairs[Heard.RECEIVER], pairs[Heard.SENDER]
+    arena, limit = params.arena, int64(params.robots.apart_limit)
+    walls, width, height = arena.walls, arena.width, arena.height
+    found, left, right, doubtful = uint32(0), uint32(0), uint32(0), False
+    repeat_last(receivers, senders, queued)
+    for k in range((queued + TOGETHER - 1) & -TOGETHER):
+        i, j = uint64(uint32(receivers[k])), uint64(uint32(senders[k]) >> uint32(1))
+        way_x = short_way(xs[i], xs[j], width, walls)
+        way_y = short_way(ys[i], ys[j], height, walls)
+        ix, iy, jx, jy = int64(us[i]), int64(vs[i]), int64(us[j]), int64(vs[j])
+        apart, along, across = way_x * way_x + way_y * way_y, way_x * ix + way_y * iy, way_y * ix - way_x * iy
+        length = ix * ix + iy * iy
+        along_both = way_x * jx + way_y * jy - along
+        across_both = way_x * jy - way_y * jx + across
+        length_both = length + jx * jx + jy * jy - 2 * (ix * jx + iy * jy)
+        meets_alone, sure_alone = meets(limit, apart, -along, across, length)
+        meets_both, sure = meets(limit, apart, along_both, across_both, length_both)
+        doubtful |= not (sure & sure_alone)
+        met = (meets_both | (meets_alone & (at_first | has_bit(staying[j >> uint64(5)], j)))) & (i != j)
+        found |= bit_if(met, i)
+        left |= bit_if(met & (across > 0), i)
+        right |= bit_if(met & (across < 0), i)
+    if doubtful:
+        return find_met_exactly(params, state, pairs, queued, at_first)
+    return found, left, right
+
+
+@called
+def find_met_exactly(params, state, pairs, queued, at_first):
+    """Return what `find_met` returns, by exact arithmetic."""
+    found, left, right = uint32(0), uint32(0), uint32(0)
+    for k in range(queued):
+        i, j = int64(pairs[Heard.RECEIVER, k]), place_of(pairs[Heard.SENDER, k])
+        may_stay = at_first or contains(state.sets[Set.BLOCKED], j)
+        met, side = meets_exactly(params, state.robots, i, j, may_stay)
+        found |= bit_if(met and i != j, i)
+        left |= bit_if(met and side > 0, i)
+        right |= bit_if(met and side < 0, i)
+    return found, left, right
+
+
+@inlined
+def meets_exactly(params, robots, i, j, may_stay):
+    """Return whether a robot meets another, which moves or may stay, and how far left of its heading."""
+    way_x, way_y = way_between(params, robots, i, j)
+    u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
+    both_x, both_y = int64(robots[Robot.STEP_X, j]) - u, int64(robots[Robot.STEP_Y, j]) - v
+    met = meet(params, way_x, way_y, both_x, both_y) or (may_stay and meet(params, way_x, way_y, -u, -v))
+    return met, u * way_y - v * way_x
+
+
+@inlined
+def repeat_last(firsts, seconds, listed):
+    """Repeat the last pair of a list, which changes no set, so that the last ones can be tested together."""
+    last = max(listed - 1, 0)
+    for k in range(TOGETHER):
+        firsts[listed + k], seconds[listed + k] = firsts[last], seconds[last]
+
+
+@inlined
+def short_way(here, there, side, walls):
+    """Return the way along an axis, on the torus the short one. LLVM knows that it fits in 32 bits."""
+    way = int64(uint32(there)) - int64(uint32(here))
+    return int64(int32(way if walls else shortest(way, side)))
 
 
 @inlined
@@ -66,60 +183,43 @@ def around(coordinate, side):
     return coordinate
 
 
-@inlined
-def is_clear(params, state, i):
-    """Return whether a robot's step keeps its disc clear of walls and of all other robots."""
-    if is_beyond_walls(params, state.robots, i):
-        return False
-    if not params.robots.avoid_collisions:
-        return True
-    first, last, other_first, other_last = block(
-        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    )
-    return is_clear_of(params, state, i, first, last) and is_clear_of(
-        params, state, i, other_first, other_last
-    )
-
-
-@inlined
-def is_beyond_walls(params, robots, i):
-    """Return whether a robot's step leads beyond a wall."""
-    x = int64(uint32(robots[Robot.X, i])) + int64(robots[Robot.STEP_X, i])
-    y = int64(uint32(robots[Robot.Y, i])) + int64(robots[Robot.STEP_Y, i])
+@called
+def find_beyond_walls(params, robots, w):
+    """Return the set of robots of a word whose step leads beyond a wall."""
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
     low, right = params.robots.radius, params.arena.width - params.robots.radius
     top = params.arena.height - params.robots.radius
-    return params.arena.walls & ((x < low) | (y < low) | (x > right) | (y > top))
+    found, base = uint32(0), uint64(WORD * w)
+    if not params.arena.walls:
+        return found
+    for k in range(32):
+        i = uint64(base + k)
+        x, y = int64(uint32(xs[i])) + int64(steps_x[i]), int64(uint32(ys[i])) + int64(steps_y[i])
+        found |= bit_if((x < low) | (y < low) | (x > right) | (y > top), k)
+    return found
 
 
 @called
-def is_clear_of(params, state, i, first, last):
-    """Return whether a robot's step keeps clear of the robots in a stretch of the cells."""
-    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    while first < last:
-        close = near(params, points, first, last, x, y, params.robots.meet_limit)
-        while close:
-            other = place_of(points[Point.NUMBER, first + lowest(close)])
-            if other != i and collide(params, state, i, other):
-                return False
-            close = without_lowest(close)
-        first += 32
-    return True
-
-
-@inlined
-def collide(params, state, i, other):
-    """Return whether a moving robot meets another, which may move too or stay."""
-    way_x, way_y = way_between(params, state.robots, i, other)
-    dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
-    if meet(params, way_x, way_y, dx, dy):
-        return True
-    return contains(state.sets[Set.WORKING], other) and meet(
-        params,
-        way_x,
-        way_y,
-        dx + int64(state.robots[Robot.STEP_X, other]),
-        dy + int64(state.robots[Robot.STEP_Y, other]),
-    )
+def find_walls_beside(params, robots, w):
+    """Return which robots of a word have a wall that blocks them on their left, and on their right."""
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
+    low, right = params.robots.radius, params.arena.width - params.robots.radius
+    top = params.arena.height - params.robots.radius
+    found_left, found_right, base = uint32(0), uint32(0), uint64(WORD * w)
+    if not params.arena.walls:
+        return found_left, found_right
+    for k in range(32):
+        i = uint64(base + k)
+        u, v = int64(steps_x[i]), int64(steps_y[i])
+        x, y = int64(uint32(xs[i])) + u, int64(uint32(ys[i])) + v
+        west, east, south, north = x < low, x > right, y < low, y > top
+        on_left = (east & (v < 0)) | (west & (v > 0)) | (north & (u > 0)) | (south & (u < 0))
+        on_right = (east & (v > 0)) | (west & (v < 0)) | (north & (u < 0)) | (south & (u > 0))
+        found_left |= bit_if(on_left, k)
+        found_right |= bit_if(on_right, k)
+    return found_left, found_right
 
 
 @inlined
@@ -130,6 +230,19 @@ def way_between(params, robots, i, j):
     if params.arena.walls:
         return way_x, way_y
     return shortest(way_x, params.arena.width), shortest(way_y, params.arena.height)
+
+
+@inlined
+def meets(limit, apart, along, across, length):
+    """Return whether two discs overlap at some moment of a step, as `meet` does, and whether that is sure.
+
+    The squared distance is ``apart`` at the start and ``apart + 2 along + length`` at the end.
+    """
+    passes = (along < 0) & (-along < length)
+    at_ends = apart + (int64(0) if along >= 0 else 2 * along + length) < limit
+    squared, least = float64(across) * float64(across), float64(limit) * float64(length)
+    sure = (abs(squared - least) > SURELY * least) | (not passes)
+    return (passes & (squared < least)) | ((not passes) & at_ends), sure
 
 
 @called
@@ -162,125 +275,20 @@ def product(a, b):
     return a1 * b1 + (middle >> uint64(32)) + (other >> uint64(32)), (other << uint64(32)) | (low & mask)
 
 
-@spliced
-def deflect(params, state, part):
-    """Let the blocked robots turn away twice, as long as they are blocked (model.md 6.2.2 to 6.2.5)."""
-    sets = state.sets
-    for _ in range(2):
-        for w in range(part.first, part.last):
-            left = sets[Set.BLOCKED, w]
-            while left:
-                turn_away(state.robots, sets[Set.TURNING_LEFT, w], lowest_member(w, left))
-                left = without_lowest(left)
-        wait_for_all(part)
-        for w in range(part.first, part.last):
-            cleared = uint32(0)
-            left = sets[Set.BLOCKED, w]
-            while left:
-                i = lowest_member(w, left)
-                if is_way_clear(params, state, i):
-                    cleared |= bit(i)
-                left = without_lowest(left)
-            sets[Set.CLEARED, w] = cleared
-        wait_for_all(part)
-        for w in range(part.first, part.last):
-            sets[Set.BLOCKED, w] &= ~sets[Set.CLEARED, w]
-
-
-@inlined
-def turn_away(robots, turning_left, i):
-    """Turn a robot's step by an eighth of a turn; ``turning_left`` is its word of the set."""
-    u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
-    side = 2 * int64(has_bit(turning_left, i)) - 1  # without a branch
-    robots[Robot.STEP_X, i] = int32(shortened(u - side * v))
-    robots[Robot.STEP_Y, i] = int32(shortened(v + side * u))
+@called
+def turn_away(robots, turning_left, blocked, w):
+    """Turn the steps of the blocked robots of a word by an eighth of a turn, to the left or to the right."""
+    steps_x, steps_y, base = robots[Robot.STEP_X], robots[Robot.STEP_Y], uint64(WORD * w)
+    for k in range(32):
+        i = uint64(base + k)
+        u, v = int64(steps_x[i]), int64(steps_y[i])
+        side = 2 * int64(has_bit(turning_left, k)) - 1  # without a branch
+        turned_u, turned_v = shortened(u - side * v), shortened(v + side * u)
+        turns = has_bit(blocked, k)
+        steps_x[i], steps_y[i] = int32(turned_u if turns else u), int32(turned_v if turns else v)
 
 
 @inlined
 def shortened(length):
     """Return a length times the cosine of an eighth of a turn, rounded towards 0."""
     return (length * int64(COS_EIGHTH) + ((length >> 63) & 0xFFFFFFFF)) >> 32
-
-
-@called
-def turns_left(params, state, i):
-    """Return whether a blocked robot turns left: unless all that blocks it lies left of its heading."""
-    on_left, on_right = walls_beside(params, state.robots, i)
-    stretches = block(
-        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    )
-    first, last, other_first, other_last = stretches
-    some_left, some_right = robots_beside(params, state, i, first, last)
-    others_left, others_right = robots_beside(params, state, i, other_first, other_last)
-    return on_right or some_right or others_right or not (on_left or some_left or others_left)
-
-
-@called
-def walls_beside(params, robots, i):
-    """Return whether a robot's step leads beyond a wall left of its heading, and right of it."""
-    if not params.arena.walls:
-        return False, False
-    u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
-    x, y = int64(uint32(robots[Robot.X, i])) + u, int64(uint32(robots[Robot.Y, i])) + v
-    low, right = params.robots.radius, params.arena.width - params.robots.radius
-    top = params.arena.height - params.robots.radius
-    west, east, south, north = x < low, x > right, y < low, y > top
-    on_left = (east & (v < 0)) | (west & (v > 0)) | (north & (u > 0)) | (south & (u < 0))
-    on_right = (east & (v > 0)) | (west & (v < 0)) | (north & (u < 0)) | (south & (u > 0))
-    return on_left, on_right
-
-
-@called
-def robots_beside(params, state, i, first, last):
-    """Return whether robots of a stretch block a robot left of its heading, and right of it."""
-    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    u, v = int64(state.robots[Robot.STEP_X, i]), int64(state.robots[Robot.STEP_Y, i])
-    on_left = on_right = False
-    while first < last:
-        close = near(params, points, first, last, x, y, params.robots.meet_limit)
-        while close:
-            other = place_of(points[Point.NUMBER, first + lowest(close)])
-            if other != i and collide(params, state, i, other):
-                way_x, way_y = way_between(params, state.robots, i, other)
-                side = u * way_y - v * way_x
-                on_left |= side > 0
-                on_right |= side < 0
-            close = without_lowest(close)
-        first += 32
-    return on_left, on_right
-
-
-@inlined
-def is_way_clear(params, state, i):
-    """Return whether a blocked robot's new step is clear, whatever the other blocked robots do."""
-    if is_beyond_walls(params, state.robots, i):
-        return False
-    first, last, other_first, other_last = block(
-        state.robot_cells, params.robots.grid, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    )
-    return is_way_clear_of(params, state, i, first, last) and is_way_clear_of(
-        params, state, i, other_first, other_last
-    )
-
-
-@called
-def is_way_clear_of(params, state, i, first, last):
-    """Return whether a blocked robot's new step is clear of the robots in a stretch of the cells."""
-    points, x, y = state.robot_cells.points, state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    dx, dy = -int64(state.robots[Robot.STEP_X, i]), -int64(state.robots[Robot.STEP_Y, i])
-    while first < last:
-        close = near(params, points, first, last, x, y, params.robots.meet_limit)
-        while close:
-            other = place_of(points[Point.NUMBER, first + lowest(close)])
-            close = without_lowest(close)
-            if other == i:
-                continue
-            way_x, way_y = way_between(params, state.robots, i, other)
-            if contains(state.sets[Set.BLOCKED], other) and meet(params, way_x, way_y, dx, dy):
-                return False
-            both_x = dx + int64(state.robots[Robot.STEP_X, other])
-            both_y = dy + int64(state.robots[Robot.STEP_Y, other])
-            if meet(params, way_x, way_y, both_x, both_y):
-                return False
-        first += 32
-    return True

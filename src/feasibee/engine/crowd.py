@@ -136,11 +136,14 @@ def count_tasks(params, state, part):
 
 
 @inlined
-def queue_sights(params, state, part, cells, grid, i, queued):
-    """Queue what is in sight of a robot, robots or tasks; return how many sights are queued."""
+def queue_near(params, state, part, cells, grid, i, limit, queued):
+    """Queue what is near a robot, robots or tasks; return how many are queued.
+
+    ``limit`` is above their squared distances. A robot is near itself.
+    """
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], cells.points
     first, last, other_first, other_last = block(cells, grid, x, y)
-    heard, numbers, limit = state.heard[part.thread], points[Point.NUMBER], params.sensing.limit
+    heard, numbers = state.heard[part.thread], points[Point.NUMBER]
     if are_few(first, last, other_first, other_last):
         close = few_near(params, points, first, last, x, y, limit)
         queued = queue_few(heard, numbers, first, close, i, queued)

@@ -23,7 +23,7 @@ from feasibee.engine.bits import (
     without_lowest,
 )
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.crowd import count_tasks, look_and_listen, queue_sights
+from feasibee.engine.crowd import count_tasks, look_and_listen, queue_near
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive, receive_together
 from feasibee.engine.intrinsics import find_near, lowest, popcount, within
@@ -141,12 +141,12 @@ def observe_tasks(params, state, functions, part):
 @called
 def observe_all(params, state, functions, part, cells, grid, are_robots):
     """Observe each robot or each task in sight of exploring robots."""
-    queued = int64(0)
+    queued, limit = int64(0), params.sensing.limit
     for w in range(part.first, part.last):
         left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while left:
             i = uint64(lowest_member(w, left))
-            queued = queue_sights(params, state, part, cells, grid, i, queued)
+            queued = queue_near(params, state, part, cells, grid, i, limit, queued)
             if queued > HEARD_ROOM:
                 queued = observe_queued(params, state, functions, part, queued, are_robots)
             left = without_lowest(left)

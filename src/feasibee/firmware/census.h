@@ -28,8 +28,10 @@ static inline void feasibee_census_start(struct feasibee_robot *robot)
 
 static inline void feasibee_census_observe(struct feasibee_robot *robot, const struct feasibee_thing *thing)
 {
-    uint32_t first = thing->is_robot ? 0 : feasibee_census_words_of(robot->settings->setting->robot_ids);
-    feasibee_census_add(robot->known + first, (uint32_t)thing->id);
+    const struct feasibee_setting *setting = robot->settings->setting;
+    uint32_t first = thing->is_robot ? 0 : feasibee_census_words_of(setting->robot_ids);
+    if (feasibee_has_id(thing, setting))
+        feasibee_census_add(robot->known + first, (uint32_t)thing->id);
 }
 
 static inline void feasibee_census_encode(struct feasibee_robot *robot, uint32_t *words)

@@ -165,7 +165,7 @@ struct feasibee_me {
 /* A robot or a task in sight, for strategies that pass on knowledge. */
 struct feasibee_thing {
     bool is_robot;
-    int32_t id;    /* -1 for a false sighting */
+    int32_t id;    /* -1 for a false sighting; of those without an id below the number of ids, none is kept */
     uint32_t hash; /* 32 random bits, the same for all who see it */
 #if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
     double x, y; /* its position in a frame that all robots share, in units */

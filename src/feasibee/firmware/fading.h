@@ -96,7 +96,7 @@ static inline double feasibee_fading_chance(const struct feasibee_robot *robot, 
     uint32_t bits = robot->me.hash ^ (robot->me.step * UINT32_C(0x5851F42D) + which * UINT32_C(0x14057B7F));
     bits = (bits ^ bits >> 16) * UINT32_C(0x2C1B3C6D);
     bits = (bits ^ bits >> 12) * UINT32_C(0x297A2D39);
-    return (bits ^ bits >> 15) / 4294967296.0;
+    return (double)(bits ^ bits >> 15) / 4294967296.0;
 }
 
 /* Return a number as 8 bits, rounded up or down at random so that its mean is right. */
@@ -244,7 +244,7 @@ static inline double feasibee_fading_tasks(const struct feasibee_robot *robot, c
     if (looks < 1e-9 || (by_ratio && others == 0))
         return -1.0;
     tasks = tasks > 0.0 ? tasks : 0.0;
-    return by_ratio ? tasks * others / looks : tasks / (looks * feasibee_share_in_sight(setting));
+    return by_ratio ? tasks * (double)others / looks : tasks / (looks * feasibee_share_in_sight(setting));
 }
 
 /* Return the estimated number of tasks; -1.0 if nothing is known. */
@@ -284,7 +284,7 @@ static inline int8_t feasibee_fading_judge(struct feasibee_robot *robot)
     }
     if (tasks < 0.0)
         return FEASIBEE_NONE;
-    return tasks <= feasibee_fading_robots(robot) + 0.5 ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
+    return tasks <= (double)feasibee_fading_robots(robot) + 0.5 ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
 }
 
 /* Write both sides of the rule. */
@@ -294,7 +294,7 @@ static inline void feasibee_fading_count(struct feasibee_robot *robot, uint32_t 
     double estimate = feasibee_fading_estimate(robot);
     *robots = *tasks = 0;
     if (estimate >= 0.0)
-        feasibee_write_counts((uint64_t)(scale * (feasibee_fading_robots(robot) + 0.5)),
+        feasibee_write_counts((uint64_t)(scale * ((double)feasibee_fading_robots(robot) + 0.5)),
                               (uint64_t)(scale * (estimate < scale * scale ? estimate : scale * scale)),
                               robots, tasks);
 }

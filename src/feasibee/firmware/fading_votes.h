@@ -35,7 +35,7 @@ static inline uint32_t feasibee_fading_votes_own(const struct feasibee_robot *ro
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     double tasks = robot->memory.numbers[FEASIBEE_TASKS] + 0.5, looks = robot->memory.numbers[FEASIBEE_LOOKS];
-    double robots = feasibee_fading_robots(robot);
+    double robots = (double)feasibee_fading_robots(robot);
     if (feasibee_fading_by_ratio(setting))
         return tasks * (robots - 1.0) <= (robots + 0.5) * looks;
     return tasks <= (robots + 0.5) * feasibee_share_in_sight(setting) * looks;

@@ -19,8 +19,8 @@ static inline uint32_t feasibee_grid_name(const struct feasibee_thing *thing, ui
                                           const struct feasibee_setting *setting)
 {
     uint32_t columns = feasibee_grid_columns(name_bits), rows = feasibee_grid_rows(name_bits);
-    uint32_t column = (uint32_t)(thing->x / setting->width * columns);
-    uint32_t row = (uint32_t)(thing->y / setting->height * rows);
+    uint32_t column = (uint32_t)(thing->x / setting->width * (double)columns);
+    uint32_t row = (uint32_t)(thing->y / setting->height * (double)rows);
     column = column < columns ? column : columns - 1;
     row = row < rows ? row : rows - 1;
     uint32_t name = column * rows + row;
@@ -39,12 +39,12 @@ static inline bool feasibee_grid_is_near(const struct feasibee_robot *robot, uin
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     uint32_t columns = feasibee_grid_columns(name_bits), rows = feasibee_grid_rows(name_bits);
-    double x = (name / rows + 0.5) * setting->width / columns;
-    double y = (name % rows + 0.5) * setting->height / rows;
+    double x = ((double)(name / rows) + 0.5) * setting->width / (double)columns;
+    double y = ((double)(name % rows) + 0.5) * setting->height / (double)rows;
     double dx = feasibee_grid_distance(x, robot->x, setting->width, setting->walled);
     double dy = feasibee_grid_distance(y, robot->y, setting->height, setting->walled);
-    dx += 0.5 * setting->width / columns;
-    dy += 0.5 * setting->height / rows;
+    dx += 0.5 * setting->width / (double)columns;
+    dy += 0.5 * setting->height / (double)rows;
     double reach = 0.95 * setting->sight;
     return dx * dx + dy * dy < reach * reach;
 }

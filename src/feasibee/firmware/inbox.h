@@ -35,12 +35,14 @@ static inline uint16_t feasibee_value_at(const struct feasibee_robot *robot, uin
 /* Remove the message at a place; those after it move up. */
 static inline void feasibee_drop(struct feasibee_robot *robot, uint16_t place)
 {
-    robot->heard--;
-    for (; place < robot->heard; place++) {
-        uint16_t next = (uint16_t)(place + 1);
+#if FEASIBEE_INBOX > 1 /* in an inbox of 1 nothing moves up */
+    for (uint16_t next = (uint16_t)(place + 1); next < robot->heard; place = next++)
         feasibee_put(robot, place, robot->senders[next], feasibee_opinion_at(robot, next),
                      feasibee_value_at(robot, next));
-    }
+#else
+    (void)place;
+#endif
+    robot->heard--;
 }
 
 /* Keep a message as the newest; without room, the oldest goes. */

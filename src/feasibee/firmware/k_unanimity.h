@@ -16,12 +16,12 @@ static inline double feasibee_all_among(uint16_t these, uint16_t all, uint16_t k
 
 static inline bool feasibee_all_feasible(const struct feasibee_votes *votes, uint16_t all, uint16_t k)
 {
-    return votes->chance / 4294967296.0 < feasibee_all_among(votes->feasible, all, k);
+    return (double)votes->chance / 4294967296.0 < feasibee_all_among(votes->feasible, all, k);
 }
 
 static inline bool feasibee_all_infeasible(const struct feasibee_votes *votes, uint16_t all, uint16_t k)
 {
-    return votes->chance / 4294967296.0 >= 1.0 - feasibee_all_among(votes->infeasible, all, k);
+    return (double)votes->chance / 4294967296.0 >= 1.0 - feasibee_all_among(votes->infeasible, all, k);
 }
 
 #else

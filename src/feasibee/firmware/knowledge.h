@@ -56,12 +56,16 @@ struct feasibee_knowledge {
 static inline int32_t feasibee_whole(const struct feasibee_setting *setting, uint8_t place, int32_t least,
                                      int32_t most)
 {
-    feasibee_number number = setting->parameters[place];
-    if (number < FEASIBEE_NUMBER(1) * least)
+    feasibee_number number = setting->parameters[place] / FEASIBEE_NUMBER(1);
+    if (number < (feasibee_number)least)
         return least;
-    if (number > FEASIBEE_NUMBER(1) * most)
-        return most;
-    return (int32_t)(number / FEASIBEE_NUMBER(1));
+    return number > (feasibee_number)most ? most : (int32_t)number;
+}
+
+/* Return whether a thing has an id below the number of ids: a false sighting has none, nor a misread tag. */
+static inline bool feasibee_has_id(const struct feasibee_thing *thing, const struct feasibee_setting *setting)
+{
+    return (uint32_t)thing->id < (thing->is_robot ? setting->robot_ids : setting->task_ids);
 }
 
 /* Return how many bits a number has without the zeros before it. */

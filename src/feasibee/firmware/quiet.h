@@ -31,8 +31,10 @@ static inline bool feasibee_told_enough(uint32_t *list, uint16_t tolerates, feas
 /* Return a parameter as a number of steps, rounded up. */
 static inline uint32_t feasibee_steps_given(feasibee_number number)
 {
-    if (number / FEASIBEE_NUMBER(1) >= (feasibee_number)FEASIBEE_NEVER)
+#ifdef FEASIBEE_DOUBLE
+    if (number >= (double)FEASIBEE_NEVER)
         return FEASIBEE_NEVER;
+#endif
     uint32_t whole = (uint32_t)(number / FEASIBEE_NUMBER(1));
     return whole + (number > FEASIBEE_NUMBER(1) * (feasibee_number)whole);
 }
@@ -45,7 +47,7 @@ static inline uint32_t feasibee_steps_given(feasibee_number number)
 #define FEASIBEE_SQRT sqrt
 #endif
 
-#define FEASIBEE_MUCH 1e300 /* stands for infinity */
+#define FEASIBEE_MUCH 1e30 /* stands for infinity; a double may have 32 bits */
 
 /* Return the area of the arena; within walls twice that, since places near them are seen more rarely. */
 static inline double feasibee_room(const struct feasibee_setting *setting)
@@ -56,7 +58,7 @@ static inline double feasibee_room(const struct feasibee_setting *setting)
 /* Return the area of the strips that so many robots sweep in a step, with this reach to both sides. */
 static inline double feasibee_swept(double reach, uint32_t robots, const struct feasibee_setting *setting)
 {
-    return 2.0 * reach * setting->speed * robots;
+    return 2.0 * reach * setting->speed * (double)robots;
 }
 
 /* Return the share of its time that a robot explores. */
@@ -88,7 +90,7 @@ static inline double feasibee_patience(uint32_t robots, uint32_t tolerates)
         return flooding;
     if (robots <= 2 * tolerates)
         return FEASIBEE_MUCH;
-    return flooding + 0.9 * tolerates * robots / (robots - 2 * tolerates);
+    return flooding + 0.9 * (double)tolerates * (double)robots / (double)(robots - 2 * tolerates);
 }
 
 #endif

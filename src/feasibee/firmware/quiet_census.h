@@ -43,6 +43,8 @@ static inline void feasibee_quiet_observe(struct feasibee_robot *robot, const st
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     uint32_t *sets = robot->known + FEASIBEE_QUIET_SETS;
+    if (!feasibee_has_id(thing, setting))
+        return;
     if (!thing->is_robot)
         feasibee_quiet_add(sets + feasibee_quiet_robot_words(setting), (uint32_t)thing->id);
     else if (!setting->knows_count)

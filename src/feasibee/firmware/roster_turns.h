@@ -17,7 +17,8 @@ static inline void feasibee_roster_turns_observe(struct feasibee_robot *robot,
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     if (thing->is_robot) {
-        feasibee_roster_meet(robot, (uint32_t)thing->id);
+        if (feasibee_has_id(thing, setting))
+            feasibee_roster_meet(robot, (uint32_t)thing->id);
         return;
     }
     uint8_t bits = feasibee_roster_name_bits(setting);

@@ -30,7 +30,8 @@ static inline uint32_t feasibee_totals_words(const struct feasibee_setting *sett
 static inline void feasibee_totals_observe(struct feasibee_robot *robot, const struct feasibee_thing *thing)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
-    if (feasibee_totals_by_arrival(setting) && thing->id >= 0) {
+    if (feasibee_totals_by_arrival(setting) &&
+        (uint32_t)thing->id < (thing->is_robot ? setting->robots : setting->tasks)) {
         uint32_t place = FEASIBEE_TOTALS_ROWS + setting->robots + (uint32_t)thing->id;
         uint32_t *since = &robot->known[place + (thing->is_robot ? 0 : setting->robots)];
         bool stays = *since == robot->me.step && robot->me.step > 0;
@@ -91,8 +92,8 @@ static inline feasibee_lean feasibee_totals_lean_of(uint32_t row, const struct f
 {
     uint32_t robots = feasibee_totals_robots_of(row), tasks = feasibee_totals_tasks_of(row);
 #ifdef FEASIBEE_DOUBLE
-    return (setting->robots + 0.5) * robots / feasibee_totals_kappa(setting) -
-           (setting->robots - 1.0) * tasks;
+    return (setting->robots + 0.5) * (double)robots / feasibee_totals_kappa(setting) -
+           (setting->robots - 1.0) * (double)tasks;
 #else
     int64_t for_it = (int64_t)(2 * (uint32_t)setting->robots + 1) * robots * FEASIBEE_NUMBER(1);
     return for_it / feasibee_totals_kappa(setting) - 2 * ((int64_t)setting->robots - 1) * tasks;

@@ -80,7 +80,7 @@ static inline double feasibee_turns_patience(const struct feasibee_setting *sett
     uint32_t tolerates = feasibee_tolerated(setting, 3);
     double rounds = 0.0;
     if (!feasibee_turns_sends_all(setting))
-        rounds = (1.0 + tolerates) * setting->robots / feasibee_turns_places(setting);
+        rounds = (1.0 + (double)tolerates) * setting->robots / (double)feasibee_turns_places(setting);
     return feasibee_patience(setting->robots, tolerates) * (1.0 + rounds / 50.0);
 }
 
@@ -90,9 +90,9 @@ static inline double feasibee_turns_patience_alone(const struct feasibee_setting
     uint32_t robots = setting->robots, tolerates = feasibee_tolerated(setting, 3);
     if (tolerates > 0 && robots <= 2 * tolerates)
         return FEASIBEE_MUCH;
-    double flooding = feasibee_patience(robots, tolerates) / robots, groups = tolerates + 1.0;
-    double each = 1.0 - FEASIBEE_POW(0.001 / groups, groups / (robots - tolerates));
-    return flooding - FEASIBEE_LOG(1.0 - FEASIBEE_POW(each, 1.0 / (robots + 1)));
+    double flooding = feasibee_patience(robots, tolerates) / (double)robots, groups = (double)tolerates + 1.0;
+    double each = 1.0 - FEASIBEE_POW(0.001 / groups, groups / (double)(robots - tolerates));
+    return flooding - FEASIBEE_LOG(1.0 - FEASIBEE_POW(each, 1.0 / (double)(robots + 1)));
 }
 
 #endif

@@ -38,6 +38,8 @@ class Open(_Message):
     step: int = Field(0, ge=0)
     against: str | None = None
     """Strategy of a second swarm, in the same world with the same random numbers."""
+    request: int | None = None
+    """Number of the request, which its answer repeats, so that the page recognises that of an earlier one."""
 
 
 class Advance(_Message):

@@ -102,20 +102,15 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
         welcome = {"type": "welcome", "protocol": PROTOCOL, "form": form(), **catalogue.to_dict()}
         await page.send_json(welcome)
         while (event := await waiting.get()) is not None:
+            request = None
             try:
-                await _answer(page, session, _message(event), waiting)
-            except FeasibeeError as error:
-                await page.send_json(problems_of(error))
-            except MemoryError:
-                text = "not enough memory; use fewer robots or tasks"
-                await page.send_json(problems_of(FeasibeeError(text)))
+                message = _message(event)
+                request = message.request if isinstance(message, Open) else None
+                await _answer(page, session, message, waiting)
             except (WebSocketDisconnect, RuntimeError):
                 raise
-            except Exception:  # a bug must end neither the page nor the server
-                LOG.exception("internal error in answering a page")
-                await page.send_json(
-                    problems_of(FeasibeeError("internal error of feasibee; see the terminal for details"))
-                )
+            except Exception as error:  # even a bug must end neither the page nor the server
+                await page.send_json({**problems_of(_reported(error)), "request": request})
     except (WebSocketDisconnect, RuntimeError):
         if (
             page.application_state is WebSocketState.CONNECTED
@@ -124,6 +119,16 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
             raise  # the page is still open, so this is a bug
     finally:
         reading.cancel()
+
+
+def _reported(error: Exception) -> FeasibeeError:
+    """Return what a page is told of an error; a bug goes into the terminal."""
+    if isinstance(error, FeasibeeError):
+        return error
+    if isinstance(error, MemoryError):
+        return FeasibeeError("not enough memory; use fewer robots or tasks")
+    LOG.error("internal error in answering a page", exc_info=error)
+    return FeasibeeError("internal error of feasibee; see the terminal for details")
 
 
 async def _read_all(page: WebSocket, waiting: asyncio.Queue[dict[str, Any] | None]) -> None:
@@ -156,7 +161,7 @@ async def _answer(page: WebSocket, session: AnySession, message: Request, waitin
             await _seek(page, session, message, waiting)
         case Open():
             request = await asyncio.to_thread(session.request_of, message)
-            await _begin(page, session, request)
+            await _begin(page, session, request, message.request)
             await _go(page, session, request.step if request else session.step, waiting)
 
 
@@ -189,7 +194,7 @@ async def _seek(page: WebSocket, session: AnySession, asked: Seek, waiting: Wait
     await _go(page, session, min(step, session.last), waiting)
 
 
-async def _begin(page: WebSocket, session: AnySession, request: Any) -> None:
+async def _begin(page: WebSocket, session: AnySession, request: Any, number: int | None) -> None:
     """Begin a run; meanwhile report to the page which engine compiles, also for another page."""
     begun = asyncio.ensure_future(in_daemon_thread(lambda: session.begin(request)))
     reported = None
@@ -204,7 +209,10 @@ async def _begin(page: WebSocket, session: AnySession, request: Any) -> None:
         begun.result()
     finally:
         begun.cancel()
-    await _send(page, session.openings())
+    numbered = (
+        each if isinstance(each, bytes) else {**each, "request": number} for each in session.openings()
+    )
+    await _send(page, list(numbered))
 
 
 async def in_daemon_thread(work: Callable[[], Result]) -> Result:

@@ -66,11 +66,18 @@ class Timeline:
 
 
 def advance_together(timelines: list[Timeline], until: int, seconds: float) -> bool:
-    """Advance runs of one step to another one, in step, for a limited time; return whether it is reached."""
-    end, chunk = time.monotonic() + seconds, 1
-    while (step := timelines[0].swarm.step) < until and time.monotonic() < end:
-        before = time.monotonic()
+    """Advance runs of one step to another one, in step, for a limited time; return whether it is reached.
+
+    They advance by one step at least, however busy the machine is.
+    """
+    before, chunk = time.monotonic(), 1
+    end = before + seconds
+    while (step := timelines[0].swarm.step) < until:
         for each in timelines:
             each.advance(min(step + chunk, until))
-        chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
+        now = time.monotonic()
+        if now >= end:
+            break
+        chunk = 2 * chunk if now - before < seconds / 8 else chunk
+        before = now
     return timelines[0].swarm.step >= until

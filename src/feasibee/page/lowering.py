@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from fractions import Fraction
@@ -175,7 +176,8 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
             default = field.get_default(call_default_factory=True)
             if path not in PAGE_FIELDS and value != default:
                 rule = "isn't simulated by a page, which has the paper's world only"
-                yield Problem(path, value, rule, f"{_instead(default)}, or use feasibee watch")
+                shown = len(value) if isinstance(value, tuple) else value
+                yield Problem(path, shown, rule, f"{_instead(default)}, or use feasibee watch")
     if scenario.events:
         rule = "aren't simulated by a page, whose world stays as it is"
         yield Problem("events", len(scenario.events), rule, "leave them out, or use feasibee watch")
@@ -188,7 +190,8 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _instead(default: object) -> str:
-    return "leave it out" if default is None or default == () else f"use {default!r}"
+    """Return what to do instead, with the value as in a file."""
+    return "leave it out" if default is None or default == () else f"use {json.dumps(default)}"
 
 
 def _combinations(scenario: Scenario) -> Iterator[Problem]:

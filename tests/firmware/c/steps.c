@@ -1,6 +1,7 @@
 /* Feed a controller with random steps, and print its state after each: boards.py has the same in Python.
  *
- * CASES is the number of settings, and settings_of(case, settings) writes them; boards.py makes both.
+ * CASES is the number of settings, and settings_of(case, settings) writes them; boards.py makes both. With
+ * FRAMES, the controller hears and sends frames.
  */
 
 #include "feasibee.h"
@@ -9,6 +10,10 @@
 #include "cases.h"
 
 static uint32_t state;
+#ifdef FRAMES
+static struct feasibee_wire wire;
+static uint8_t frame[FEASIBEE_FRAME];
+#endif
 
 static uint32_t random_word(void)
 {
@@ -56,26 +61,42 @@ static char *hex(char *to, uint32_t number, int digits)
 static struct feasibee_settings settings;
 static struct feasibee_robot robot;
 
+static void hear(uint32_t word)
+{
+    feasibee_id sender = (word & 255) % 40;
+    struct feasibee_message message;
+    message.opinion = word >> 8 & 1;
+    message.committed = false;
+    message.value = settings.strategy->sends_value ? word >> 16 : 0;
+#ifdef FRAMES
+    size_t length = feasibee_encode(&wire, sender, &message, frame, sizeof frame);
+    message.opinion = message.value = 0;
+    if (!feasibee_decode(&wire, frame, length, &sender, &message))
+        print_line("no frame");
+#endif
+    if (feasibee_listens(&robot))
+        feasibee_hear(&robot, sender, &message);
+}
+
 static void step(void)
 {
     struct feasibee_message message;
     uint32_t word = random_word();
     feasibee_observe(&robot, word & 3, word >> 2 & 3);
-    for (uint8_t left = word >> 4 & 3; left > 0; left--) {
-        word = random_word();
-        message.opinion = word >> 8 & 1;
-        message.committed = false;
-        message.value = word >> 16;
-        if (feasibee_listens(&robot))
-            feasibee_hear(&robot, (word & 255) % 40, &message);
-    }
+    for (uint8_t left = word >> 4 & 3; left > 0; left--)
+        hear(random_word());
     bool sends = feasibee_message(&robot, &message);
     feasibee_end_step(&robot);
-    char line[16];
+    char line[20];
     char *end = hex(line, (robot.opinion + 1) | robot.committed << 2 | robot.disseminating << 3, 1);
     end = hex(end, robot.phase_left, 2);
     end = hex(end, sends ? message.opinion | message.committed << 1 : 15, 1);
-    *hex(end, sends ? message.value : 0, 4) = '\0';
+    end = hex(end, sends ? message.value : 0, 4);
+#ifdef FRAMES
+    size_t length = sends ? feasibee_encode(&wire, robot.me.id, &message, frame, sizeof frame) : 0;
+    end = hex(end, feasibee_crc(frame, length), 8);
+#endif
+    *end = '\0';
     print_line(line);
 }
 
@@ -88,6 +109,9 @@ int main(void)
         settings.draw_duration = draw_duration;
         settings.draw_choice = draw_choice;
         settings_of(each, &settings);
+#ifdef FRAMES
+        wire = feasibee_wire_of(&settings, FRAMES, 6);
+#endif
         feasibee_begin(&robot, &settings, &me, each & 1);
         for (uint16_t left = STEPS; left > 0; left--)
             step();

@@ -37,8 +37,9 @@ const calm = matchMedia("(prefers-reduced-motion: reduce)");
 let world = null; // the run that the page shows
 /** @type {number | null} */
 let point = null; // of a sweep, or null
-/** @type {{step: number, which: Which, then?: Goal} | null} */
+/** @type {{step: number, which: Which, request: number, then?: Goal} | null} */
 let wanted = null; // requested, and not shown yet; then: where to go in it
+let requests = 0; // for runs, so far
 let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
 let full = false; // whether the server has too many pages already
@@ -49,6 +50,7 @@ startTheme(repaint);
 const player = new Player((steps) => connection.send({ type: "advance", steps }));
 const seeker = new Seeker((message) => {
   player.asked = true; // no more frames of other steps
+  sendInspected();
   connection.send(message);
 });
 const lanes = [new Lane(0), new Lane(1)];
@@ -87,10 +89,13 @@ function followAddress() {
  */
 function begin(step, which = controls.which) {
   player.asked = true; // no more frames of the present run
-  wanted = { step, which };
+  const { changes } = controls,
+    against = controls.against || null,
+    request = ++requests;
+  wanted = { step, which, request };
+  seeker.next = null;
   veil.prepare();
-  const against = controls.against || null;
-  connection.send({ type: "open", point, changes: controls.changes, against, ...which, step });
+  connection.send({ type: "open", request, point, changes, against, ...which, step });
 }
 
 /**
@@ -117,8 +122,8 @@ function inspect(robot) {
   dirty = true;
   ahead.mark();
   if (!world || wanted) return;
-  sendInspected();
-  if (!player.playing) seek(seeker.from(shownStep())); // it brings what the robot knows
+  if (player.playing && !seeker.busy) sendInspected();
+  else seeker.again(shownStep()); // it brings what the robot knows
   ahead.look(isOnTheWay);
 }
 
@@ -156,7 +161,8 @@ const answers = {
   opened(message) {
     lanes[message.lane].open(message);
     if (message.lane) return;
-    const old = world;
+    const old = world,
+      isLate = wanted !== null && wanted.request !== message.request;
     world = /** @type {Opened} */ (message);
     player.clear();
     player.last = message.last;
@@ -164,14 +170,15 @@ const answers = {
     seeker.reset();
     seekBar.open(message.last);
     inspector.open(message.numbers);
-    change.open(message);
+    if (!isLate) change.open(message);
     document.body.dataset.swarms = message.swarms;
     readings.open(message);
     dirty = true;
     startAfter ||= Boolean(message.field);
     if (message.field) return reflectSpeed(openField(message));
-    controls.show(message);
     $("controls").inert = false;
+    if (isLate) return; // the controls, and the address, are those of a newer request
+    controls.show(message);
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);
@@ -195,6 +202,7 @@ const answers = {
     announce(`The swarm${which} has not decided by step ${formatted(last)}`);
   },
   error(message) {
+    if (wanted && message.request && message.request !== wanted.request) return; // of an earlier request
     veil.hide();
     if (wanted)
       player.asked = false; // the previous run continues
@@ -224,14 +232,18 @@ function receive(frame) {
     return;
   }
   if (world?.swarms === 2 && beside?.step === frame.step) frame.beside = beside;
-  veil.hide();
-  const first = wanted;
-  wanted = null;
   if (!seeker.busy) player.add(frame);
   else {
     player.arrive(frame);
     if (!seeker.arrive()) player.asked = true; // on to the next goal
   }
+  if (wanted && wanted.request !== world?.request) {
+    player.asked = true; // no more frames of this run
+    return;
+  }
+  veil.hide();
+  const first = wanted;
+  wanted = null;
   if (startAfter) player.play(true);
   startAfter = false;
   reflectPlay();
@@ -241,8 +253,8 @@ function receive(frame) {
     each.follow(inspector.robot < 0 ? null : inspector.robot);
   }
   if (inspector.robot >= 0) {
-    sendInspected();
-    if (!player.playing) seek(frame.step);
+    if (player.playing) sendInspected();
+    else seek(frame.step);
   }
   if (first.then) seek(first.then.to, first.then.lane);
   ahead.mark();
@@ -263,7 +275,8 @@ const connection = new Connection({
   lost(wait) {
     veil.hide();
     showConnection("not connected", "lost");
-    if (world && !wanted) wanted = { step: shownStep(), which: { seed: world.seed, run: world.run } };
+    if (world && !wanted)
+      wanted = { step: shownStep(), which: { seed: world.seed, run: world.run }, request: requests };
     player.asked = true;
     seeker.reset();
     const seconds = Math.ceil(wait / 1000);

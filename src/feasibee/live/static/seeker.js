@@ -48,6 +48,15 @@ export class Seeker {
   }
 
   /**
+   * Go once more to where the page goes, or is: the frame brings what is asked for now.
+   * @param {number} shown
+   */
+  again(shown) {
+    const { to, lane } = this.next ?? this.goal ?? { to: shown, lane: 0 };
+    this.seek(to, lane);
+  }
+
+  /**
    * Return whether a frame is one that is still wanted.
    * @param {Frame} frame
    */

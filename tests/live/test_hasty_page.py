@@ -1,0 +1,92 @@
+"""Inputs that come faster than the server's answers, in a real browser: none is lost, the last one counts."""
+
+from __future__ import annotations
+
+import pytest
+from serving import serving_at
+from visiting import at, expect_reasons
+
+from feasibee import Scenario, Swarm
+from feasibee.live import server
+from feasibee.live.catalogue import STREAM, Catalogue
+
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+
+INPUT = """(path, value, ...events) => {
+    const input = document.querySelector(path);
+    input[input.type === "checkbox" ? "checked" : "value"] = value;
+    for (const type of events) input.dispatchEvent(new Event(type, { bubbles: true }));
+}"""
+
+
+@pytest.fixture(scope="module")
+def port():
+    with serving_at(Catalogue(Scenario(), seed=1)) as port:
+        yield port
+
+
+def at_once(page, *inputs, before="", after=""):
+    """Give a page all inputs in one task, so that no answer comes between them."""
+    given = "".join(f"input({', '.join(map(repr, each))});" for each in inputs)
+    return page.evaluate(f"() => {{ const input = {INPUT}; {before} {given} {after} }}")
+
+
+def test_a_robot_chosen_on_the_way_to_a_step_stops_nothing(visit, port, monkeypatch):
+    page = visit(port)
+    monkeypatch.setattr(server, "PATIENCE", 0.0)  # it looks for other messages after each step
+    at_once(page, ("#seek", "150", "input"), ("#robot", "7", "change"))
+    at(page, 150)
+    swarm = Swarm(Scenario(), 1)
+    swarm.advance(150)
+    expect_reasons(page, swarm, 7)
+
+
+def test_a_robot_chosen_on_the_way_to_the_decision_does_not_undo_it(visit, port):
+    page = visit(port)
+    expect(page.locator("#marks-text")).to_contain_text("Decision at step")
+    decided = int(page.locator("#marks-text").inner_text().split()[-1].rstrip("."))
+    key = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'd', bubbles: true }));"
+    at_once(page, ("#robot", "7", "change"), before=key)
+    swarm = Swarm(Scenario(), 1)
+    swarm.advance(decided)
+    expect_reasons(page, swarm, 7)
+    at(page, decided)
+
+
+def test_a_seek_after_two_changes_is_one_in_the_last_run(visit, port):
+    page = visit(port)
+    changes = [("[data-path='tasks.count']", count, "change") for count in ("30", "31")]
+    at_once(page, *changes, ("#seek", "40", "input"))
+    at(page, 40)
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 31 tasks)")
+
+
+def test_the_answer_to_an_earlier_change_resets_no_control(visit, port):
+    page = visit(port)
+    watch = """const seen = [], box = document.querySelector("[data-path='robots.avoid_collisions']");
+        const done = new Promise(done => new MutationObserver(() => {
+            seen.push(box.checked);
+            if (seen.length === 2) done(seen);
+        }).observe(document.querySelector("#toml"), { childList: true }));"""
+    changes = [
+        ("[data-path='tasks.count']", "30", "change"),
+        ("[data-path='robots.avoid_collisions']", "on", "change"),
+    ]
+    assert at_once(page, *changes, before=watch, after="return done;") == [True, True]
+
+
+def test_a_problem_of_an_earlier_change_does_not_hide_the_next_run(visit, port):
+    page = visit(port)
+    changes = [("[data-path='tasks.count']", count, "change") for count in ("-1", "12")]
+    at_once(page, *changes, ("#seek", "40", "input"))
+    at(page, 40)
+    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 12 tasks)")
+
+
+def test_the_slider_of_the_rate_may_move_before_a_run_has_begun(visit):
+    with serving_at(Catalogue(Scenario().replace(STREAM))) as port:
+        page = visit(port)
+        at_once(page, *(("#rate", str(value), "input", "change") for value in (1, 2, 3)))
+        expect(page.locator("[data-path='tasks.lifetime']")).to_have_value("225")
+        expect(page.locator("#rate-shown")).to_have_text("\N{MULTIPLICATION SIGN} 8")
+        page.goto("about:blank")
