@@ -5,34 +5,26 @@ import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 STEP, PORT = 0.1, 7401  # seconds per step; the swarm's radio
 number, scenario = sys.argv[1:3]
-
-
-def in_sight() -> tuple[int, int]:
-    """Return the numbers of robots and tasks in sight: ask your sensors here."""
-    return 2, 1
-
-
-radio = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-radio.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-radio.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-radio.bind(("", PORT))
 command = ["feasibee", "robot", scenario, "--id", number, "--senses", "/dev/stdin"]
 mind = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+radio = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+for option in (socket.SO_REUSEPORT, socket.SO_BROADCAST):
+    radio.setsockopt(socket.SOL_SOCKET, option, 1)
+radio.bind(("", PORT))
+radio.setblocking(False)
+
 while mind.poll() is None:
-    heard, until = [], time.monotonic() + STEP
-    while (left := until - time.monotonic()) > 0:
-        radio.settimeout(left)
-        try:
-            sender, _, message = radio.recv(65_507).decode().partition(" ")
-        except TimeoutError:
-            break
-        if sender != number:
-            heard.append([int(sender), message])
-    robots, tasks = in_sight()
-    print(json.dumps({"robots": robots, "tasks": tasks, "heard": heard}), file=mind.stdin, flush=True)
-    state = json.loads(mind.stdout.readline())
-    if state["said"]:
-        radio.sendto(f"{number} {state['said']}".encode(), ("255.255.255.255", PORT))
+    time.sleep(STEP)
+    heard = []
+    with suppress(BlockingIOError):  # no more packets
+        while True:
+            with suppress(ValueError):  # not a packet of the swarm
+                heard.append(json.loads(radio.recv(65_507)))
+    sensed = {"robots": 2, "tasks": 1, "heard": heard}  # ask your sensors here for those in sight
+    print(json.dumps(sensed), file=mind.stdin, flush=True)
+    if said := json.loads(mind.stdout.readline())["said"]:
+        radio.sendto(json.dumps([int(number), said]).encode(), ("255.255.255.255", PORT))

@@ -1,4 +1,7 @@
-"""Decisions of fields by clocks, drift and delay, and simulated ones: docs/field.md. Takes an hour."""
+"""Decisions of fields by clocks, drift and delay, and simulated ones: docs/field.md. Takes an hour.
+
+With ``--quick``, two fields of a small swarm per case, to try the code.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,9 @@ from typing import Any
 from feasibee import Scenario, simulate, wilson
 
 SEED = 1
-CHANGES = {"tasks.count": 15, "run.stop_at_decision": True}
+QUICK = "--quick" in sys.argv
+SMALL = {"robots.count": 5, "arena.side": 5.0} if QUICK else {}
+CHANGES = {"tasks.count": 15, "run.stop_at_decision": True, **SMALL}
 DRIFTING = ("--drift", "0.1", "--jitter", "0.5")
 CASES = {
     "free, 10 steps per second": (30, "--hz", "10"),
@@ -52,7 +57,7 @@ def main() -> None:
         row("simulated, the first 100", decisions[:100].tolist(), steps[:100].tolist(), None),
     ]
     for case, (runs, *options) in CASES.items():
-        results = [played(run, *options) for run in range(runs)]
+        results = [played(run, *options) for run in range(2 if QUICK else runs)]
         decided = [result["decision"] == "feasible" for result in results]
         least = min(result["achieved_hz"] for result in results)
         rows.append(row(case, decided, [result["decision_step"] for result in results], least))

@@ -91,6 +91,26 @@ def test_a_viewer_that_is_silent_gets_no_more(world, monkeypatch):
     assert world.link.sent == []
 
 
+def test_a_viewer_of_the_process_before_gets_the_steps_that_it_lacks(world):
+    viewer = Hand(world)
+    viewer.frames.session = 7
+    for step in (0, 1, 2):
+        world.look(step)
+    assert [view["t"] for _, view in viewer.ask(has=True)] == [0, 1, 2]
+    late = Hand(world, "late")
+    late.frames.session = 7
+    assert [kind for kind, _ in late.ask()] == [SCENE]
+
+
+def test_a_world_keeps_its_first_steps_for_a_short_time(world, monkeypatch):
+    monkeypatch.setattr("feasibee.field.viewers.KEPT", 0.0)
+    viewer = Hand(world)
+    viewer.frames.session = 7
+    for step in (0, 1, 2):
+        world.look(step)
+    assert [kind for kind, _ in viewer.ask(has=True)] == [SCENE]
+
+
 def test_a_viewer_takes_no_robots_place(world):
     viewer = Hand(world)
     viewer.frames.session = 7

@@ -5,24 +5,28 @@ from __future__ import annotations
 import re
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from unittest.mock import patch
 
 import numpy as np
 import pytest
+from commands import invoke
 from serving import Page, serving_at
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
-from feasibee.field.faults import parse_fault, schedule
+from feasibee.field.faults import Fault, parse_fault, schedule
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
-from feasibee.live import fieldview
+from feasibee.live import fieldsteps, fieldview, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.fieldview import FieldView
 from feasibee.live.messages import Look
 from feasibee.reference import play
 from feasibee.simulation.snapshot import FLAGS
+
+LONG = 20_000
+"""Steps of a field that goes on until its test ends."""
 
 
 def small(steps):
@@ -30,55 +34,156 @@ def small(steps):
     return Scenario().replace({**arena, "run.steps": steps, "run.stop_at_decision": False})
 
 
-@contextmanager
-def a_field(folder, scenario, lockstep=False, hz=20.0, kill="", key=""):
-    """Run a field in a thread; give a viewer that has joined it.
+@pytest.fixture(params=["udp", "zenoh"])
+def transport(request):
+    if request.param == "zenoh":
+        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    return request.param
 
-    A robot is silent after 3 s: one that only waits for a busy machine is not.
-    """
+
+def a_plan(scenario, lockstep=False, hz=20.0, faults=(), seed=1):
+    """Return a plan; a robot is silent after 3 s: one that only waits for a busy machine is not."""
     patience = 20.0 if lockstep else 3.0
-    faults = schedule(parse_fault("kill", kill, hz), 4, scenario.run.steps) if kill else ()
-    plan = Plan(scenario, 1, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
+    return Plan(scenario, seed, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
+
+
+def kills(text, steps, hz=20.0):
+    return schedule(parse_fault("kill", text, hz), 4, steps)
+
+
+class LeftError(Exception):
+    """The test needs its field no longer."""
+
+
+@contextmanager
+def running(plan, network, folder, tell=lambda event: None):
+    """Run a field in a thread, until its end or that of the test."""
+    left = threading.Event()
+
+    def run():
+        with suppress(LeftError):
+            Field(plan, network, folder, told).run()
+
+    def told(event):
+        if left.is_set():
+            raise LeftError
+        tell(event)
+
+    folder.mkdir(exist_ok=True)
+    thread = threading.Thread(target=run)
+    thread.start()
+    try:
+        yield
+    finally:
+        left.set()
+        thread.join(60)
+    assert not thread.is_alive()
+
+
+@contextmanager
+def a_field(folder, scenario, transport="udp", key="", **options):
+    """Run a field in a thread; give a viewer that has joined it."""
     views, joined = [], threading.Event()
 
     def tell(event):
-        if event["event"] == "listening":
-            view = FieldView(event["address"], key=key.encode())
+        if event["event"] == "listening" and not views:
+            view = FieldView(event["address"], transport, key.encode())
             views.append(view)
             threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
-    running = threading.Thread(target=Field(plan, Network(key=key), folder, tell).run)
-    with patch.object(fieldview, "JOINING", 60.0), patch.object(fieldview, "SILENCE", 60.0):
-        running.start()
+    with (
+        patch.object(fieldview, "JOINING", 60.0),
+        patch.object(fieldview, "SILENCE", 60.0),
+        running(a_plan(scenario, **options), Network(transport, key=key), folder, tell),
+    ):
         try:
             assert joined.wait(60)
             yield views[0]
         finally:
-            running.join(60)
             views[0].close()
-    assert not running.is_alive()
 
 
-def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
+def wait_for(view, step):
+    assert view.wait_for(view.field, step, 60)
+
+
+def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transport):
     scenario = small(60)
-    with a_field(tmp_path, scenario, lockstep=True, key="a key") as view:
-        assert view.wait_for(60, 60)
+    with a_field(tmp_path, scenario, transport, "a key", lockstep=True) as view:
+        wait_for(view, 60)
     swarms = {}
     for step, swarm in enumerate(play(scenario, 1, 0)):
         swarms[step] = [robot.mind.opinion for robot in swarm.robots], swarm.feasible_count
-    for each in view.views:
+    for each in view.field.views:
         opinions, feasible = swarms[each.step]
         held = {name: each.shown.flags >> bit & 1 for bit, name in enumerate(FLAGS)}
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
         assert each.counts[0] == feasible
-    assert len(view.views) > 30
+    assert len(view.field.views) > 30
+
+
+def test_no_step_is_missed_while_the_world_starts_again(tmp_path, transport):
+    faults = [Fault(20, "restart-world")]
+    with a_field(tmp_path, small(LONG), transport, faults=faults) as view:
+        wait_for(view, 60)
+        steps = [each.step for each in view.field.views]
+    assert steps == list(range(steps[0], steps[-1] + 1))
+    assert steps[0] < 20
+
+
+def test_a_page_goes_on_with_the_next_field_at_its_address(tmp_path, transport):
+    with (
+        a_field(tmp_path / "first", small(10), transport, "a key", lockstep=True) as view,
+        serving_at(FieldCatalogue(view)) as port,
+        Page(port) as page,
+    ):
+        page.say(type="open")
+        assert followed(page, "field", lambda message: message["end"] == 10)
+        network = Network(transport, port=int(view.address.rpartition(":")[2]), key="a key")
+        with running(a_plan(small(LONG), seed=2), network, tmp_path / "second"):
+            assert followed(page, "another", lambda message: True)
+            page.say(type="open")
+            assert followed(page, "opened", lambda message: message["seed"] == "2")
+            assert followed(page, "frame", lambda message: message["step"] > 0)
+
+
+def followed(page, kind, is_it):
+    """Follow a field until the server says something; return whether it does within a minute."""
+    until = time.monotonic() + 60
+    while time.monotonic() < until:
+        message = page.receive()
+        if message["type"] == kind and is_it(message):
+            return True
+        if message["type"] == "frame":
+            page.say(type="advance", steps=1)
+    return False
+
+
+def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
+    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    served = []
+
+    class Server:
+        def __init__(self, catalogue, host):
+            served.append(catalogue)
+
+        def run(self, sockets):
+            """Serve no page."""
+
+    monkeypatch.setattr(server, "server_of", Server)
+    with a_field(tmp_path, small(40), "zenoh") as view:
+        options = ["--transport", "zenoh", "--port", 0, "--no-browser"]
+        assert invoke("watch", "--field", view.address, *options).exit_code == 0
+        assert served[0].to_dict()["title"] == f"field at {view.address}"
+        wait_for(served[0].view, 1)
+        served[0].view.close()
 
 
 def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
     events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
     scenario = small(30).replace({"events": events})
-    with a_field(tmp_path, scenario, lockstep=True, patience=20.0) as view:
-        assert view.wait_for(30, 60)
+    with a_field(tmp_path, scenario, lockstep=True) as view:
+        wait_for(view, 30)
         session = FieldSession(view)
         session.begin(None)
         session.inspect(5)
@@ -89,15 +194,15 @@ def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
         numbers[step] = [robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth
     assert {len(numbers[step][0]) for step in numbers} == {4, 5, 6}
     there = FLAGS.index("there")
-    for each in view.views:
+    for each in view.field.views:
         robots = np.flatnonzero(each.shown.flags >> there & 1).tolist()
         assert (robots, len(each.tasks), each.truth) == numbers[each.step]
-    assert len(view.views) > 15
+    assert len(view.field.views) > 15
 
 
 def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
     with (
-        a_field(tmp_path, small(120), kill="1@10", key="a key") as view,
+        a_field(tmp_path, small(120), key="a key", faults=kills("1@10", 120)) as view,
         serving_at(FieldCatalogue(view)) as port,
         Page(port) as page,
     ):
@@ -115,12 +220,12 @@ def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
                 assert message["problems"] == ["robot 3 is silent"]
         assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 120)
         counts = sum(len(each["feasible_counts"]) for each in received)
-        assert counts == 121 - view.first
+        assert counts == 121 - view.field.first
         working = FLAGS.index("working")
         assert received[-1]["flags"][3] >> working & 1 == 0
         assert received[-1]["counted"] == 3
         back = seek(page, 20)
-        assert back["step"] == view.at(20).step  # a packet may be lost: then the step before
+        assert back["step"] == view.field.at(20).step  # a packet may be lost: then the step before
 
 
 def seek(page, step):
@@ -153,15 +258,11 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
                 FieldView(address, key=key).join()
 
     refused("127.0.0.1:9", "no field answers; start feasibee field --port 9")
-    with a_field(tmp_path, small(40), hz=40.0, key="a key") as view:
+    with a_field(tmp_path, small(LONG), key="a key", hz=40.0) as view:
         refused(view.address, "--key-file", b"another key")
-        assert view.wait_for(1, 30)
+        wait_for(view, 1)
         session = FieldSession(view)
         session.begin(None)
-        end = time.monotonic() + 60
-        while not view.has_ended and time.monotonic() < end:
-            time.sleep(0.01)
-        view.has_ended = False  # as if its last packets were lost; the thread that receives is done
         monkeypatch.setattr(fieldview, "SILENCE", -1.0)
         [state, _] = session.messages()
         assert state["silent"]
@@ -169,18 +270,19 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
 
 
 def test_steps_are_kept_within_a_limit(tmp_path, monkeypatch):
-    monkeypatch.setattr(fieldview, "ROOM", 10 * fieldview.FIXED)
+    monkeypatch.setattr(fieldsteps, "ROOM", 10 * fieldsteps.FIXED)
     with a_field(tmp_path, small(40), lockstep=True) as view:
-        assert view.wait_for(40, 60)
-        assert len(view.views) < 11
-        assert view.at(0) is view.views[0]
-        assert len(view.counts(view.first, 41)) == 41 - view.first
+        wait_for(view, 40)
+        field = view.field
+        assert len(field.views) < 11
+        assert field.at(0) is field.views[0]
+        assert len(field.counts(field.first, 41)) == 41 - field.first
 
 
 def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
     expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
     with (
-        a_field(tmp_path, small(120), kill="1@5") as view,
+        a_field(tmp_path / "first", small(120), faults=kills("1@5", 120)) as view,
         serving_at(FieldCatalogue(view)) as port,
     ):
         page = visit(port)
@@ -191,9 +293,19 @@ def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
         expect(page.locator("#now")).to_have_text("120")
         expect(page.locator("#stopped")).to_have_text("1")
         page.keyboard.press(",")
-        expect(page.locator("#now")).to_have_text(str(view.at(119).step))  # or before, if a packet is lost
+        expect(page.locator("#now")).to_have_text(
+            str(view.field.at(119).step)
+        )  # or before, if a packet is lost
         page.keyboard.press("r")
-        expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))  # where the viewer began
+        expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))
         page.keyboard.press("n")  # there is no next run
-        page.wait_for_timeout(200)
         expect(page.locator("#field-state")).to_have_text("ended at step 120")
+        page.keyboard.press(" ")
+        expect(page.locator("#now")).to_have_text("120")
+        network = Network(port=int(view.address.rpartition(":")[2]))
+        with running(a_plan(small(LONG), seed=2), network, tmp_path / "second"):
+            expect(page.locator("#field-which")).to_have_text("2, 0", timeout=60_000)
+            expect(page.locator("#banner")).to_be_hidden()
+            expect(page.locator("#field-state")).to_have_text("running")
+            expect(page.locator("#last")).to_have_text(f"{LONG:,}")
+            expect(page.locator("#now")).not_to_have_text("0", timeout=60_000)

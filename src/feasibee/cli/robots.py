@@ -51,7 +51,7 @@ key_option = click.option(
     "--senses",
     metavar="SOURCE",
     callback=named,
-    help="Without a world: a named pipe, udp:HOST:PORT or zenoh:KEY that a driver of yours writes to.",
+    help="Without a world: named pipe, udp:HOST:PORT or zenoh:HOST:PORT/KEY that your driver writes to.",
 )
 @click.option(
     "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
@@ -147,7 +147,7 @@ def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: 
         orders["settings"] = json.loads(json.dumps(orders["settings"]))
         node = Node(orders, write if log is not None else None, strategy=scenario.strategy)
         with suppress(KeyboardInterrupt):
-            drive(node, open_senses(senses), lambda line: click.echo(json.dumps(line)))
+            drive(node, number, open_senses(senses), lambda line: click.echo(json.dumps(line)))
     for why, count in node.dropped.items():
         if count:
             click.echo(f"feasibee: dropped, {why}: {count:,}", err=True)

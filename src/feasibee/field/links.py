@@ -5,13 +5,14 @@ from __future__ import annotations
 import select
 import socket
 from collections.abc import Hashable
+from contextlib import suppress
 from typing import Protocol
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.addresses import join_address
 
 BUFFER = 4 * 2**20
-"""Size of the socket's buffers in bytes; the system may give less."""
+"""Size of the socket's buffers in bytes. On macOS, a packet can't be larger than the buffer for sending."""
 
 
 class Link(Protocol):
@@ -45,7 +46,8 @@ class UdpLink:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
-            self._socket.setsockopt(socket.SOL_SOCKET, option, BUFFER)
+            with suppress(OSError):  # some systems refuse a size, others give less
+                self._socket.setsockopt(socket.SOL_SOCKET, option, BUFFER)
         try:
             (self._socket.bind if listens else self._socket.connect)((host, port))
         except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name

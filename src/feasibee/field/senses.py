@@ -3,34 +3,41 @@
 from __future__ import annotations
 
 import json
-import queue
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.field.addresses import split_address
+from feasibee.errors import FeasibeeError
+from feasibee.field.addresses import join_address, split_address
 from feasibee.field.checks import is_heard, is_place, is_sighting, is_whole
 from feasibee.field.node import HEARD_LIMIT, Node
+from feasibee.field.zenoh_link import open_session
 from feasibee.files.reading import named, why_not
 
 SENSES_LIMIT = 65_507
 """Largest object of a driver, in bytes: what a datagram holds."""
 COUNT_LIMIT = 10_000
 """Largest number of robots or of tasks in sight."""
+EXAMPLE: Final = "zenoh:127.0.0.1:7447/robot-3"
+"""A source over zenoh, for errors."""
 
 
-def drive(node: Node, senses: Iterable[bytes], write: Callable[[Mapping[str, Any]], None]) -> int:
+def drive(
+    node: Node, number: int, senses: Iterable[bytes], write: Callable[[Mapping[str, Any]], None]
+) -> int:
     """Let a robot take one step for each object of its driver; return the number of steps.
 
     Parameters
     ----------
     node : Node
         The robot.
+    number : int
+        Its number; messages of this number are its own, which some radios return.
     senses : iterable of bytes
-        The driver's objects. One that is invalid is counted in ``node.dropped`` and left out.
+        The driver's objects. One that is invalid is counted in ``node.dropped`` and left out, and so is an
+        invalid message in one.
     write : callable
         Takes after each step its number, the robot's message and what it holds.
     """
@@ -43,13 +50,15 @@ def drive(node: Node, senses: Iterable[bytes], write: Callable[[Mapping[str, Any
         step += 1
         said = node.speak(step, sensed["place"])
         node.sense(sensed["see"])
-        node.finish(sensed["heard"])
+        heard = [each for each in sensed["heard"] if is_heard(each)]
+        node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
+        node.finish(each for each in heard if each[0] != number)
         write({"step": step, "said": said, **node.status._asdict()})
     return step
 
 
 def open_senses(source: str) -> Iterator[bytes]:
-    """Return the objects of a driver: from a named pipe or file, ``udp:HOST:PORT`` or ``zenoh:KEY``.
+    """Return a driver's objects: from a named pipe or file, ``udp:HOST:PORT`` or ``zenoh:HOST:PORT/KEY``.
 
     Raises
     ------
@@ -63,11 +72,13 @@ def open_senses(source: str) -> Iterator[bytes]:
 
 def _parsed(text: bytes) -> dict[str, Any] | None:
     """Return what a robot senses in a step, or None if the text is invalid."""
+    if len(text) > SENSES_LIMIT:
+        return None
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or len(text) > SENSES_LIMIT:
+    if not isinstance(found, dict):
         return None
     place, heard, see = found.get("place", [0.0, 0.0]), found.get("heard", []), found.get("see", [])
     counts = [found.get("robots", 0), found.get("tasks", 0)]
@@ -75,7 +86,6 @@ def _parsed(text: bytes) -> dict[str, Any] | None:
         is_place(place)
         and isinstance(heard, list)
         and len(heard) <= HEARD_LIMIT
-        and all(map(is_heard, heard))
         and isinstance(see, list)
         and all(map(is_sighting, see))
         and all(is_whole(count, 0, COUNT_LIMIT) for count in counts)
@@ -112,28 +122,24 @@ def _datagrams(address: str) -> Iterator[bytes]:
             yield text
 
 
-def _samples(key: str) -> Iterator[bytes]:
-    """Yield what is published under a key of zenoh; one that says ``{"end": true}`` is the last."""
-    try:
+def _samples(source: str) -> Iterator[bytes]:
+    """Yield what is published under a key of zenoh, at an address on which the robot listens."""
+    address, _, key = source.partition("/")
+    if not key:
+        raise FeasibeeError(f"--senses zenoh:{source}: has no key; use HOST:PORT/KEY, such as {EXAMPLE}")
+    with open_session(join_address(*split_address(address)), listens=True) as session:
         import zenoh
-    except ImportError:
-        raise FeasibeeError(
-            f"--senses zenoh:{key}: eclipse-zenoh isn't installed; {how_to_install('zenoh')}"
-        ) from None
-    waiting: queue.Queue[bytes] = queue.Queue(HEARD_LIMIT)
 
-    def keep(sample: Any) -> None:
-        if not waiting.full():
-            waiting.put_nowait(sample.payload.to_bytes())
-
-    try:
-        with zenoh.open(zenoh.Config()) as session:
-            subscriber = session.declare_subscriber(key, keep)
-            while not _ends(text := waiting.get()):
-                yield text
-            subscriber.undeclare()
-    except zenoh.ZError as error:
-        raise FeasibeeError(f"--senses zenoh:{key}: {error}; use a valid key") from None
+        try:
+            subscriber = session.declare_subscriber(key)
+        except zenoh.ZError:
+            raise FeasibeeError(
+                f"--senses zenoh:{source}: has an invalid key; use HOST:PORT/KEY, such as {EXAMPLE}"
+            ) from None
+        for sample in subscriber:
+            if _ends(text := sample.payload.to_bytes()):
+                return
+            yield text
 
 
 def _ends(text: bytes) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -20,6 +21,8 @@ VIEWERS_LIMIT: Final = 10
 """Most viewers at a time."""
 KEPT: Final = 3.0
 """Seconds for which a viewer gets views after each of its packets."""
+RECENT: Final = 20_000
+"""Most robots in all views that a new process of a world keeps, for viewers of the one before."""
 PAUSE: Final = 0.1
 """Seconds between two packets of a viewer that are answered."""
 
@@ -61,6 +64,8 @@ class Viewers:
         self._latest: dict[str, Any] | None = None
         self._shown: tuple[int, Sequence[Sequence[int]]] | None = None
         self._scene: dict[str, Any] | None = None
+        self._recent: deque[dict[str, Any]] = deque(maxlen=1 + RECENT // (1 + len(world.bodies.bodies)))
+        self._recent_until = math.inf
 
     def answer(self, frame: Frame, peer: Hashable) -> None:
         """Answer a packet of a viewer: with the session, the scene, the latest view, or why it gets none."""
@@ -78,24 +83,34 @@ class Viewers:
             self._world.frames.dropped["of a hasty viewer"] += 1
         else:
             self._asked[peer] = now, frame.robot
-            self._inform(frame, peer, name)
+            self._inform(frame, peer, name, is_new=before is None)
 
-    def _inform(self, frame: Frame, peer: Hashable, name: Mapping[str, int]) -> None:
+    def _inform(self, frame: Frame, peer: Hashable, name: Mapping[str, int], *, is_new: bool) -> None:
+        """Send a viewer the scene or the latest view; a new one that has the scene gets all kept."""
         if frame.body.get("has") is not True or self._latest is None:
             self._scene = self._scene or scene_of(self._world)
             fits = self._send(SCENE, frame.robot, peer, {**name, **self._scene})
         else:
-            fits = self._send(STATE, frame.robot, peer, self._latest)
+            views = [*self._recent] if is_new and self._recent else [self._latest]
+            fits = all(self._send(STATE, frame.robot, peer, view) for view in views)
         if not fits:
             why = "it has too many robots or tasks to be watched; use feasibee watch without --field"
             self._send(REFUSED, frame.robot, peer, {**name, "why": why})
 
     def show(self, step: int, places: Sequence[Sequence[int]]) -> None:
-        """Send a view of a step to all viewers."""
+        """Send a view of a step to all viewers; keep the first ones for those who ask soon."""
+        now = time.monotonic()
+        if self._shown is None:
+            self._recent_until = now + KEPT
         self._shown = step, places
-        self._forget(time.monotonic())
+        self._forget(now)
+        keeps = now < self._recent_until
         # Never computed later, when some robots are a step ahead.
-        self._latest = view_of(self._world, step, places) if self._asked or step == 0 else None
+        self._latest = view_of(self._world, step, places) if self._asked or keeps else None
+        if keeps and self._latest is not None:
+            self._recent.append(self._latest)
+        elif self._recent:
+            self._recent.clear()
         self._send_latest()
 
     def end(self) -> None:

@@ -30,20 +30,11 @@ class ZenohLink:
     """
 
     def __init__(self, host: str, port: int, *, listens: bool, name: str = "") -> None:
-        try:
-            import zenoh
-        except ImportError:
-            raise FeasibeeError(
-                f"transport zenoh: eclipse-zenoh isn't installed; {how_to_install('zenoh')}"
-            ) from None
         self.address = join_address(host, port)
         self._listens = listens
         self._name = name
         self._queue: queue.Queue[tuple[bytes, Hashable]] = queue.Queue(QUEUE)
-        try:
-            self._session = zenoh.open(_config(zenoh, self.address, listens))
-        except zenoh.ZError as error:
-            raise FeasibeeError(f"{self.address}: zenoh can't use it: {error}; use another address") from None
+        self._session = open_session(self.address, listens=listens)
         mine = f"{ROOT}/up/*" if listens else f"{ROOT}/down/{name}"
         self._subscriber = self._session.declare_subscriber(mine, self._keep)
 
@@ -69,6 +60,25 @@ class ZenohLink:
     def close(self) -> None:
         """Leave the network."""
         self._session.close()
+
+
+def open_session(address: str, *, listens: bool) -> Any:
+    """Return a session of zenoh that listens at an address, or connects to it, over TCP only.
+
+    Raises
+    ------
+    FeasibeeError
+        If eclipse-zenoh isn't installed, or the address can't be used.
+    """
+    try:
+        import zenoh
+    except ImportError:
+        raise FeasibeeError(f"{address}: eclipse-zenoh isn't installed; {how_to_install('zenoh')}") from None
+    try:
+        return zenoh.open(_config(zenoh, address, listens))
+    except zenoh.ZError as error:
+        why = str(error).partition(" at /")[0]  # without the line of its source
+        raise FeasibeeError(f"{address}: zenoh can't use it: {why}; use another address") from None
 
 
 def _config(zenoh: Any, address: str, listens: bool) -> Any:

@@ -7,7 +7,8 @@ from typing import Any, Final, NoReturn
 import numpy as np
 
 from feasibee.errors import FeasibeeError
-from feasibee.live.fieldview import SILENCE, FieldView, View
+from feasibee.live.fieldsteps import View
+from feasibee.live.fieldview import SILENCE, FieldView
 from feasibee.live.layout import FRAME, TASKS
 from feasibee.live.messages import Look, Open
 from feasibee.live.outlook import nothing_ahead
@@ -34,7 +35,7 @@ class FieldCatalogue:
     def to_dict(self) -> dict[str, Any]:
         """Return the catalogue as a page receives it, in the message ``welcome``."""
         nothing: dict[str, Any] = {"strategies": [], "stream": {}, "replays": [], "found": 0, "pick": ""}
-        scene = self.view.scene
+        scene = self.view.field.scene
         numbers = {"seed": str(scene["seed"]), "run": str(scene["run"]), "point": None}
         return {"title": f"field at {self.view.address}", **nothing, **numbers}
 
@@ -54,8 +55,8 @@ class FieldSession:
 
     def __init__(self, view: FieldView) -> None:
         self._view = view
+        self._field = view.field
         self.step = 0
-        self.last = min(view.scene["steps"], 2**31 - 1)
         self._generation = self._jump = self._counts_sent = 0
         self._robot: int | None = None
         self._told: dict[str, Any] = {}
@@ -71,12 +72,19 @@ class FieldSession:
         FeasibeeError
             If the field falls silent before.
         """
-        while not self._view.wait_for(0, 0.5):
+        while not (field := self._view.field).views:
+            self._view.wait_for(field, 0, 0.5)
             if self._view.is_silent:
                 raise FeasibeeError(f"{self._view.address}: silent for {SILENCE:g} s; start the field again")
-        self.step = self._view.latest
+        self._field = field
+        self.step = self._field.latest
         self._generation += 1
-        self._jump, self._counts_sent, self._robot, self._told = 0, self._view.first, None, {}
+        self._jump, self._counts_sent, self._robot, self._told = 0, self._field.first, None, {}
+
+    @property
+    def last(self) -> int:
+        """The last step of the field, if it doesn't end before."""
+        return min(int(self._field.scene["steps"]), 2**31 - 1)
 
     def advance(self, step: int, seconds: float) -> bool:
         """Stay at the step that is shown; return that it is reached."""
@@ -84,7 +92,7 @@ class FieldSession:
 
     def rewind(self, step: int, jump: int) -> None:
         """Go to a step that was received, or to the nearest one; number the frames anew."""
-        self.step, self._jump = self._view.at(step).step, jump
+        self.step, self._jump = self._field.at(step).step, jump
 
     def lane(self, number: int) -> NoReturn:
         """Raise: a page finds the decision of a field among the steps received."""
@@ -99,7 +107,7 @@ class FieldSession:
             If there is no such robot.
         """
         if robot is not None:
-            check_integer("robot", robot, 0, len(self._view.scene["faults"]) - 1)
+            check_integer("robot", robot, 0, len(self._field.scene["faults"]) - 1)
         self._robot = robot
 
     def look(self, asked: Look, seconds: float) -> dict[str, Any]:
@@ -108,14 +116,19 @@ class FieldSession:
         return {"lane": asked.lane, **found, "generation": self._generation & 0xFFFF, "jump": self._jump}
 
     def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
-        """Wait for the next step for a limited time; return its messages, or those of this one again."""
-        self._view.wait_for(self.step + 1, seconds)
-        self.step = max(self.step, self._view.at(self.step + steps).step)
+        """Wait for the next step for a limited time; return its messages, or those of this one again.
+
+        If another field has begun, return a message that says so; the page opens it then.
+        """
+        self._view.wait_for(self._field, self.step + 1, seconds)
+        if self._view.field is not self._field and self._view.field.views:
+            return [{"type": "another"}]
+        self.step = max(self.step, self._field.at(self.step + steps).step)
         return self.messages()
 
     def messages(self) -> list[dict[str, Any] | bytes]:
         """Return the messages of the current step; the frame comes last."""
-        view = self._view.at(self.step)
+        view = self._field.at(self.step)
         found: list[dict[str, Any] | bytes] = []
         told = self._state(view)
         if told != self._told:
@@ -127,13 +140,13 @@ class FieldSession:
 
     def openings(self) -> list[dict[str, Any] | bytes]:
         """Return the messages with which a page begins: the field, and the positions of the tasks."""
-        places = np.array(self._view.scene["tasks"], np.uint16).reshape(-1, 2)
+        places = np.array(self._field.scene["tasks"], np.uint16).reshape(-1, 2)
         x, y = places.T
         tasks = TASKS.encode(generation=self._generation & 0xFFFF, count=len(places), x=x, y=y)
         return [self._opened(), tasks]
 
     def _opened(self) -> dict[str, Any]:
-        scene = self._view.scene
+        scene = self._field.scene
         robots, tasks, faults = scene["robots"], len(scene["tasks"]), scene["faults"]
         fields = {f"faults.{each}": faults.count(each) for each in ("stopped", "byzantine")}
         same = ("strategy", "size", "walls", "diameter", "sight", "radio", "threshold", "truth", "kinds")
@@ -167,15 +180,15 @@ class FieldSession:
         if self._view.is_silent:
             problems.append(
                 f"the field at {self._view.address} has been silent for more than {SILENCE:g} s; "
-                "after starting another one, start feasibee watch again"
+                "this page shows the next field that starts there"
             )
-        end = self._view.latest if self._view.has_ended else None
+        end = self._field.latest if self._field.has_ended else None
         return {
             "type": "field",
             "problems": problems,
             "silent": self._view.is_silent,
             "end": end,
-            "first": self._view.views[0].step,
+            "first": self._field.views[0].step,
         }
 
     def _robot_message(self, view: View, robot: int) -> dict[str, Any]:
@@ -198,9 +211,9 @@ class FieldSession:
 
     def _frame(self, view: View) -> bytes:
         first = self._counts_sent
-        counts = self._view.counts(first, view.step + 1)
+        counts = self._field.counts(first, view.step + 1)
         self._counts_sent = first + len(counts)
-        scene, flags = self._view.scene, view.shown.flags
+        scene, flags = self._field.scene, view.shown.flags
         having = {name: int((flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
         now, decided, decision_step = view.decision
         return FRAME.encode(

@@ -30,6 +30,7 @@ import { Veil } from "./veil.js";
 /** @typedef {(message: any) => void} Answer Handler of a JSON message of the server. */
 
 const help = /** @type {HTMLDialogElement} */ ($("help"));
+const LOOK = 1000; // milliseconds between two looks whether another field has begun
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 /** @type {Opened | null} */
@@ -183,6 +184,10 @@ const answers = {
     writeAddress(message, point, controls.against, controls.changes);
   },
   field: (message) => (player.last = showField(message, player.last)),
+  another() {
+    announce("Another field has begun");
+    begin(0);
+  },
   robot(message) {
     if (message.generation !== world?.generation || message.jump !== seeker.jump) return;
     inspector.hear(message);
@@ -410,6 +415,10 @@ addEventListener("hashchange", () => begin(0, followAddress()));
 calm.addEventListener("change", reflectMotion);
 new ResizeObserver(() => lanes.forEach((each) => each.plot.resize())).observe($("plot"));
 
+setInterval(() => {
+  if (!world?.field || !player.ended || isOnTheWay()) return;
+  player.ask(1); // has another field begun?
+}, LOOK);
 reflectPlay();
 reflectSpeed();
 requestAnimationFrame(tick);
