@@ -122,7 +122,7 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
 
 
 def _reported(error: Exception) -> FeasibeeError:
-    """Return what a page is told of an error; a bug goes into the terminal."""
+    """Return the error for a page; a bug is also printed in the terminal."""
     if isinstance(error, FeasibeeError):
         return error
     if isinstance(error, MemoryError):
