@@ -10,9 +10,6 @@ from feasibee.strategies.contract import Setting, Strategy, Thing
 ROSTER: Final[Any] = roster
 """The strategy's file, whose functions have no types."""
 
-INVENTED: Final = 2654435761
-"""Invented task k of ``roster`` is at position (k + 1) times this number."""
-
 
 class TaskNames:
     """The numbers that a robot gives to tasks, in the order in which it meets them.
@@ -26,7 +23,7 @@ class TaskNames:
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
         self._met = 0
-        self._names = {(k + 1) * INVENTED % 2**32: k for k in range(setting.tasks, setting.task_ids)}
+        self._names = {ROSTER.invented_place(k): k for k in range(setting.tasks, setting.task_ids)}
 
     def of_position(self, position: int) -> int:
         """Return the number of the task at a position; -1 if there can't be another task."""

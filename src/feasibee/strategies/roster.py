@@ -126,6 +126,11 @@ def place_of(thing, setting):
     return across * SIDE + along
 
 
+def invented_place(task):
+    """Return the position at which Byzantine robots say that an invented task is."""
+    return (task + 1) * 2654435761 % 2**POSITION_BITS
+
+
 def observe(known, thing, me):
     """Store that a robot or task is in sight."""
     robots = robot_entries(me.setting)
@@ -203,7 +208,7 @@ def lie(message, feasible, me):
         lacking = setting.count + 1 - there if setting.colluding else setting.count + 1
         for task in range(setting.tasks, min(setting.tasks + max(lacking, 0), tasks)):
             message[ENTRIES + robots + task] = 1
-            message[ENTRIES + robots + tasks + task] = (task + 1) * 2654435761 % 2**POSITION_BITS
+            message[ENTRIES + robots + tasks + task] = invented_place(task)
     else:
         lacking = there - setting.count if setting.colluding else there
         for robot in range(setting.robots, min(setting.robots + max(lacking, 0), robots)):
