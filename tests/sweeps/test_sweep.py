@@ -623,7 +623,7 @@ def kill(tmp_path, times):
         [sys.executable, "-W", "ignore", "-c", KILLING, Path(__file__).parent, tmp_path, str(times)],
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=900,
         check=False,
     )
     assert told.returncode == 0, told.stderr
