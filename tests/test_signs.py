@@ -102,3 +102,8 @@ def test_workflows_run_what_is_supported_and_pin_their_actions():
 def test_actionlint_finds_nothing(path):
     done = subprocess.run(["actionlint", path], capture_output=True, text=True, check=False)
     assert (done.stdout + done.stderr, done.returncode) == ("", 0)
+
+
+def test_no_page_has_the_marks_of_a_merge():
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *RECORDS]
+    assert [page.name for page in pages if re.search(r"(?m)^(<{7}|>{7}) ", page.read_text("utf-8"))] == []
