@@ -21,7 +21,7 @@ def pytest_configure(config):
     )
     settings.register_profile(
         "tests",
-        max_examples=40 if "not slow" in config.option.markexpr else 150,
+        max_examples=25 if "not slow" in config.option.markexpr else 150,
         derandomize=True,
         database=None,
         deadline=None,

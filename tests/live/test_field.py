@@ -279,6 +279,7 @@ def test_steps_are_kept_within_a_limit(tmp_path, monkeypatch):
         assert len(field.counts(field.first, 41)) == 41 - field.first
 
 
+@pytest.mark.slow
 def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
     expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
     with (

@@ -199,7 +199,9 @@ def test_the_order_of_robots_doesnt_matter(boundary, contact):
 
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
 @pytest.mark.parametrize(
-    ("coverage", "speed"), [(0.3, 1.0), (0.4, 0.5), (0.5, 0.25), (0.6, 0.1), (0.6, 0.05)]
+    ("coverage", "speed"),
+    [(0.3, 1.0), (0.6, 0.1)]
+    + [pytest.param(*each, marks=pytest.mark.slow) for each in [(0.4, 0.5), (0.5, 0.25), (0.6, 0.05)]],
 )
 @pytest.mark.parametrize("contact", ["stand", "deflect"])
 def test_nobody_freezes_while_there_is_room(boundary, coverage, speed, contact):

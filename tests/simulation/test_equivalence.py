@@ -471,6 +471,7 @@ WORLDS = {
         "radio.id_bits": 4,
     },
 }
+SLOW_WORLDS = ("forty", "liars that say feasible, and few ids", "commitment", "colluders that invent robots")
 
 
 def quick(name, changes):
@@ -480,7 +481,9 @@ def quick(name, changes):
         return Scenario().replace({**QUICK, "decision.strategy": name, **known, **changes})
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize(
+    "world", [pytest.param(each, marks=[pytest.mark.slow] * (each in SLOW_WORLDS)) for each in WORLDS]
+)
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_every_strategy_is_equal_in_every_world(name, world):
     scenario = quick(name, WORLDS[world])

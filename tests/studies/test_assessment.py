@@ -77,6 +77,7 @@ def test_other_strategies_are_tried_best_first(assessment):
     assert gains == sorted(gains, reverse=True)
 
 
+@pytest.mark.slow
 def test_what_has_no_meaning_in_a_world_is_not_tried():
     scenario = SHORT.replace({"sensing.false_tasks": 0.1, "radio.loss": 0.2, "faults.byzantine": 0.1})
     found = assess(scenario, runs=3)
