@@ -46,12 +46,13 @@ def a_robot(source, *options):
 @contextmanager
 def a_publisher(port, key="robot/1"):
     """Give a publisher of zenoh that a robot at this port listens to."""
-    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+    zenoh = pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
     from feasibee.field.zenoh_link import open_session
 
     until = time.monotonic() + LIMIT
     with open_session(f"127.0.0.1:{port}", listens=False) as session:
-        publisher = session.declare_publisher(key)
+        # By default zenoh drops what a busy receiver doesn't take at once, such as the end.
+        publisher = session.declare_publisher(key, congestion_control=zenoh.CongestionControl.BLOCK)
         while not publisher.matching_status.matching:
             assert time.monotonic() < until
             time.sleep(0.02)
