@@ -189,12 +189,13 @@ def read_key(path: Path | None) -> str:
     from feasibee.field.robot import KEY_VARIABLE
     from feasibee.files import read_text
 
-    name = KEY_VARIABLE if path is None else f"--key-file {path}"
-    given = (
-        os.environ.get(KEY_VARIABLE, "") if path is None else read_text(path, "a file with the shared key")
-    )
-    key = given.strip()
-    if len(key) < LEAST_KEY and not (key == "" and path is None):
+    if path is None:
+        name, key = KEY_VARIABLE, os.environ.get(KEY_VARIABLE, "").strip()
+        if not key:
+            return ""
+    else:
+        name, key = f"--key-file {path}", read_text(path, "a file with the shared key").strip()
+    if len(key) < LEAST_KEY:
         rule = f"must have at least {LEAST_KEY}; take that many random ones"
         raise FeasibeeError(f"{name}: has {len(key)} characters, {rule}")
     return key
