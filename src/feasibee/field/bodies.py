@@ -119,13 +119,14 @@ class Bodies(Swarm):
         self.time = step
         if self._dynamics is None:
             return Change([], [])
-        before = list(self.bodies)
+        before = dict.fromkeys(self.bodies)
         if self._dynamics.change(held):
             self._look_up_truth()
-        left = [body for body in before if body not in self.bodies]
+        now = dict.fromkeys(self.bodies)
+        left = [body for body in before if body not in now]
         for body in left:
             body.has_left = True
-        return Change(left, [body for body in self.bodies if body not in before])
+        return Change(left, [body for body in now if body not in before])
 
     def _look_up_truth(self) -> None:
         super()._look_up_truth()
