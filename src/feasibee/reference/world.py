@@ -68,12 +68,6 @@ class World:
         x, y = place[0] + velocity[0], place[1] + velocity[1]
         return (x % self.size[0], y % self.size[1]) if self.is_torus else (x, y)
 
-    def is_inside(self, place: Place, margin: int) -> bool:
-        """Return whether a place is in the arena, a margin off its walls; always on the torus."""
-        return self.is_torus or all(
-            margin <= p <= side - margin for p, side in zip(place, self.size, strict=True)
-        )
-
     def meet(self, way: Place, approach: Place) -> bool:
         """Return whether two discs overlap at some moment of a step (model.md 6.2).
 
