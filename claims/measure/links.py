@@ -82,7 +82,7 @@ class Watch:
         self.megabytes: list[float] = []
 
     def tell(self, event: Mapping[str, Any]) -> None:
-        """Take an event of the field."""
+        """Keep when all robots have joined, and what their processes take at two steps."""
         if event["event"] == "joined":
             self.joined = time.monotonic() - self.began
         elif event["event"] == "step" and event["step"] in (FIRST, LAST):
