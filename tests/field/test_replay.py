@@ -151,6 +151,16 @@ def test_a_field_is_the_run_on_the_command_line(tmp_path):
     assert result["decision_step"] == (None if code == -1 else int(run.decision_step[0]))
 
 
+def test_a_field_keeps_the_logs_of_robots_that_come_later(tmp_path):
+    if sys.platform == "win32":
+        pytest.skip("feasibee field needs fork")
+    scenario = tmp_path / "more.toml"
+    scenario.write_text("run.steps = 4\nrobots.count = 2\n[[events]]\nstep = 2\nrobots = 1\n")
+    invoke("field", scenario, "--lockstep", "--out", tmp_path / "logs")
+    logs = sorted(path.name for path in (tmp_path / "logs").glob("robot-*"))
+    assert logs == ["robot-0.jsonl", "robot-1.jsonl", "robot-2.jsonl"]
+
+
 def test_a_field_leaves_no_logs_of_an_earlier_one_in_its_folder(tmp_path):
     if sys.platform == "win32":
         pytest.skip("feasibee field needs fork")

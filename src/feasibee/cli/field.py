@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -172,7 +172,7 @@ def field(
         with told:
             result = processes.run()
         if not no_robots:
-            _remove_older(folder, scenario.robots.count)
+            _remove_older(folder, processes.started)
     result = {**result, **_details(plan, network.transport)}
     click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
 
@@ -215,11 +215,11 @@ def _folder(path: Path | None) -> Iterator[Path]:
         yield Path(name)
 
 
-def _remove_older(folder: Path, robots: int) -> None:
-    """Remove logs that a field of more robots left in the folder: they aren't those of this field."""
+def _remove_older(folder: Path, robots: Collection[int]) -> None:
+    """Remove the logs of robots that aren't of this field: an earlier one left them in the folder."""
     for log in folder.glob("robot-*.jsonl"):
         number = log.stem.removeprefix("robot-")
-        if number.isdecimal() and int(number) >= robots:
+        if number.isdecimal() and int(number) not in robots:
             log.unlink(missing_ok=True)
 
 

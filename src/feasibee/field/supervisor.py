@@ -78,7 +78,8 @@ class Field:
         self._environment = {**os.environ, KEY_VARIABLE: network.key}
         self._world: Process | None = None
         self._nursery: Process | None = None
-        self._started: set[int] = set()
+        self.started: set[int] = set()
+        """The numbers of the robots whose processes were started here."""
         self._joined_at = time.monotonic()
 
     def run(self) -> dict[str, Any]:
@@ -110,9 +111,10 @@ class Field:
         """Act on an event of the world."""
         self._tell(event)
         if event["event"] == "listening" and self._starts_robots and self._nursery is None:
+            self.started.update(event["robots"])
             self._start_robots(event["address"], event["robots"])
-        elif event["event"] == "comes" and event["robot"] not in self._started:
-            self._started.add(event["robot"])  # a world that starts again says it once more
+        elif event["event"] == "comes" and event["robot"] not in self.started:
+            self.started.add(event["robot"])  # a world that starts again says it once more
             self._tell_robots("start", [event["robot"]])
         elif event["event"] == "joined":
             self._joined_at = time.monotonic()
