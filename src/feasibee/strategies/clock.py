@@ -1,4 +1,4 @@
-"""The clock of a robot, which counts steps modulo 2**32: what was when is told by differences.
+"""The clock of a robot counts steps modulo 2**32, so that steps are compared by their difference.
 
 A word of knowledge holds the lowest 32 bits of a step. At 10 steps per second the clock begins again after
 13.6 years.
