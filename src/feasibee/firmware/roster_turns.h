@@ -114,7 +114,7 @@ static inline void feasibee_roster_hear_task(struct feasibee_robot *robot, const
 static inline uint32_t feasibee_roster_oldest(const struct feasibee_robot *robot, uint32_t *list,
                                               uint32_t reports, uint32_t age, feasibee_id sender)
 {
-    uint32_t place = 0, oldest = age;
+    uint32_t place = 0, oldest = 0;
     for (uint32_t k = 0; k < reports; k++) {
         if (list[k + reports] == (uint32_t)sender + 1) {
             place = k;

@@ -6,7 +6,6 @@ A word of knowledge holds the lowest 32 bits of a step. At 10 steps per second t
 
 LAST = 2**32 - 1
 """The last step before the clock begins again; also the bits of a step."""
-HALF = 2**31
 
 
 def steps_since(then, now):
@@ -16,7 +15,7 @@ def steps_since(then, now):
 
 def has_come(then, now):
     """Return whether a step has come that was less than 2**31 steps ahead when it was stored."""
-    return steps_since(then, now) < HALF
+    return steps_since(then, now) < 2**31
 
 
 def stamp_of(now):

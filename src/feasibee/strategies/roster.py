@@ -250,7 +250,7 @@ def oldest_of(known, first, reports, entry, sender, me):
             place = k
     if entry < entry_of(known[place], me):
         known[place], known[place + reports] = younger(known[place], entry, me), sender + 1
-    oldest = entry
+    oldest = 0
     for k in range(first, first + reports):
         oldest = max(oldest, entry_of(known[k], me))
     return oldest
