@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import random
 
 import pytest
 from fields import a_plan, simulated, small
-from wires import Way, play
+from nets import Net, Wire
+from wires import KEY, Way, play
+
+from feasibee.field.checks import HELLO, REFUSED, WELCOME
+from feasibee.field.connections import Client, Server
+from feasibee.field.world import World
 
 SCENARIO = small(3, steps=12, **{"run.stop_at_decision": False})
 
@@ -28,9 +34,13 @@ def let_pass(packet, way):
     return [(packet, way)]
 
 
-def reflect(packet, way):
-    """Send each packet on, and back to its sender as if from the other side."""
-    return [(packet, way), (packet, way._replace(up=not way.up))]
+def reflect(*, up):
+    """Send packets of one way on, and back to their sender, as if the other side had sent them."""
+
+    def attack(packet, way):
+        return [(packet, way), *([(packet, way._replace(up=not up))] if way.up == up else [])]
+
+    return attack
 
 
 def repeat(packet, way):
@@ -44,18 +54,16 @@ def cross(packet, way):
 
 def redirect():
     """Send every tenth packet to the world from another address, and never from its own."""
-    count = 0
+    tenths = itertools.cycle([True, *[False] * 9])
 
     def attack(packet, way):
-        nonlocal count
-        count += way.up
-        return [(packet, Way(-1, True) if way.up and count % 10 == 9 else way)]
+        return [(packet, Way(-1, True) if way.up and next(tenths) else way)]
 
     return attack
 
 
 def damage():
-    """Send three damaged copies before each packet: a changed bit, its beginning, and with more bytes."""
+    """Send three damaged copies before each packet: with a changed bit, cut, and longer."""
     generator = random.Random(1)
 
     def attack(packet, way):
@@ -67,12 +75,12 @@ def damage():
     return attack
 
 
-def recorded(seen):
-    """Send all packets of an earlier field before the first one on each way, to the world and to robots."""
+def recorded(seen, *, up):
+    """Send all packets that went one way in an earlier field, before the first packet of each robot."""
     begun = set()
 
     def attack(packet, way):
-        before = [] if way.robot in begun else [each for each in seen if each[1].robot == way.robot]
+        before = [] if way.robot in begun else [each for each in seen if each[1] == Way(way.robot, up)]
         begun.add(way.robot)
         return [*before, (packet, way)]
 
@@ -80,19 +88,46 @@ def recorded(seen):
 
 
 ATTACKS = {
-    "packets sent back to their sender": reflect,
-    "packets sent again": repeat,
-    "packets of one robot sent to the others": cross,
-    "packets from another address": redirect(),
-    "packets changed and cut": damage(),
+    "robots' packets sent back to them": lambda: reflect(up=True),
+    "the world's packets sent back to it": lambda: reflect(up=False),
+    "packets sent again": lambda: repeat,
+    "packets of one robot sent to the others": lambda: cross,
+    "packets from another address": redirect,
+    "packets changed, cut and lengthened": damage,
 }
 
 
+@pytest.mark.parametrize("robots_first", [False, True])
 @pytest.mark.parametrize("name", ATTACKS)
-def test_a_field_under_attack_equals_the_run(name, tmp_path):
-    expect_the_run(ATTACKS[name], tmp_path)
+def test_a_field_under_attack_equals_the_run(name, robots_first, tmp_path):
+    expect_the_run(ATTACKS[name](), tmp_path, robots_first=robots_first)
 
 
-def test_packets_of_an_earlier_field_take_no_robots_number_and_end_no_robot(tmp_path):
+def test_a_field_equals_the_run_when_it_gets_the_packets_of_an_earlier_one(tmp_path):
+    """A robot's first packet would take its number, and the world's last one would end a robot."""
     seen = expect_the_run(let_pass, tmp_path / "earlier")
-    expect_the_run(recorded(seen), tmp_path / "later")
+    for up in (True, False):
+        expect_the_run(recorded(seen, up=up), tmp_path / f"later, {up}")
+
+
+def test_a_robot_has_one_number_and_one_connection(tmp_path):
+    world = World(a_short_plan(), Server(Net(), 7, KEY), lambda event: None, tmp_path / "world.jsonl")
+
+    def hello(client, robot, nonce):
+        client._greet = lambda: (HELLO, {"robot": robot, "nonce": nonce})
+        client.send(*client._greet())
+        answers = []
+        while world.server._link.up or world.server._link.down[client._link._peer]:
+            world.receive(0.0)
+            answers.append(client.receive(0.0))
+        return [frame.kind for frame in answers if frame]
+
+    first, again, other = (Client(Wire(world.server._link, name), KEY, None) for name in "abc")
+    assert hello(first, 1, 5) == [WELCOME]
+    assert hello(first, 1, 5) == [WELCOME]
+    assert hello(first, 2, 5) == [REFUSED]
+    assert hello(other, 1, 6) == [REFUSED]
+    assert hello(other, 2, 6) == [WELCOME]
+    assert hello(again, 1, 5) == [WELCOME]  # the same robot
+    assert [peer for peer, _ in world.server._known] == ["c", "b"]
+    world.log.close()

@@ -58,7 +58,7 @@ def test_a_stopped_robot_that_goes_on_takes_part_again(tmp_path):
 def test_a_restarted_world_goes_on_where_it_was(tmp_path):
     scenario = small()
     faults = (Fault(1, "restart-world"), Fault(20, "restart-world"))
-    result, events, steps = run(a_plan(scenario, faults=faults), tmp_path)
+    result, events, steps = run(a_plan(scenario, faults=faults), tmp_path, key="a key of some length")
     assert opinions(steps) == simulated(scenario)[0]
     assert sum(event["event"] == "listening" for event in events) == 3
     assert result["lost"] == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import select
 import socket
+import time
 from contextlib import closing
 from threading import Event, Thread
 from typing import NamedTuple
@@ -86,8 +87,8 @@ class Attacker:
             return
 
 
-def play(plan, folder, attack, robots=3, key=KEY):
-    """Run a field under an attack.
+def play(plan, folder, attack, robots=3, key=KEY, robots_first=False):
+    """Run a field under an attack; the world may begin before the robots or after they have asked for it.
 
     Return the opinions at each step, the world's result, how the robots ended, and the packets.
     """
@@ -97,6 +98,8 @@ def play(plan, folder, attack, robots=3, key=KEY):
     found, ended = [], {}
 
     def be_the_world():
+        while robots_first and len({way.robot for _, way in attacker.seen}) < robots:
+            time.sleep(0.01)
         with closing(link):
             world = World(plan, Server(link, 7, key), lambda event: None, folder / "world.jsonl")
             try:

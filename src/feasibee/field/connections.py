@@ -1,7 +1,7 @@
 """Connections of robots and viewers to their world.
 
-Whoever asks for a connection gets a token, and sends it back. So it is at the address that it asked from. Before
-that, the world sends an address no more bytes than it got. With a key, both sides also prove that they have it.
+Who asks for a connection gets a token for its address, and must send it back. Until then, the world sends an
+address no more bytes than come from it. With a key, both sides also prove that they have the key.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class Client:
         self._begin(bytes(TOKEN_SIZE))
 
     def send(self, kind: int, body: dict[str, Any]) -> None:
-        """Send a packet, if there is a connection; ask for one, if there is none or the world has lost it."""
+        """Send a packet by the connection; ask for one while it is missing or the world has lost it."""
         if self._is_asking:
             self._ask()
         if self._channels:

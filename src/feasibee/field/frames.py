@@ -17,8 +17,8 @@ MAGIC: Final = b"fb2"
 HEADER: Final = struct.Struct("!3sB8sQ")
 """Magic and version, way, name of the connection, number of the packet."""
 ASK, TOKEN, ACCEPT, UP, DOWN = range(5)
-"""Ways of packets. A robot or viewer asks for a connection. The world sends it a token, and accepts it with the
-token. Then packets go up to the world and down from it."""
+"""Ways of packets. A robot or viewer asks for a connection, the world sends it a token, and accepts it with
+that. Then packets go up to the world and down from it."""
 LARGEST: Final = 60_000
 """Largest packet in bytes; a datagram holds 65,507."""
 ROBOTS_LIMIT: Final = 65_535
@@ -72,12 +72,12 @@ class Channel:
     def write(self, kind: int, body: dict[str, Any]) -> bytes:
         """Return a packet; raise a ValueError if it is larger than `LARGEST`."""
         content = bytes([kind]) + json.dumps(body, separators=(",", ":")).encode()
+        number, self._sent = self._sent, self._sent + 1
         if self._ciphers:
-            content = self._ciphers[0].seal(self._sent, content)
-        packet = packed(self._way, self.name, content, self._sent)
+            content = self._ciphers[0].seal(number, content)
+        packet = packed(self._way, self.name, content, number)
         if len(packet) > LARGEST:
             raise ValueError(f"a packet of {len(packet):,} bytes; at most {LARGEST:,} fit")
-        self._sent += 1
         return packet
 
     def read(self, number: int, content: bytes) -> Frame:

@@ -1,7 +1,7 @@
 """The handshake of two sides that share a key: Noise_NNpsk0_25519_ChaChaPoly_SHA256 (noiseprotocol.org).
 
-Each side sends a fresh public key. These and the shared key give a new key for each direction. So no packet fits
-another connection, and a shared key that leaks doesn't open the packets that were sent before.
+Each side sends a fresh public key. These and the shared key give a new key for each direction. So no packet
+fits another connection, and a shared key that leaks doesn't open the packets that were sent before.
 """
 
 from __future__ import annotations
