@@ -213,18 +213,27 @@ def test_tokens_sent_by_anybody_end_no_connection(key, monkeypatch):
         pair.client.receive(0.0)
         pair.server.send(before, HEARD, {"heard": [1, "00"]})
         assert pair.client.receive(0.0).kind == HEARD
-    settle(pair)
+    assert len(settle(pair)[0]) == 1  # of a new connection
+    pair.server.send(before, HEARD, {"heard": [1, "00"]})  # the world may not have read that yet
+    assert [frame.kind for frame in settle(pair)[1]] == [HEARD]
     pair.client.send(SAID, SAYING)
     assert [frame.kind for frame in settle(pair)[0]] == [SAID]
+    monkeypatch.setattr(connections, "AGAIN", 1e9)
+    pair.net.down["peer"].append(packed(TOKEN, pair.client._channels[0].name, bytes([9] * 8)))
+    assert settle(pair) == ([], [])
+    assert not pair.client._is_asking
 
 
 def test_the_connection_that_was_silent_for_longest_makes_room_and_comes_back(monkeypatch):
     monkeypatch.setattr(connections, "CONNECTIONS_LIMIT", 2)
     monkeypatch.setattr(connections, "AGAIN", -1.0)
     pair = connected(KEY)
-    for peer in ("second", "third"):
-        Pair(KEY, peer).join(pair)
-    assert [peer for peer, _ in pair.server._known] == ["second", "third"]
+    second, third = Pair(KEY, "second"), Pair(KEY, "third")
+    second.join(pair)
     pair.client.send(SAID, SAYING)
-    assert [frame.kind for frame in settle(pair)[0]] == [VIEW]
-    assert [peer for peer, _ in pair.server._known] == ["third", "peer"]
+    settle(pair)
+    third.join(pair)
+    assert [peer for peer, _ in pair.server._known] == ["peer", "third"]
+    second.client.send(SAID, SAYING)
+    assert [frame.kind for frame in settle(second)[0]] == [VIEW]
+    assert [peer for peer, _ in pair.server._known] == ["third", "second"]
