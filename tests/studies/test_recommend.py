@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
+from feasibee.results.statistics import confidence_sequence
 from feasibee.studies.comparison import compare
 from feasibee.studies.recommend import opposite_of, recommend, world_of
 from feasibee.studies.recommendation import Constraints, Relaxation
@@ -52,6 +53,14 @@ def test_shares_are_those_of_a_comparison(free):
     for tasks, measured in worlds.items():
         (outcome,) = compare({"": best.scenario.replace({"tasks.count": tasks})}, (), measured.test.trials, 1)
         assert int(outcome.right.sum()) == measured.test.successes
+
+
+def test_the_tests_of_all_strategies_in_two_worlds_share_the_error(free):
+    """Four strategies, and so eight tests at 95 % together."""
+    for each in free.ranking:
+        for test in (measured.test for measured in each.worlds):
+            expected = confidence_sequence(test.successes, test.trials, 1 - 0.05 / 8)
+            assert test.interval == pytest.approx(expected, abs=1e-12)
 
 
 def test_what_a_strategy_bears_is_measured(with_a_liar):

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.crossing import Crossing, Finding, Rule
-from feasibee.results.statistics import Interval
+from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies.comparison import compare
 from feasibee.studies.size import size
 from feasibee.studies.sizing import Band, Edge, Sizing, band_sentence, edge_sentence
@@ -43,6 +43,16 @@ def test_the_blind_band_lies_on_both_sides_of_the_truth(sizing):
     assert min(value for value, _ in above.tested) == 7
     assert sizing.band.first <= 6
     assert sizing.band.last >= 7 or sizing.band.empty or above.enough == 7
+
+
+def test_all_tests_that_the_searches_could_make_share_the_error(sizing):
+    """They have 45, 6 and 42 values, so 3 tests for each of 6, 3 and 6 bits: 45 at 95 % together."""
+    band = sizing.band
+    assert [len(edge.values) for edge in (sizing.edge, band.below, band.above)] == [45, 6, 42]
+    for edge in (sizing.edge, band.below, band.above):
+        for _, found in edge.tested:
+            expected = confidence_sequence(found.successes, found.trials, 1 - 0.05 / 45)
+            assert found.interval == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_shorter_search_is_part_of_a_longer_one(tmp_path, sizing):
