@@ -135,7 +135,15 @@ DAMAGES = {
     "a version": ("UPDATE about SET value = '9' WHERE key = 'model_version'",),
     "the number of commits": ("UPDATE about SET value = value - 1 WHERE key = 'commits'",),
 }
-HARMLESS = ("a curve", "a missing curve")
+DAMAGES |= {
+    f"{name} of two points, swapped with their digests": tuple(
+        f"UPDATE {table} SET point = {new} WHERE point = {old} {condition}"
+        for old, new in ((3, 99), (4, 3), (99, 4))
+        for table, condition in ((name, ""), ("chunks", f"AND kind = {kind}"))
+    )
+    for kind, name in enumerate(("runs", "curves"))
+}
+HARMLESS = ("a curve", "a missing curve", "curves of two points, swapped with their digests")
 """To an export, which has no curves."""
 
 
