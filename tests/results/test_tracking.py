@@ -24,6 +24,7 @@ from feasibee.results.tracking import (
     false_alarms_of,
     measures_of_runs,
     quartiles_of_present,
+    right_shares,
     right_steps_of,
     steps_of,
     tracking,
@@ -109,6 +110,9 @@ def test_a_run_that_ends_early_is_watched_until_its_end():
     ]
     assert steps_of(truth).tolist() == [3, 5, 3]
     assert right_steps_of(truth, held).tolist() == [1, 2, 3]
+    results, scenario = changing(truth=truth, held=held)
+    assert tracking(results, scenario, 5).right_share.estimate == 1  # of the one run that lasts so long
+    assert right_shares(results, 3).tolist() == [0, 1 / 3, 1]
 
 
 # --- False alarms, by hand ---
