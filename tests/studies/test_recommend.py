@@ -63,6 +63,11 @@ def test_the_tests_of_all_strategies_in_two_worlds_share_the_error(free):
             assert test.interval == pytest.approx(expected, abs=1e-12)
 
 
+def test_a_test_that_stays_open_ends_at_the_most_runs():
+    found = recommend(ROOM, Constraints(0.8), ["average"], 130, 1)
+    assert found.excluded["average"].endswith(" of 130, too close to tell")
+
+
 def test_what_a_strategy_bears_is_measured(with_a_liar):
     assert [each.strategy for each in with_a_liar.ranking] == ["quiet-census"]
     assert with_a_liar.excluded["census"] == "with 1 Byzantine robot right in 0 of 100"
