@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -117,6 +118,16 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
     right_at = np.array([0, 29, 30, 20, 29, 30, 30])
     assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at})) == 4  # 29 of 30 is 0.967
     assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at[:4]})) is None
+
+
+def test_55_of_100_swarms_are_55_percent_of_them():
+    """In floats, 0.55 * 100 is 55.00000000000001; nothing else of an outcome is asked for."""
+    assert [
+        wait_for(SimpleNamespace(right_at=np.array([54, right]), runs=100), 0.55) for right in (54, 55)
+    ] == [
+        None,
+        1,
+    ]
 
 
 def test_words_json_and_page(assessment, tmp_path):
