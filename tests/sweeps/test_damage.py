@@ -120,6 +120,9 @@ DAMAGES = {
         "DELETE FROM chunks WHERE point = 3 AND kind = 0 AND first_run = 9",
         "DELETE FROM runs WHERE point = 3 AND run BETWEEN 9 AND 11",
     ),
+    "the first run of a chunk": (
+        "UPDATE chunks SET first_run = 22 WHERE point = 3 AND kind = 0 AND first_run = 21",
+    ),
     "a truth": ("UPDATE points SET truth = 1 - truth WHERE id = 3",),
     "what is varied": ("UPDATE points SET vary = replace(vary, 'own', 'our') WHERE id = 3",),
     "a scenario": (
