@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from zlib import crc32
 
 import pytest
@@ -257,15 +258,34 @@ def test_a_wire_says_what_it_needs():
         Wire(STRATEGIES["dmmd"], 0)
 
 
-def test_a_setting_and_parameters_tell_swarms_apart():
-    def header(robots=20, **parameters):
-        values = (STRATEGIES["turns"].parameters | parameters).values()
-        setting = setting_from((robots, 5), (0, 0), False, 5, values)
-        wire = Wire(STRATEGIES["turns"], 5, setting=setting)
-        return wire.encode(1, Message(-1, knowledge=(0, 1)))[:3]
+def header(name, id_bits=5, tasks=5, classes=(0, 0), knows_count=True, **parameters):
+    strategy = STRATEGIES[name]
+    values = (strategy.parameters | parameters).values()
+    setting = setting_from((20, tasks), classes, False, 5, values, knows_count=knows_count)
+    wire = Wire(strategy, id_bits, setting=setting)
+    return wire.encode(1, Message(-1, knowledge=(0,) * strategy.row_lengths(setting)[1]))[:3]
 
-    assert header() == header()
-    assert len({header(), header(name_bits=19.0), header(tolerates=1.0), header(looks=2.0)}) == 4
+
+def test_a_setting_and_parameters_tell_swarms_apart():
+    found = [header("turns", **{name: value}) for name, value in (("name_bits", 19.0), ("tolerates", 1.0))]
+    found += [
+        header("turns"),
+        header("turns", looks=2.0),
+        header("turns", quiet=100.5),
+        header("turns", quiet=100.0),
+    ]
+    found += [header("census"), header("census", id_bits=6), header("census", tasks=50)]
+    found += [header("census", classes=(2, 0)), header("census", classes=(0, 2))]
+    found += [header("census", knows_count=False)]
+    assert len(set(found)) == len(found)
+    assert header("turns") == header("turns", looks=1.0)
+
+
+def test_the_text_of_a_strategy_tells_swarms_apart_and_not_the_name_of_its_file():
+    texts = [("own", "one"), ("own", "another"), ("mine", "one")]
+    wires = [Wire(replace(STRATEGIES["dmmd"], name=name, source=source), 5) for name, source in texts]
+    first, second, third = (wire.encode(1, Message(1))[:3] for wire in wires)
+    assert first == third != second
 
 
 def test_a_robot_whose_id_is_no_robots_is_rejected():
