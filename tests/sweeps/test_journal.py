@@ -397,6 +397,19 @@ def test_what_is_computed_again_must_be_the_same(filled):
         record.account[3, 0] -= 1
         journal.write([(1, record)])
         assert len(list(journal.curves(1))) == 30
+        longer = simulate_record(SMALL, Runs(40, 7, 10))
+        longer.account[3, 0] += 1  # also where only some of the runs are there
+        with pytest.raises(FeasibeeError, match=r"run 13: bits_sent is \d+ in .* and \d+ in this sweep"):
+            journal.write([(1, longer)])
+
+
+def test_a_missing_point_without_runs_is_damage(tmp_path):
+    with Journal(tmp_path, write=True) as journal:
+        journal.add([point(), point({"tasks.count": 9})], 7)
+    with database(tmp_path) as other:
+        other.execute("DELETE FROM points WHERE id = 2")
+    with Journal(tmp_path) as journal, pytest.raises(FeasibeeError, match="damaged: points missing: 1; "):
+        journal.entries()
 
 
 # --- One writer ---
