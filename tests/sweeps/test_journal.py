@@ -172,6 +172,7 @@ def test_a_chunk_that_fails_leaves_nothing(filled):
         assert len(journal.columns(1)) == 30
         journal.write([(1, simulate_record(SMALL, Runs(5, 7, 30)))])
         assert len(journal.columns(1)) == 35
+        assert len(journal.entries()) == 1  # the totals are those of what was written
 
 
 def test_what_is_missing(tmp_path):
