@@ -222,6 +222,7 @@ FRAME = DMMD.encode(7, Message(1))
         (FRAME[:-1], "wrong checksum"),
         (FRAME[:3] + b"\x00" + FRAME[4:], "wrong checksum"),
         (sealed(b"\x02" + FRAME[1:-4]), "is of version 2; use robots of version 1"),
+        (sealed(b"\x00" + FRAME[1:-4]), "is of version 0; use robots of version 1"),
         (sealed(FRAME[:1] + b"\x00" + FRAME[2:-4]), "is of another strategy or setting"),
         (sealed(FRAME[:3]), "ends after 0 bytes"),
         (sealed(FRAME[:-4] + b"\x00"), "goes on after its end"),
@@ -278,7 +279,7 @@ def test_a_setting_and_parameters_tell_swarms_apart():
     found += [header("census", classes=(2, 0)), header("census", classes=(0, 2))]
     found += [header("census", knows_count=False)]
     assert len(set(found)) == len(found)
-    assert header("turns") == header("turns", looks=1.0)
+    assert header("turns") == header("turns", looks=1.0) == header("turns", looks=1 + 0.9 / 65536)  # as in C
 
 
 def test_the_text_of_a_strategy_tells_swarms_apart_and_not_the_name_of_its_file():
@@ -313,6 +314,15 @@ def mutated(frame, rng):
         return rng.randbytes(rng.randrange(2 * len(frame)))
     noise = rng.randbytes(rng.randint(1, len(frame) - place))
     return frame[:place] + noise + frame[place + len(noise) :]
+
+
+def test_a_frame_with_two_different_ids_is_rejected():
+    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
+    wire = Wire(STRATEGIES["totals"], 5, commits=True, setting=setting)
+    frame = wire.encode(1, Message(1, knowledge=(0,)))
+    assert wire.decode(frame).sender == 1
+    with pytest.raises(WireError, match="has two different ids"):
+        wire.decode(sealed(frame[:3] + bytes([frame[3] ^ 0x80]) + frame[4:-4]))  # the first id is now 17
 
 
 def frames_of_all_strategies():
