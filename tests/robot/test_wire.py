@@ -289,11 +289,13 @@ def test_the_text_of_a_strategy_tells_swarms_apart_and_not_the_name_of_its_file(
     assert first == third != second
 
 
-def test_a_robot_whose_id_is_no_robots_is_rejected():
-    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
-    wire = Wire(STRATEGIES["totals"], 5, setting=setting)
+@pytest.mark.parametrize(("name", "commits"), [("totals", False), ("tally", True)])
+def test_a_robot_whose_id_is_no_robots_is_rejected(name, commits):
+    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES[name].parameters.values())
+    wire = Wire(STRATEGIES[name], 5, commits=commits, setting=setting)
+    words = STRATEGIES[name].row_lengths(setting)[1]
     with pytest.raises(WireError, match="has a number out of range"):
-        wire.decode(wire.encode(20, Message(-1, knowledge=(0,))))
+        wire.decode(wire.encode(20, Message(1 if commits else -1, knowledge=(0,) * words)))
 
 
 # --- Damaged frames ---
@@ -319,7 +321,8 @@ def mutated(frame, rng):
 def test_a_frame_with_two_different_ids_is_rejected():
     setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
     wire = Wire(STRATEGIES["totals"], 5, commits=True, setting=setting)
-    frame = wire.encode(1, Message(1, knowledge=(0,)))
+    words = STRATEGIES["totals"].row_lengths(setting)[1]
+    frame = wire.encode(1, Message(1, knowledge=(0,) * words))
     assert wire.decode(frame).sender == 1
     with pytest.raises(WireError, match="has two different ids"):
         wire.decode(sealed(frame[:3] + bytes([frame[3] ^ 0x80]) + frame[4:-4]))  # the first id is now 17
