@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
-from feasibee.results.statistics import confidence_sequence
+from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies.comparison import compare
-from feasibee.studies.recommend import opposite_of, recommend, world_of
+from feasibee.studies.recommend import _without_supersets, opposite_of, recommend, world_of
 from feasibee.studies.recommendation import Constraints, Relaxation
 from feasibee.sweeps.sweep import Execution
 
@@ -112,6 +113,15 @@ def test_two_constraints_that_only_together_exclude_are_relaxed_together():
     relaxed = {each.constraint: each.candidate.strategy for each in found.relax}
     assert relaxed["--no-ids and --no-names"] == "census"
     assert "--no-ids" not in relaxed
+
+
+def test_the_fewest_constraints_to_relax_are_named_and_the_best_strategy_first():
+    shares = {"--a and --b": 0.99, "--c and --d": 0.9, "--d and --c": 0.8, "--a": 0.7, "--e": 0.95}
+    found = {
+        name: SimpleNamespace(worst=SimpleNamespace(right=Interval(share, 0, 1)))
+        for name, share in shares.items()
+    }
+    assert [each.constraint for each in _without_supersets(found)] == ["--e", "--c and --d", "--a"]
 
 
 def test_what_a_scenario_does_not_support_is_said():
