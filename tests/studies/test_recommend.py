@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
+from feasibee.results.crossing import Finding
 from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies.comparison import compare
 from feasibee.studies.recommend import _without_supersets, opposite_of, recommend, world_of
-from feasibee.studies.recommendation import Constraints, Relaxation
+from feasibee.studies.recommendation import Candidate, Constraints, Measured, Relaxation, ranked
 from feasibee.sweeps.sweep import Execution
 
 ROOM = Scenario(
@@ -122,6 +124,36 @@ def test_the_fewest_constraints_to_relax_are_named_and_the_best_strategy_first()
         for name, share in shares.items()
     }
     assert [each.constraint for each in _without_supersets(found)] == ["--e", "--c and --d", "--a"]
+
+
+def candidate(*shares, steps=(3, 5), bits=10.0, answer="enough"):
+    """Return a candidate that is right with a share in each world, from a step on."""
+    right_at = [np.array([0] * step + [100] * (9 - step)) for step in steps]
+    outcomes = [SimpleNamespace(bits=np.array([bits]), right_at=each, runs=100) for each in right_at]
+    tests = [Finding(0, 0, 100, Interval(share, 0, 1), answer) for share in shares]
+    worlds = [Measured(20 + place, *each) for place, each in enumerate(zip(tests, outcomes, strict=False))]
+    return Candidate("", ROOM, worlds, 8, (), 0.95)
+
+
+def test_a_candidate_may_reach_its_limits_and_is_judged_in_the_worse_world():
+    found = candidate(0.99, 0.96)
+    assert found.reasons(Constraints(message_bits=8, bits=10.0)) == {}
+    assert list(found.reasons(Constraints(message_bits=7, bits=9.9))) == ["--message-bits", "--bits"]
+    assert list(candidate(0.99, 0.96, answer="open").reasons(Constraints())) == ["--right"]
+    assert (found.worst.tasks, found.step) == (21, 5)
+    assert candidate(0.99, 0.96, steps=(3, 9)).step is None
+    assert found.to_dict()["runs"] == 100
+
+
+def test_candidates_are_ranked_by_whole_percent_then_by_step_then_by_bits():
+    best, soon, cheap, dear, late = order = [
+        candidate(0.99, 0.97),
+        candidate(0.99, 0.956, steps=(3, 4)),
+        candidate(0.99, 0.964, bits=9.0),
+        candidate(0.99, 0.964),
+        candidate(0.99, 0.964, steps=(3, 9)),
+    ]
+    assert ranked([late, dear, cheap, soon, best]) == order
 
 
 def test_what_a_scenario_does_not_support_is_said():
