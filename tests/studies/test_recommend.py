@@ -129,7 +129,11 @@ def test_the_fewest_constraints_to_relax_are_named_and_the_best_strategy_first()
 def candidate(*shares, steps=(3, 5), bits=10.0, answer="enough"):
     """Return a candidate that is right with a share in each world, from a step on."""
     right_at = [np.array([0] * step + [100] * (9 - step)) for step in steps]
-    outcomes = [SimpleNamespace(bits=np.array([bits]), right_at=each, runs=100) for each in right_at]
+    sent = ([bits - 1, bits + 1], [99.0])  # of the scenario's world the mean counts
+    outcomes = [
+        SimpleNamespace(bits=np.array(each), right_at=right, runs=100)
+        for each, right in zip(sent, right_at, strict=True)
+    ]
     tests = [Finding(0, 0, 100, Interval(share, 0, 1), answer) for share in shares]
     worlds = [Measured(20 + place, *each) for place, each in enumerate(zip(tests, outcomes, strict=False))]
     return Candidate("", ROOM, worlds, 8, (), 0.95)
