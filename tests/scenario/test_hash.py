@@ -9,70 +9,39 @@ import pytest
 from feasibee import Scenario
 from feasibee.scenario.fields import Commit, Event, Response, RobotClass, TaskClass
 
-LIFT = {"name": "lift", "count": 12, "skills": ["arm"]}
-CRATE = {"name": "crate", "count": 9, "needs": {"arm": 1}}
+ROBOTS = {"name": "lift", "count": 12, "skills": ["arm"]}
+TASKS = {"name": "crate", "count": 9, "needs": {"arm": 1}}
 EVENT = {"step": 50, "tasks": 3, "robots": 2, "sensing": {"miss": 0.1}, "radio": {"loss": 0.1}}
 COMMIT = {"quorum": 0.8, "rounds": 2, "heard": 1}
-RESPONSE = {"patience": 5, "delay": 10, "release": False, "margin": 1}
-"""Tables in which each field can have several values."""
+RESPONSE = {"patience": 5, "delay": 10, "release": True, "margin": 1}
 
 
-def with_classes(robots=LIFT, tasks=CRATE):
-    return {"robots": {"classes": [robots]}, "tasks": {"classes": [tasks]}}
+def varied(table, **others):
+    """Return a table, and the same with each of these values in place of its own."""
+    return [table, *({**table, name: value} for name, value in others.items())]
 
 
-def with_decision(**fields):
-    return {"decision": {"strategy": "quiet-census", **fields}}
+def classes(robots, tasks):
+    return {"robots": {"classes": robots}, "tasks": {"classes": tasks}}
 
 
+HALVES = [{**ROBOTS, "count": 6}, {**ROBOTS, "name": "haul", "count": 6}]
+EVENTS = varied(EVENT, step=51, tasks=-3, robots=1, sensing={"miss": 0.2}, radio={"loss": 0.2})
 OTHERS = {
-    "classes of robots": [
-        with_classes(),
-        *(
-            with_classes({**LIFT, **new})
-            for new in ({"name": "haul"}, {"count": 13}, {"skills": ["arm", "eye"]})
-        ),
-        {
-            **with_classes(),
-            "robots": {"classes": [{**LIFT, "count": 6}, {**LIFT, "name": "haul", "count": 6}]},
-        },
+    "classes": [
+        *(classes([each], [TASKS]) for each in varied(ROBOTS, name="haul", count=13, skills=["arm", "eye"])),
+        *(classes([ROBOTS], [each]) for each in varied(TASKS, name="box", count=8, needs={"arm": 2})[1:]),
+        classes(HALVES, [TASKS]),
     ],
-    "classes of tasks": [
-        with_classes(),
-        *(
-            with_classes(tasks={**CRATE, **new})
-            for new in ({"name": "box"}, {"count": 8}, {"needs": {"arm": 2}})
-        ),
-    ],
-    "events": [
-        {"events": [EVENT]},
-        *(
-            {"events": [{**EVENT, name: value}]}
-            for name, value in (("step", 51), ("tasks", -3), ("robots", 1))
-        ),
-        {"events": [{**EVENT, "sensing": {"miss": 0.2}}]},
-        {"events": [{**EVENT, "radio": {"loss": 0.2}}]},
-        {"events": [EVENT, EVENT]},
-        {"events": [EVENT, {**EVENT, "step": 90}]},
-    ],
-    "commitment": [
-        {"decision": {"commit": {**COMMIT, **new}}}
-        for new in ({}, {"quorum": 0.7}, {"rounds": 1}, {"heard": 2})
-    ],
+    "events": [{"events": each} for each in (*([event] for event in EVENTS), EVENTS[:1] * 2, EVENTS[:2])],
+    "commitment": [{"decision": {"commit": each}} for each in varied(COMMIT, quorum=0.7, rounds=1, heard=2)],
     "response": [
-        {"response": {**RESPONSE, **new}} for new in ({}, {"patience": 6}, {"delay": 11}, {"margin": 0})
+        {"decision": {"strategy": "fading"}, "response": each}
+        for each in varied(RESPONSE, patience=6, delay=11, release=False, margin=0)
     ],
-    "release": [
-        {"decision": {"strategy": "fading"}, "response": {**RESPONSE, "release": release}}
-        for release in (True, False)
-    ],
-    "contact": [
-        {"robots": {"avoid_collisions": True, "contact": contact}} for contact in ("stand", "deflect")
-    ],
+    "contact": [{"robots": {"avoid_collisions": True, "contact": each}} for each in ("stand", "deflect")],
     "parameters": [
-        with_decision(),
-        with_decision(parameters={"quiet": 50.0}),
-        with_decision(parameters={"quiet": 51.0}),
+        {"decision": {"strategy": "quiet-census", "parameters": each}} for each in ({}, {"quiet": 50.0})
     ],
     "points": [
         {part: {"placement": "points", "points": points}}
@@ -90,13 +59,5 @@ def test_scenarios_that_differ_have_different_hashes(what):
 
 def test_all_fields_of_these_tables_are_tried():
     """A new field needs another value above."""
-    assert set(RobotClass.model_fields) == set(LIFT)
-    assert set(TaskClass.model_fields) == set(CRATE)
-    assert set(Event.model_fields) == set(EVENT)
-    assert set(Commit.model_fields) == set(COMMIT)
-    assert set(Response.model_fields) == set(RESPONSE)
-
-
-def test_the_same_event_with_its_defaults_has_the_same_hash():
-    short, long = ({"step": 9, "tasks": 1}, {"step": 9, "tasks": 1, "robots": 0, "sensing": {}, "radio": {}})
-    assert Scenario(events=[short]).hash == Scenario(events=[long]).hash
+    tables = {RobotClass: ROBOTS, TaskClass: TASKS, Event: EVENT, Commit: COMMIT, Response: RESPONSE}
+    assert all(set(section.model_fields) == set(table) for section, table in tables.items())
