@@ -140,9 +140,11 @@ def exact(monkeypatch):
     monkeypatch.setattr(size_module, "valid_values", lambda scenario, path, values: 4)
 
 
-def test_by_default_95_percent_must_be_right(exact):
+def test_by_default_95_percent_must_be_right_of_up_to_8_times_as_many_robots_as_tasks(exact):
     found = size(SMALL)
     assert (found.rule.target, found.edge.interval) == (0.95, (10, 10))
+    few = size(SMALL.replace({"robots.count": 2, "tasks.count": 6}))
+    assert few.edge.values == list(range(6, 8 * 6 + 1))
 
 
 def test_gaps_within_the_resolution_are_left(exact):
