@@ -15,7 +15,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import feasibee
-from claims.measure.equivalence import RATE, RATIO, Mean, difference, mean_of, power, ratio, tested
+from claims.measure.equivalence import (
+    RATE,
+    RATIO,
+    Mean,
+    difference,
+    mean_difference,
+    mean_of,
+    overall,
+    power,
+    ratio,
+    tested,
+)
+from feasibee.results.statistics import Interval
 
 FIGURES = Path(__file__).with_suffix(".csv")
 WALLS = {"arena.boundary": "walls"}
@@ -26,7 +38,7 @@ WORLDS = {
     "bodies": {"stand": BODIES, "deflect": {**BODIES, "robots.contact": "deflect"}},
 }
 """Changes of the paper's scenario by world and rule of contact."""
-RUNS, MOVING_RUNS = 20_000, 100
+RUNS, MOVING_RUNS, SIGHT = 20_000, 40, 2.0
 MEANS = ("steps", "way", "contacts", "robots_seen", "tasks_seen")
 """Means that are compared by their ratio: steps until the decision, or of the run if it stays undecided; the
 others per robot-step until then. A contact is a robot that comes into a robot's sight."""
@@ -59,7 +71,7 @@ PLAN = {
 }
 """Number of runs in ARGoS. Robots with bodies take 40 times as long there as points."""
 BLOCK = 100
-"""Runs of a row before the next row's. Blocks complete at 09:30 count: the clock decides, not the results."""
+"""Runs of a row before the next row's. Blocks complete at 09:25 count: the clock decides, not the results."""
 
 
 def first_seed(row: Row) -> int:
@@ -76,7 +88,12 @@ def main() -> None:
     """Print each row of ARGoS with those of feasibee, and whether they are equivalent, as JSON."""
     argos = dict(read(FIGURES))
     rows = [compared(row, contact, argos[row]) for row in PLAN for contact in WORLDS[row.world]]
-    print(json.dumps({"rows": rows}, indent=2))
+    worlds = [
+        over_rows([row for row in rows if (row["world"], row["contact"]) == (world, contact)])
+        for world, rules in WORLDS.items()
+        for contact in rules
+    ]
+    print(json.dumps({"rows": rows, "worlds": worlds}, indent=2))
 
 
 def read(path: Path) -> Iterator[tuple[Row, dict[str, float]]]:
@@ -102,8 +119,30 @@ def compared(row: Row, contact: str, argos: dict[str, float]) -> dict[str, Any]:
         "argos": argos | {"feasible": feasibee.wilson(*shares[0])._asdict()},
         "feasibee": ours | {"feasible": feasibee.wilson(*shares[1])._asdict()},
         "tests": tests,
-        "power": power(shares[1][0] / RUNS, (shares[0][1], RUNS)),
+        "power": power([equal(argos, shares[1][0] / RUNS)]),
     }
+
+
+def over_rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return what holds for all rows of a world and rule: verdicts, and the mean difference of shares."""
+    tests = {name: [row["tests"][name] for row in rows] for name in rows[0]["tests"]}
+    feasible = mean_difference(
+        [Interval(*(each[name] for name in Interval._fields)) for each in tests["feasible"]]
+    )
+    return {
+        "world": rows[0]["world"],
+        "contact": rows[0]["contact"],
+        "feasible": tested(feasible, RATE),
+        "power": power(
+            [(row["feasibee"]["feasible"]["estimate"], (row["argos"]["runs"], RUNS)) for row in rows]
+        ),
+        "verdicts": {name: overall([each["verdict"] for each in found]) for name, found in tests.items()},
+    }
+
+
+def equal(argos: dict[str, float], share: float) -> tuple[float, tuple[int, int]]:
+    """Return what the power of a row depends on, if ARGoS has feasibee's share."""
+    return share, (int(argos["runs"]), RUNS)
 
 
 def in_feasibee(row: Row, contact: str) -> dict[str, float]:
@@ -148,7 +187,7 @@ def motion(swarm: feasibee.Swarm) -> tuple[float, ...]:
 def in_sight(places: np.ndarray, others: np.ndarray, around: float) -> np.ndarray:
     """Return which places see which others; each sees itself."""
     apart = shortest(places[:, None] - others[None], around)
-    return np.linalg.norm(apart, axis=-1) <= feasibee.Scenario().sensing.range
+    return np.linalg.norm(apart, axis=-1) <= SIGHT
 
 
 def shortest(difference: np.ndarray, around: float) -> np.ndarray:

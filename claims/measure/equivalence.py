@@ -6,6 +6,7 @@ Both tests at 5 % show equivalence exactly if the 90 % interval of the differenc
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -51,6 +52,19 @@ def difference(one: tuple[int, int], other: tuple[int, int]) -> Interval:
     return Interval(estimate, estimate - below, estimate + above)
 
 
+def mean_difference(found: Sequence[Interval]) -> Interval:
+    """Return the mean of independent differences with its 90 % interval, from their 90 % intervals.
+
+    References
+    ----------
+    Zou, Donner, "Construction of confidence limits about effect measures: a general approach", 2008.
+    """
+    estimate = math.fsum(each.estimate for each in found) / len(found)
+    below = math.hypot(*(each.estimate - each.low for each in found)) / len(found)
+    above = math.hypot(*(each.high - each.estimate for each in found)) / len(found)
+    return Interval(estimate, estimate - below, estimate + above)
+
+
 def ratio(one: Mean, other: Mean) -> Interval:
     """Return the ratio of two independent means, with its 90 % interval: normal for the logarithm."""
     estimate = one.mean / other.mean
@@ -71,7 +85,21 @@ def tested(found: Interval, margins: tuple[float, float]) -> dict[str, Any]:
     return {**found._asdict(), "verdict": verdict(found, margins)}
 
 
-def power(share: float, runs: tuple[int, int]) -> float:
-    """Return the probability that two equal shares are found equivalent, by the normal approximation."""
-    error = math.sqrt(share * (1 - share) * sum(1 / each for each in runs))
+def overall(verdicts: Sequence[str]) -> str:
+    """Return the verdict on several rows: equivalent if all are, different if one is."""
+    if "different" in verdicts:
+        return "different"
+    return "equivalent" if set(verdicts) == {"equivalent"} else "not shown"
+
+
+def power(rows: Sequence[tuple[float, tuple[int, int]]]) -> float:
+    """Return the probability that the mean difference of equal shares is found equivalent, by normal errors.
+
+    Parameters
+    ----------
+    rows : sequence of (share, (runs, runs))
+        The share that both have, and the numbers of runs of one and of the other.
+    """
+    variances = [share * (1 - share) * sum(1 / each for each in runs) for share, runs in rows]
+    error = math.sqrt(sum(variances)) / len(rows)
     return max(0.0, 2 * NormalDist().cdf(RATE[1] / error - normal_quantile(CONFIDENCE)) - 1)
