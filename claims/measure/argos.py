@@ -133,9 +133,7 @@ def over_rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "world": rows[0]["world"],
         "contact": rows[0]["contact"],
         "feasible": tested(feasible, RATE),
-        "power": power(
-            [(row["feasibee"]["feasible"]["estimate"], (row["argos"]["runs"], RUNS)) for row in rows]
-        ),
+        "power": power([equal(row["argos"], row["feasibee"]["feasible"]["estimate"]) for row in rows]),
         "verdicts": {name: overall([each["verdict"] for each in found]) for name, found in tests.items()},
     }
 
@@ -161,7 +159,6 @@ def figures(decision: Any, steps: Any, lengths: Any, moving: Any) -> dict[str, f
         "runs": len(decision),
         "feasible": int((decision == 1).sum()),
         "undecided": int((decision == -1).sum()),
-        "median": float(np.median(steps)),
         **{name: each.mean for name, each in zip(MEANS, means, strict=True)},
         **{f"{name}_error": each.error for name, each in zip(MEANS, means, strict=True)},
     }
