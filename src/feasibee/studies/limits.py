@@ -25,6 +25,7 @@ from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_scenario, processors
 from feasibee.simulation.loading import load_engine
+from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.studies import oracle
 from feasibee.studies.suitable import check_stays
@@ -206,7 +207,7 @@ class Tireless(Swarm):
         layout, state, robots = self._layout, self._state, slice(self._params.robots.count)
         state.robots[layout.Robot.PHASE_LEFT] = np.iinfo(np.int32).max
         state.sets[layout.Set.SPEAKING] = state.sets[layout.Set.WORKING]
-        state.robots[layout.Robot.LABEL, robots] |= self._members(state.sets[layout.Set.WORKING])
+        state.robots[layout.Robot.LABEL, robots] |= members(state.sets[layout.Set.WORKING])[robots]
 
 
 def limits_of_run(world: Scenario, seed: int, run: int) -> list[int]:
