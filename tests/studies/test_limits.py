@@ -257,4 +257,4 @@ def test_a_curve_rises_at_the_steps_of_the_runs():
         np.testing.assert_allclose(y, 100 * np.array([*range(reached.size + 1), reached.size]) / 4)
     assert {text.get_text() for text in ax.texts} == {look.label for look in LOOKS.values()}
     (ax,) = draw_limits({**steps, "area": np.full(4, -1)}, 100).axes
-    assert "area seen: never" in {text.get_text() for text in ax.texts}
+    assert "area: never" in {text.get_text() for text in ax.texts}
