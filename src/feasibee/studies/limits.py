@@ -132,7 +132,7 @@ def limits(
     --------
     >>> from feasibee.studies.limits import limits
     >>> limits(runs=100, seed=1).times["flooding"].median
-    69
+    42
     """
     scenario, which = check_scenario(scenario), Runs(runs, seed)
     check_stays(scenario, "limits")
