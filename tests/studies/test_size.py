@@ -226,6 +226,7 @@ def test_the_command_prints_the_answer_and_draws_it(tmp_path):
     done = CliRunner().invoke(main, [*command, "--plot", str(picture)])
     assert done.exit_code == 0, done.output
     assert "at step 100" in done.stdout
+    assert "if the share of right swarms doesn't fall as robots.count" in done.stdout.replace("\n", " ")
     assert "Blind band of 6 robots" in done.stdout
     assert "robots.count = 4: right in " in done.stderr
     assert picture.stat().st_size > 10_000
@@ -261,3 +262,25 @@ def test_another_field_is_named_in_the_answer():
     found = json.loads(done.stdout)
     assert found["over"] == "decision.exploration"
     assert "decision.exploration" in found
+
+
+def test_a_share_that_falls_again_has_no_least_value():
+    """With a longer radio range the opinions of `dmmd` agree sooner, and more often on the wrong answer."""
+    tasks = {"count": 2, "placement": "points", "points": [[3.0, 4.0], [10.0, 8.0]]}
+    scenario = Scenario(arena={"side": 14.0}, robots={"count": 10}, tasks=tasks, run={"steps": 400})
+    sizing = size(scenario, "radio.range=2:6.9", Rule(0.67, first=100, most=1500), 1)
+    (least, first), *_, (last, fallen) = sizing.edge.tested
+    assert (least, last) == (2.0, 6.9)
+    assert first.interval.low >= 0.67 > fallen.interval.high
+    assert sizing.edge.enough is None
+    words = edge_sentence(sizing)
+    assert "with radio.range = 2 units, but not with radio.range = 6.9 units: the share falls again" in words
+    assert "Search a shorter range, such as --over radio.range=2:3.69." in words
+    found = sizing.to_dict()
+    assert found["radio.range"]["least"] is None
+    assert found["assumes"]["refuted"]
+
+
+def test_an_answer_says_what_it_assumes(sizing):
+    text = "the share of right swarms doesn't fall as robots.count grows, nor as tasks.count goes away from 6"
+    assert sizing.to_dict()["assumes"] == {"text": text, "refuted": False}
