@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
+import shutil
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+from threading import Semaphore
 from typing import Any
 
 from feasibee.errors import FeasibeeError
@@ -15,6 +16,7 @@ from feasibee.field.frames import Frames
 from feasibee.field.free import FreeRunning
 from feasibee.field.links import open_link
 from feasibee.field.lockstep import Lockstep
+from feasibee.field.parent import follow_parent, read_order
 from feasibee.field.plan import Plan
 from feasibee.field.robot import KEY_VARIABLE
 from feasibee.field.world import World, print_event
@@ -23,9 +25,16 @@ from feasibee.scenario.scenario import Scenario
 
 def main() -> None:
     """Run the world of one field; report its result or its error as an event."""
-    order = json.loads(sys.stdin.readline())
+    order = read_order()
+    ready = Semaphore(0)
+
+    def remove_log() -> None:
+        if order["temporary"]:
+            shutil.rmtree(Path(order["log"]).parent, ignore_errors=True)
+
+    follow_parent(sys.stdin.fileno(), lambda read: ready.release(read.count(b"\n")), remove_log)
     try:
-        print_event({"event": "result", **_run(order)})
+        print_event({"event": "result", **_run(order, ready)})
     except BrokenPipeError:  # the field is gone
         os._exit(1)
     except FeasibeeError as error:
@@ -33,14 +42,14 @@ def main() -> None:
         sys.exit(2)
 
 
-def _run(order: Mapping[str, Any]) -> dict[str, Any]:
-    """Play the field of an order; return its result."""
+def _run(order: Mapping[str, Any], ready: Semaphore) -> dict[str, Any]:
+    """Play the field of an order; return its result. ``ready`` is released after each fault of processes."""
     plan = plan_from(order["plan"])
     link = open_link(order["transport"], order["host"], order["port"], listens=True)
     try:
         frames = Frames(order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]
-        world = World(plan, link, frames, print_event, log, resumes, _wait_for_go)
+        world = World(plan, link, frames, print_event, log, resumes, ready.acquire)
         robots = [body.process for body in world.bodies.bodies]
         print_event({"event": "listening", "address": link.address, "robots": robots})
         if not resumes:
@@ -49,11 +58,6 @@ def _run(order: Mapping[str, Any]) -> dict[str, Any]:
         return world.end()
     finally:
         link.close()
-
-
-def _wait_for_go() -> None:
-    """Wait until the field has caused a fault of processes."""
-    sys.stdin.readline()
 
 
 def plan_from(plain: Mapping[str, Any]) -> Plan:
