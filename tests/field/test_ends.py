@@ -18,6 +18,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.linelog import LineLog
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+SLOW = pytest.mark.slow  # a second each, as the two before them
 LONG = ("--hz", "100", "--set", "run.steps=100000", "--set", "robots.count=3", "--patience", "600")
 """A field that lasts a quarter of an hour, whose robots would wait ten minutes for a world that is silent."""
 PATIENCE = 60
@@ -104,7 +105,9 @@ def start(tmp_path):
         field.end()
 
 
-@pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM", "SIGHUP", "SIGINT"])
+@pytest.mark.parametrize(
+    "name", ["SIGKILL", "SIGTERM", *(pytest.param(n, marks=SLOW) for n in ("SIGHUP", "SIGINT"))]
+)
 def test_all_processes_and_temporary_folders_end_with_the_field(start, name):
     """One robot is stopped: it can't notice anything by itself."""
     field = start("--pause", "1@2").wait_for("is stopped")
