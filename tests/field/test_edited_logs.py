@@ -280,6 +280,8 @@ def test_many_edited_logs_of_worlds_are_shown_or_refused_in_a_line(tmp_path):
         ("robot_classes", 10**6),
         ("id_bits", 10**9),
         ("parameters", [1.0] * 100),
+        ("width", 1e-300),
+        ("sight", 1e6),
     ],
 )
 def test_no_number_of_a_logs_head_takes_more_memory_than_its_scenario(tmp_path, name, value):
@@ -294,6 +296,22 @@ def test_no_number_of_a_logs_head_takes_more_memory_than_its_scenario(tmp_path, 
     try:
         with pytest.raises(FeasibeeError, match=r"line 1: has no valid settings\."):
             replay(path)
+        assert tracemalloc.get_traced_memory()[1] < 20 * 2**20
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_worlds_log_takes_no_more_memory_than_its_lines(tmp_path):
+    """The scenario in its head has a million tasks, and its first step four."""
+    import tracemalloc
+
+    log = WorldLog(tmp_path / "world.jsonl", a_plan(small(**{"tasks.count": 10**6})), appends=False)
+    log.write(logs_of(small(), 1)[1][0])
+    log.close()
+    tracemalloc.start()
+    try:
+        with pytest.raises(FeasibeeError, match="line 2: has no valid tasks"):
+            Recording(tmp_path)
         assert tracemalloc.get_traced_memory()[1] < 20 * 2**20
     finally:
         tracemalloc.stop()

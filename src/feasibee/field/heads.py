@@ -101,6 +101,7 @@ def problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
     setting = Setting(**settings.setting.model_dump())
     kinds = setting.robot_classes, setting.task_classes
     invented = setting.tasks, setting.robots + 1
+    half = min(setting.width, setting.height) / 2
     fits = {
         "insight": is_insight(orders.get("insight")),
         "asks_gap": orders.get("asks_gap") in (False, strategy.knows_gap),
@@ -113,6 +114,8 @@ def problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
         "settings.coordinates": settings.coordinates[2] < setting.robots,
         "settings.me": settings.me[0] < setting.robots and settings.me[1] < setting.robot_classes,
         "settings.setting.count": setting.count <= setting.robots,
+        "settings.setting.sight": setting.walled or max(setting.sight, setting.radio) <= half,
+        "settings.setting.speed": setting.speed <= half,
         "settings.setting.task_ids": (setting.robot_ids - setting.robots, setting.task_ids - setting.tasks)
         in ((0, 0), invented),
     }
