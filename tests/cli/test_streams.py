@@ -10,6 +10,7 @@ import sys
 import pytest
 from commands import invoke, refused_in_a_line
 
+from feasibee import Scenario
 from feasibee.cli.streams import visible
 
 unix = pytest.mark.skipif(os.name == "nt", reason="a shell that closes streams")
@@ -99,6 +100,12 @@ def test_hidden_characters_in_names_are_printed_as_escapes(tmp_path, hidden, mon
         assert f"\\u{ord(hidden):04x}" in output
     (tmp_path / "again.toml").write_text(outputs[0])
     assert invoke("scenario", "again.toml").output == outputs[0]
+
+
+def test_the_live_page_shows_a_files_name_with_escapes():
+    from feasibee.live.catalogue import Catalogue
+
+    assert Catalogue(Scenario(), title="a\u202eb.toml").to_dict()["title"] == "a\\u202eb.toml"
 
 
 @pytest.mark.parametrize("hidden", ["\x1b[31m", "\n", "\x07"])
