@@ -107,7 +107,11 @@ class Nursery:
     def _start(self, number: int) -> None:
         process = os.fork()
         if process == 0:
-            os._exit(self._robot(number))
+            status = 1
+            try:
+                status = self._robot(number)
+            finally:
+                os._exit(status)
         self._robots[number] = process
 
     def _robot(self, number: int) -> int:

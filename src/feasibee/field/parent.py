@@ -23,8 +23,8 @@ def follow_parent(
     source: int,
     heed: Callable[[bytes], object] = lambda _: None,
     at_end: Callable[[], object] = lambda: None,
-) -> None:
-    """Start a thread that ends this process when the pipe of its parent ends.
+) -> Thread:
+    """Start and return a thread that ends this process when the pipe of its parent ends.
 
     Parameters
     ----------
@@ -42,4 +42,6 @@ def follow_parent(
         at_end()
         os._exit(1)
 
-    Thread(target=follow, daemon=True).start()
+    thread = Thread(target=follow, daemon=True)
+    thread.start()
+    return thread

@@ -241,7 +241,7 @@ def _end(process: Process, grace: float) -> None:
     _close(process)
     with suppress(subprocess.TimeoutExpired):
         process.wait(GRACE)
-    if process.returncode != 0:
+    if process.returncode is None or process.returncode < 0:
         with suppress(ProcessLookupError):  # robots that are stopped don't notice that the nursery has ended
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()

@@ -22,6 +22,9 @@ from feasibee.field.robot import KEY_VARIABLE
 from feasibee.field.world import World, print_event
 from feasibee.scenario.scenario import Scenario
 
+PATIENCE = 2.0
+"""Seconds in which standard input ends after standard output has been closed."""
+
 
 def main() -> None:
     """Run the world of one field; report its result or its error as an event."""
@@ -32,14 +35,17 @@ def main() -> None:
         if order["temporary"]:
             shutil.rmtree(Path(order["log"]).parent, ignore_errors=True)
 
-    follow_parent(sys.stdin.fileno(), lambda read: ready.release(read.count(b"\n")), remove_log)
+    follower = follow_parent(sys.stdin.fileno(), lambda read: ready.release(read.count(b"\n")), remove_log)
     try:
-        print_event({"event": "result", **_run(order, ready)})
-    except BrokenPipeError:  # the field is gone
+        try:
+            event, status = {"event": "result", **_run(order, ready)}, 0
+        except FeasibeeError as error:
+            event, status = {"event": "error", "why": str(error)}, 2
+        print_event(event)
+    except BrokenPipeError:  # the field has ended
+        follower.join(PATIENCE)
         os._exit(1)
-    except FeasibeeError as error:
-        print_event({"event": "error", "why": str(error)})
-        sys.exit(2)
+    sys.exit(status)
 
 
 def _run(order: Mapping[str, Any], ready: Semaphore) -> dict[str, Any]:
