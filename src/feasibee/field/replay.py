@@ -91,11 +91,11 @@ def _node(
             f"{named(path)}: the robot's strategy {quoted(name)} isn't built in; give --strategy FILE"
         )
     orders = {key: head[key] for key in head if key not in ("draws", "status", "feasibee", "version")}
-    problem = problem_of(orders, own)
-    if problem:
-        raise damaged(path, 1, problem)
     written: list[Any] = []
     try:
+        problem = problem_of(orders, own)
+        if problem:
+            raise damaged(path, 1, problem)
         return Node(orders, written.append, lambda _, __: draws.popleft(), own), written
     except UNFIT as error:
         raise _unfit(path, 1, error, draws) from None
