@@ -15,6 +15,7 @@ import socket
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,6 +33,8 @@ def main() -> None:
     """Start the robots of an order and those that come later, and wait until they have ended."""
     order = read_order()
     try:
+        if os.environ.get(KEY_VARIABLE):
+            import_module("feasibee.field.noise")  # once for all robots
         strategy = None
         if order["strategy_file"] is not None:
             from feasibee.scenario.plugins import load
