@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from feasibee.figures.limits import LOOKS, draw_limits
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import census
-from feasibee.studies.limits import LIMITS, Limits, limits
+from feasibee.studies.limits import LIMITS, Limits, _quorum_step, limits
 
 WALLED = {"arena.boundary": "walls", "arena.side": [12.0, 9.0], "robots.avoid_collisions": True}
 WORLDS = [
@@ -213,6 +214,29 @@ def test_a_run_that_never_gets_there_counts_as_infinite():
     found = Limits(Scenario(), 0, dict.fromkeys(LIMITS, steps), (0.5, 0.5))
     assert (found.times["area"].median, found.times["area"].p95) == (6, None)
     assert found.to_dict()["area"]["p95"] is None
+
+
+@pytest.mark.parametrize(
+    ("knew", "step", "found"),
+    [
+        ([1, 1, 1, 49, 0, 0, 1, 1, 0, 0], 60, 49),
+        ([1, 1, 1, 0, 0, 0, 1, 1, 50, 0], 60, -1),  # the sixth knows only when it doesn't count any more
+        ([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 49, -1),
+        ([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 50, 50),
+        ([1, 1, 1, 55, 0, 0, 0, 0, 0, 0], 60, 55),
+    ],
+)
+def test_more_than_half_of_ten_robots_are_six_and_when_four_have_stopped_they_are_four(knew, step, found):
+    scenario = Scenario(decision={"threshold": 0.5}, faults={"stopped": 0.4, "stop_step": 50})
+    swarm = SimpleNamespace(scenario=scenario, step=step, counted=np.arange(10) < 6)
+    assert _quorum_step(swarm, np.ones(10, np.bool_), np.array(knew)) == found
+
+
+def test_29_of_50_robots_are_not_more_than_58_percent():
+    """In floats they are: 0.58 * 50 is less than 29."""
+    everyone = np.ones(50, np.bool_)
+    swarm = SimpleNamespace(scenario=Scenario(decision={"threshold": 0.58}), step=99, counted=everyone)
+    assert _quorum_step(swarm, everyone, np.arange(1, 51)) == 30
 
 
 @pytest.mark.parametrize(
