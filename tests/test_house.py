@@ -8,6 +8,7 @@ import inspect
 import pkgutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -76,7 +77,14 @@ def test_an_unknown_name_is_an_attribute_error():
 def test_importing_does_nothing():
     heavy = {"numpy", "numba", "xarray", "matplotlib", "pydantic", "pandas", "rich"}
     assert not heavy & loaded_by("import feasibee")
-    assert not heavy & loaded_by("import feasibee.cli")
+    assert not heavy & loaded_by("from feasibee.cli import main")
+
+
+def test_the_program_handles_signals_before_it_loads_any_package():
+    """Ctrl-C while it loads click would give a traceback."""
+    assert not {"click", "importlib.metadata"} & loaded_by("import feasibee.__main__")
+    project = tomllib.loads((PACKAGE.parents[1] / "pyproject.toml").read_text("utf-8"))["project"]
+    assert project["scripts"] == {"feasibee": "feasibee.__main__:main"}
 
 
 def test_a_robots_mind_needs_neither_numpy_nor_numba():

@@ -1,5 +1,15 @@
-"""The command line, run as ``python -m feasibee``."""
+"""The command line as a program: ``feasibee``, or ``python -m feasibee``."""
 
-from feasibee.cli import main
+from feasibee.cli import interrupts
 
-main()
+
+def main() -> None:
+    """Handle Ctrl-C, then import the commands and run one."""
+    interrupts.begin()
+    from feasibee.cli.commands import main as commands
+
+    commands()
+
+
+if __name__ == "__main__":
+    main()

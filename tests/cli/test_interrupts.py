@@ -246,6 +246,76 @@ main(prog_name="feasibee")
     assert told.stderr == "feasibee: interrupted; no file was left half-written\n"
 
 
+IMPORTED = """
+import os, runpy, signal, sys
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        seen.append(name)
+        if name == wanted and "feasibee.cli.interrupts" in sys.modules:
+            os.kill(os.getpid(), signal.SIGINT)
+
+wanted, seen = sys.argv.pop(1), []
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.meta_path.insert(0, Finder())
+try:
+    runpy.run_module("feasibee", run_name="__main__", alter_sys=True)
+finally:
+    if not wanted:
+        print(*seen, file=sys.stderr)
+"""
+"""Runs a command that gets Ctrl-C when it imports a module; without one, it prints all that it imports."""
+
+
+def interrupted_in(module, *arguments):
+    """Return the status and the errors of a command that gets Ctrl-C when it imports a module."""
+    code = [sys.executable, "-c", IMPORTED, module, *arguments]
+    done = subprocess.run(code, capture_output=True, text=True, check=False)
+    return done.returncode, done.stderr
+
+
+@pytest.mark.parametrize("module", ["feasibee.cli.commands", "click.core", "pydantic_core"])
+def test_an_interrupt_while_a_module_is_imported_ends_in_a_line(module):
+    line = "feasibee: interrupted; no file was left half-written\n"
+    assert interrupted_in(module, "truth") == (130, line)
+
+
+@pytest.mark.slow
+def test_an_interrupt_while_any_module_of_a_run_is_imported_ends_in_a_line():
+    """Of a thousand, forty drawn at random."""
+    _, imported = interrupted_in("", "run", "--runs", "2")
+    names = list(dict.fromkeys(imported.split()))
+    names = names[names.index("feasibee.cli.commands") :]
+    assert len(names) > 500
+    line = "feasibee: interrupted; no file was left half-written\n"
+    for name in random.Random(12).sample(names, 40):
+        assert interrupted_in(name, "run", "--runs", "2") == (130, line), name
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129)])
+def test_other_signals_end_a_command_in_a_line_and_remove_what_is_half_written(name, status, tmp_path):
+    code = f"""
+import os, signal
+import click
+from feasibee.cli import main
+from feasibee.files import atomic_write
+
+def invoke(*arguments):
+    with atomic_write("out.csv"):
+        os.kill(os.getpid(), signal.{name})
+    print("went on")
+
+click.Group.invoke = invoke
+main(prog_name="feasibee")
+"""
+    told = subprocess.run(
+        [sys.executable, "-c", code, "truth"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    line = f"feasibee: ended by {name}; no file was left half-written\n"
+    assert (told.returncode, told.stdout, told.stderr) == (status, "", line)
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.slow
 def test_who_ignores_interrupts_goes_on():
     """As a command in the background of a shell."""

@@ -49,7 +49,7 @@ def run(plan, folder, transport="udp", key="", follow=None, **options):
             follow(event)
 
     folder.mkdir(exist_ok=True)
-    field = Field(plan, Network(transport, key=key), folder, tell, robot_logs=True, **options)
+    field = Field(plan, Network(transport, key=key), folder, tell, **options)
     result = field.run()
     return result, events, steps_of(folder)
 

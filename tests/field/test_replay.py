@@ -167,7 +167,7 @@ def test_a_field_leaves_no_logs_of_an_earlier_one_in_its_folder(tmp_path):
     common = ("field", "--lockstep", "--set", "run.steps=3", "--out", tmp_path)
     invoke(*common, "--set", "robots.count=4")
     invoke(*common, "--set", "robots.count=2")
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
+    assert sorted(path.name for path in tmp_path.glob("*.jsonl")) == [
         "robot-0.jsonl",
         "robot-1.jsonl",
         "world.jsonl",

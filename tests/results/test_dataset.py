@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import gc
 import json
+import os
 import subprocess
 import sys
 from contextlib import suppress
@@ -249,6 +250,26 @@ def test_a_failed_save_leaves_the_old_file_whole_and_nothing_else(tmp_path, monk
         save_results(to_dataset(RECORD, SCENARIO, 1), tmp_path / "b.nc")
     assert names(tmp_path) == ["a.nc"]
     assert open_results(tmp_path / "a.nc").identical(old)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no limits of the size of files")
+@pytest.mark.parametrize("name", ["a.nc", "a.csv"])
+def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path, name, capfd):
+    """No file may grow beyond some kilobytes here."""
+    import resource
+
+    dataset = to_dataset(Record.empty(0, 1000, 10), SCENARIO, 0)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5_000, before[1]))
+    try:
+        with pytest.raises(FeasibeeError, match=rf"{name}: can't be written: .*; free disk space"):
+            save_results(dataset, tmp_path / name)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    del dataset
+    gc.collect()
+    assert names(tmp_path) == []
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_missing_folder_is_told(tmp_path):

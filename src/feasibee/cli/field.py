@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -165,15 +163,11 @@ def field(
     key = read_key(key_file)
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
-    with _folder(out) as folder:
-        told = Told(scenario, as_json)
-        network = Network(transport, host, port, key)
-        processes = Field(plan, network, folder, told.tell, starts_robots=not no_robots, robot_logs=bool(out))
-        with told:
-            result = processes.run()
-        if not no_robots:
-            _remove_older(folder, processes.started)
-    result = {**result, **_details(plan, network.transport)}
+    told = Told(scenario, as_json)
+    processes = Field(plan, Network(transport, host, port, key), out, told.tell, starts_robots=not no_robots)
+    with told:
+        result = processes.run()
+    result = {**result, **_details(plan, transport)}
     click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
 
 
@@ -201,26 +195,6 @@ def _faults(
 def _check_platform() -> None:
     if not hasattr(os, "fork"):
         raise FeasibeeError("feasibee field: needs a system with fork; use Linux, macOS or WSL")
-
-
-@contextmanager
-def _folder(path: Path | None) -> Iterator[Path]:
-    """Give the folder of the logs, a temporary one if the user names none."""
-    from feasibee.files.writing import make_folder
-
-    if path is not None:
-        yield make_folder(path)
-        return
-    with tempfile.TemporaryDirectory(prefix="feasibee-field-") as name:
-        yield Path(name)
-
-
-def _remove_older(folder: Path, robots: Collection[int]) -> None:
-    """Remove the logs of robots that aren't of this field: an earlier one left them in the folder."""
-    for log in folder.glob("robot-*.jsonl"):
-        number = log.stem.removeprefix("robot-")
-        if number.isdecimal() and int(number) not in robots:
-            log.unlink(missing_ok=True)
 
 
 def _details(plan: Plan, transport: str) -> dict[str, Any]:

@@ -1,73 +1,88 @@
-"""Ctrl-C at any moment ends a command with one line and exit status 130."""
+"""Ctrl-C, SIGTERM and SIGHUP at any moment end a command with one line, and leave nothing behind."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NoReturn
+from typing import Any, NoReturn
 
-import click
-
-STATUS = 130
 UNHARMED = "no file was left half-written"
 _CLEAR = b"\r\x1b[2K\x1b[?25h"  # what a progress bar leaves: its line, and a hidden cursor
+_WORDS = {"SIGINT": "interrupted", "SIGTERM": "ended by SIGTERM", "SIGHUP": "ended by SIGHUP"}
+_SIGNALS = [getattr(signal, name) for name in _WORDS if hasattr(signal, name)]
 
-_is_program = threading.Event()
-"""Set if the command line is the whole process, not called from another program: only then handle Ctrl-C."""
+_handled: list[signal.Signals] = []
+"""Signals that are handled: none unless the command line is the whole process."""
+_seen: list[signal.Signals] = []
+"""The first signal that came and was raised as an error, if any."""
 
 
 def begin() -> None:
-    """Install the handler of Ctrl-C, unless the parent process ignores it, as for a background job."""
-    if callable(signal.getsignal(signal.SIGINT)):
-        _is_program.set()
-        signal.signal(signal.SIGINT, _Leave(UNHARMED))
-        sys.unraisablehook = _leave_or_print
+    """Handle the signals, except those that the parent process ignores, as for a background job."""
+    _handled[:] = [each for each in _SIGNALS if signal.getsignal(each) not in (signal.SIG_IGN, None)]
+    _handle(_Leave(UNHARMED))
+    sys.unraisablehook = _leave_or_print
 
 
 def end() -> None:
-    """Ignore Ctrl-C from now on: all is done, and Python's own exit would print a traceback."""
-    if _is_program.is_set():
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Ignore the signals from now on: all is done, and Python's own exit would print a traceback."""
+    _handle(signal.SIG_IGN)
 
 
 @contextmanager
 def raising() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt, so that half-written files are removed; then ignore it."""
-    if _is_program.is_set():
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Let signals raise errors, so that what is half-written is removed; then print one line and exit."""
     try:
-        yield
-    finally:
-        end()
+        try:
+            _handle(_raise)
+            yield
+        finally:
+            end()
+    except BaseException as error:
+        # A module whose import was interrupted may raise any other error instead.
+        if _seen or isinstance(error, KeyboardInterrupt):
+            _exit(str(error) if isinstance(error, KeyboardInterrupt) else "")
+        raise
 
 
 @contextmanager
 def leaving(what: str) -> Iterator[None]:
-    """Let Ctrl-C end the process at once, where nothing can be left half-written; then raise as before.
+    """Let signals end the process at once, where nothing can be left half-written; then raise as before.
 
     Parameters
     ----------
     what : str
         What to print of the state that is left.
     """
-    if _is_program.is_set():
-        signal.signal(signal.SIGINT, _Leave(what))
+    _handle(_Leave(what))
     try:
         yield
     finally:
-        if _is_program.is_set():
-            signal.signal(signal.SIGINT, signal.default_int_handler)
+        _handle(_raise)
 
 
-def interrupted(what: str) -> NoReturn:
-    """Print that a command was interrupted and what it kept; exit with status 130."""
-    end()
-    click.echo(f"feasibee: interrupted; {what or UNHARMED}", err=True)
-    sys.exit(STATUS)
+def _handle(handler: Callable[[int, Any], Any] | signal.Handlers) -> None:
+    for each in _handled:
+        signal.signal(each, handler)
+
+
+def _raise(number: int, frame: Any) -> NoReturn:
+    _seen.append(signal.Signals(number))
+    raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
+
+
+def _exit(what: str) -> NoReturn:
+    """Print by which signal a command ended and what it kept; exit with the status of that signal."""
+    number = _seen[0] if _seen else signal.SIGINT
+    print(_line(number, what or UNHARMED), file=sys.stderr)
+    sys.exit(128 + number)
+
+
+def _line(number: signal.Signals, what: str) -> str:
+    return f"feasibee: {_WORDS[number.name]}; {what}"
 
 
 class _Leave:
@@ -76,14 +91,16 @@ class _Leave:
     def __init__(self, what: str) -> None:
         self.what = what
 
-    def __call__(self, *signalled: object) -> NoReturn:
-        line = f"feasibee: interrupted; {self.what}\n".encode()
-        os.write(2, _CLEAR + line if os.isatty(2) else line)
-        os._exit(STATUS)
+    def __call__(self, number: int, frame: Any) -> NoReturn:
+        line = f"{_line(signal.Signals(number), self.what)}\n".encode()
+        try:
+            os.write(2, _CLEAR + line if os.isatty(2) else line)
+        finally:  # standard error may be closed
+            os._exit(128 + number)
 
 
 def _leave_or_print(what: sys.UnraisableHookArgs) -> None:
-    """End at once if Ctrl-C came where Python can't raise an error, such as in a destructor."""
-    if issubclass(what.exc_type, KeyboardInterrupt):
-        _Leave(UNHARMED)()
+    """End at once if a signal came where Python can't raise an error, such as in a destructor."""
+    if _seen and issubclass(what.exc_type, KeyboardInterrupt | SystemExit):
+        _Leave(UNHARMED)(_seen[0], None)
     sys.__unraisablehook__(what)

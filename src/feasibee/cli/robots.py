@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import os
 import random
-from collections.abc import Iterator, Mapping
-from contextlib import nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import closing, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,6 +127,7 @@ def robot(
 def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: Path | None) -> None:
     """Run a real robot until its driver ends; without a seed, each start has random numbers of its own."""
     from feasibee.field.bodies import Bodies
+    from feasibee.field.linelog import LineLog
     from feasibee.field.node import Node
     from feasibee.field.senses import drive, open_senses
     from feasibee.scenario.runs import Runs
@@ -136,16 +137,10 @@ def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: 
     count = scenario.robots.count
     if number >= count:
         raise FeasibeeError(f"--id {number}: must be below robots.count, {count}; use 0 or more")
-    with log.open("w", encoding="utf-8") if log is not None else nullcontext() as file:
-
-        def write(line: Mapping[str, Any]) -> None:
-            if file is not None:
-                file.write(json.dumps(line, separators=(",", ":")) + "\n")
-                file.flush()
-
+    with closing(LineLog(log)) if log is not None else nullcontext() as lines:
         orders = bodies.orders(bodies.everyone[number])
         orders["settings"] = json.loads(json.dumps(orders["settings"]))
-        node = Node(orders, write if log is not None else None, strategy=scenario.strategy)
+        node = Node(orders, lines.write if lines is not None else None, strategy=scenario.strategy)
         with suppress(KeyboardInterrupt):
             drive(node, number, open_senses(senses), lambda line: click.echo(json.dumps(line)))
     for why, count in node.dropped.items():

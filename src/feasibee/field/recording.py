@@ -51,8 +51,9 @@ class Recording:
         lines = read_text(path, what, LOG_LIMIT).split("\n")[:-1]  # a killed world's last one is incomplete
         if not lines:
             raise damaged(path, 1, "is incomplete")
-        self.scenario, bodies = _head(path, lines[0])
+        self.scenario, one = _head(path, lines[0])
         self.faults, self._steps = _steps(path, lines[1:], self.scenario)
+        bodies = Bodies(self.scenario, one.seed, one.first)  # as many as the log's first step has
         self.step, self.last = 0, len(self._steps) - 1
         self.decided = self._steps[-1].decision
         self._world = bodies.world
@@ -234,8 +235,8 @@ class _Step(NamedTuple):
         return works, works & (has != BYZANTINE)
 
 
-def _head(path: Path, text: str) -> tuple[Scenario, Bodies]:
-    """Return the scenario of a log, and the bodies of its field as at step 0."""
+def _head(path: Path, text: str) -> tuple[Scenario, Runs]:
+    """Return the scenario of a log, and which run its field is."""
     head = parsed(path, 1, text)
     if head.get("feasibee") != "field" or head.get("version") != VERSION:
         rule = f"isn't the world's log of a field, version {VERSION}"
@@ -248,7 +249,7 @@ def _head(path: Path, text: str) -> tuple[Scenario, Bodies]:
         scenario = Scenario.from_tables(tables, source=source, trusted=False)
         one = Runs.single(head.get("seed"), head.get("run"))  # type: ignore[arg-type]  # it checks them
         if scenario.most.robots <= ROBOTS_LIMIT:
-            return scenario, Bodies(scenario, one.seed, one.first)
+            return scenario, one
         why = f"more than {ROBOTS_LIMIT:,} robots"
     except FeasibeeError as error:
         why = one_line(str(error))
@@ -278,11 +279,12 @@ def _step(path: Path, at: int, line: dict[str, Any], number: int, scenario: Scen
     bodies, minds, lost, decision, robots, processes, tasks, truth = given
     most = scenario.most
     there = len(robots) if isinstance(robots, list) else 0
+    starts = number == 0 and not any(event.step == 0 for event in scenario.events)
     fits = {
         f"step {number}": is_whole(line.get("step"), number, number),
-        "robots": _are_numbers(robots, most.robots),
+        "robots": _are_numbers(robots, most.robots) and (not starts or there == scenario.robots.count),
         "processes": _are_numbers(processes, ROBOTS_LIMIT) and len(processes) == there,
-        "tasks": _are_numbers(tasks, most.tasks),
+        "tasks": _are_numbers(tasks, most.tasks) and (not starts or len(tasks) == scenario.tasks.count),
         "truth": is_whole(truth, 0, 1),
         "bodies": _is_list(bodies, there) and all(map(_is_body, bodies)),
         "minds": _is_list(minds, there) and all(map(is_status, minds)),

@@ -7,8 +7,9 @@ from collections import deque
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.errors import FeasibeeError, one_line, quoted
 from feasibee.field.checks import is_heard, is_insight, is_place, is_sighting, is_status, is_whole
+from feasibee.field.heads import problem_of
 from feasibee.field.node import VERSION, Node, Words
 from feasibee.files.reading import named, read_text
 from feasibee.model.codes import DECISIONS
@@ -18,6 +19,8 @@ from feasibee.strategies.contract import Strategy
 LOG_LIMIT = 2**30
 """Largest log that is read, in bytes."""
 WORD_LIMIT = 2**32
+UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""Errors of a strategy that is given what its own robots never see, or that isn't the robot's."""
 
 
 class Replay(NamedTuple):
@@ -67,8 +70,8 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
             node.speak(line["step"], tuple(line["place"]), line.get("insight"))
             node.sense(line["see"])
             node.finish(line["heard"])
-        except IndexError:
-            raise damaged(path, at, "has too few draws") from None
+        except UNFIT as error:
+            raise _unfit(path, at, error, draws) from None
         _compare(path, at, line, written.pop(), draws)
         disseminating = node.status.disseminating
         decisions += bool(explores) and not disseminating
@@ -82,16 +85,29 @@ def _node(
 ) -> tuple[Node, list[Any]]:
     """Return a robot as at the begin of its log, and the list of the lines that it writes."""
     name = head.get("strategy")
-    if strategy is None and name not in STRATEGIES:
+    own = strategy or STRATEGIES.get(str(name))
+    if own is None:
         raise FeasibeeError(
             f"{named(path)}: the robot's strategy {quoted(name)} isn't built in; give --strategy FILE"
         )
+    orders = {key: head[key] for key in head if key not in ("draws", "status", "feasibee", "version")}
     written: list[Any] = []
     try:
-        orders = {key: head[key] for key in head if key not in ("draws", "status", "feasibee", "version")}
-        return Node(orders, written.append, lambda _, __: draws.popleft(), strategy), written
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, MemoryError):
-        raise damaged(path, 1, "has settings that can't be") from None
+        problem = problem_of(orders, own)
+        if problem:
+            raise damaged(path, 1, problem)
+        return Node(orders, written.append, lambda _, __: draws.popleft(), own), written
+    except UNFIT as error:
+        raise _unfit(path, 1, error, draws) from None
+
+
+def _unfit(path: Path, at: int, error: Exception, draws: deque[Words]) -> FeasibeeError:
+    """Return the error of a line that no robot with this head and this strategy has written."""
+    if isinstance(error, IndexError) and not draws:
+        return damaged(path, at, "has too few draws")
+    return damaged(
+        path, at, f"makes the strategy fail with {type(error).__name__}: {one_line(str(error), 100)}"
+    )
 
 
 def parsed(path: Path, at: int, text: str) -> dict[str, Any]:

@@ -5,18 +5,18 @@ It needs the standard library only. Its settings come from the world.
 
 from __future__ import annotations
 
-import json
 import random
 import secrets
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from feasibee.field.addresses import split_address
 from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
 from feasibee.field.connections import Client
 from feasibee.field.frames import Frame
+from feasibee.field.linelog import LineLog
 from feasibee.field.links import Link, open_link
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.strategies.contract import Strategy
@@ -44,8 +44,8 @@ class Robot:
         The shared key; empty for none.
     number : int
         The robot's number.
-    log : file, optional
-        Where its log goes.
+    log : LineLog, optional
+        Its log.
     strategy : Strategy, optional
         A strategy of the user; by default the built-in one that the world names.
     patience : float
@@ -57,7 +57,7 @@ class Robot:
         link: Link,
         key: bytes,
         number: int,
-        log: TextIO | None = None,
+        log: LineLog | None = None,
         strategy: Strategy | None = None,
         patience: float = 20.0,
     ) -> None:
@@ -74,7 +74,7 @@ class Robot:
             return 2 if self.why else GONE
         if not orders:
             return 0
-        self._node = Node(orders, self._write if self._log else None, strategy=self._strategy)
+        self._node = Node(orders, self._log.write if self._log else None, strategy=self._strategy)
         self._place = tuple(orders["settings"]["place"])
         self._first = orders["settings"]["step"]
         self._insight: Any = None
@@ -199,11 +199,6 @@ class Robot:
         """Whether the world has been silent for too long."""
         return time.monotonic() - self._heard_at > self._patience
 
-    def _write(self, line: Mapping[str, Any]) -> None:
-        if self._log is not None:
-            self._log.write(json.dumps(line, separators=(",", ":")) + "\n")
-            self._log.flush()
-
 
 def take_part(
     connect: str,
@@ -217,11 +212,12 @@ def take_part(
 ) -> tuple[int, str]:
     """Run a robot until its world ends; return the exit status, and why it could not join, if it couldn't."""
     link = open_link(transport, *split_address(connect), listens=False, name=str(number))
-    file = log.open("w", encoding="utf-8") if log is not None else None
+    lines = None
     try:
-        robot = Robot(link, key, number, file, strategy, patience)
+        lines = LineLog(log) if log is not None else None
+        robot = Robot(link, key, number, lines, strategy, patience)
         return robot.run(), robot.why
     finally:
         link.close()
-        if file is not None:
-            file.close()
+        if lines is not None:
+            lines.close()

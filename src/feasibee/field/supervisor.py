@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import secrets
+import select
+import signal
 import socket
 import subprocess
 import sys
@@ -17,6 +19,7 @@ from typing import Any, Final, NamedTuple
 from feasibee.errors import FeasibeeError
 from feasibee.field.addresses import DEFAULT_HOST, join_address, split_address
 from feasibee.field.faults import KILL, PAUSE, RESTART, RESUME
+from feasibee.field.folders import log_folder, remove_older
 from feasibee.field.plan import Plan
 from feasibee.field.robot import KEY_VARIABLE
 from feasibee.field.worldprocess import plain_plan
@@ -51,35 +54,32 @@ class Field:
         What the field does.
     network : Network
         How they find each other.
-    folder : Path
-        Where the logs go.
+    folder : Path, optional
+        Where the logs of the world and of the robots that are started here go. Without it, the world's log is
+        temporary, and robots write none.
     tell : callable
         Takes each event, for people.
     starts_robots : bool
         Whether the robots are started here; otherwise they join from elsewhere.
-    robot_logs : bool
-        Whether robots write logs.
     """
 
     def __init__(
         self,
         plan: Plan,
         network: Network,
-        folder: Path,
+        folder: Path | None,
         tell: Tell,
         *,
         starts_robots: bool = True,
-        robot_logs: bool = False,
     ) -> None:
-        self._plan, self._network, self._folder, self._tell = plan, network, folder, tell
-        self._starts_robots, self._robot_logs = starts_robots, robot_logs
+        self._plan, self._network, self._named, self._tell = plan, network, folder, tell
+        self._starts_robots = starts_robots
         self._port = network.port or _free_port(network)
         self._session = secrets.randbits(63) + 1
         self._environment = {**os.environ, KEY_VARIABLE: network.key}
         self._world: Process | None = None
         self._nursery: Process | None = None
-        self.started: set[int] = set()
-        """The numbers of the robots whose processes were started here."""
+        self._started: set[int] = set()
         self._joined_at = time.monotonic()
 
     def run(self) -> dict[str, Any]:
@@ -88,17 +88,26 @@ class Field:
         Raises
         ------
         FeasibeeError
-            If the world or the robots can't start, or don't join.
+            If the world or the robots can't start or go on, or don't join, or another process writes logs to
+            the same folder.
         """
-        with self._ending():
-            self._start_world(resumes=False)
-            for event in self._events():
-                self._follow(event)
-                if event["event"] == "result":
-                    self._tell_robots("end", [0])
-                    return self._result(event)
-                if event["event"] == "error":
-                    raise FeasibeeError(str(event["why"]))
+        with log_folder(self._named) as self._folder:
+            with self._ending():
+                result = self._play()
+            if self._starts_robots:
+                remove_older(self._folder, self._started)
+        return result
+
+    def _play(self) -> dict[str, Any]:
+        """Start the world, and follow it to its result."""
+        self._start_world(resumes=False)
+        for event in self._events():
+            self._follow(event)
+            if event["event"] == "result":
+                self._tell_robots("end", [])
+                return self._result(event)
+            if event["event"] == "error":
+                raise FeasibeeError(str(event["why"]))
         raise FeasibeeError("the world's process ended without a result; run the field again")
 
     def _result(self, event: Mapping[str, Any]) -> dict[str, Any]:
@@ -111,10 +120,10 @@ class Field:
         """Act on an event of the world."""
         self._tell(event)
         if event["event"] == "listening" and self._starts_robots and self._nursery is None:
-            self.started.update(event["robots"])
+            self._started.update(event["robots"])
             self._start_robots(event["address"], event["robots"])
-        elif event["event"] == "comes" and event["robot"] not in self.started:
-            self.started.add(event["robot"])  # a world that starts again says it once more
+        elif event["event"] == "comes" and event["robot"] not in self._started:
+            self._started.add(event["robot"])  # a world that starts again says it once more
             self._tell_robots("start", [event["robot"]])
         elif event["event"] == "joined":
             self._joined_at = time.monotonic()
@@ -134,9 +143,17 @@ class Field:
 
     def _tell_robots(self, command: str, numbers: Iterable[int]) -> None:
         """Have robots started, killed, stopped or continued; wait until it has happened."""
-        _write(self._nursery, "".join(f"{command} {number}\n" for number in numbers))
-        if self._nursery is not None and self._nursery.stdout is not None:
-            self._nursery.stdout.readline()
+        if self._nursery is not None:
+            _write(self._nursery, " ".join([command, *map(str, numbers)]) + "\n")
+            self._hear_nursery("done")
+
+    def _hear_nursery(self, expected: str = "") -> None:
+        """Read a line of the nursery, which only answers, or else says why it ends."""
+        assert self._nursery is not None
+        assert self._nursery.stdout is not None
+        line = self._nursery.stdout.readline().strip()
+        if line != expected or not line:
+            raise FeasibeeError(line or "the process that starts robots has ended; run the field again")
 
     def _start_world(self, *, resumes: bool) -> None:
         order = {
@@ -146,6 +163,7 @@ class Field:
             "port": self._port,
             "session": self._session,
             "log": str(self._folder / "world.jsonl"),
+            "temporary": self._named is None,
             "resumes": resumes,
         }
         self._world = _started("worldprocess", order, self._environment)
@@ -159,19 +177,27 @@ class Field:
             "transport": self._network.transport,
             "patience": max(20.0, 4 * self._plan.patience),
             "strategy_file": manifest.name if manifest.source else None,
-            "logs": str(self._folder) if self._robot_logs else "",
+            "logs": str(self._named or ""),
         }
         self._nursery = _started("nursery", order, self._environment)
 
     def _events(self) -> Iterator[dict[str, Any]]:
         """Yield the world's events; after a restart those of the new process."""
-        while self._world is not None and self._world.stdout is not None:
-            world = self._world
+        unread = b""
+        while True:
+            world, nursery = self._world, self._nursery
+            assert world is not None
             assert world.stdout is not None
-            line = world.stdout.readline()
-            if not line:
-                return
-            yield json.loads(line)
+            pipes = [world.stdout, *([nursery.stdout] if nursery is not None and nursery.stdout else [])]
+            ready = select.select(pipes, [], [])[0]
+            if nursery is not None and nursery.stdout in ready:
+                self._hear_nursery()
+            if world.stdout in ready:
+                read = os.read(world.stdout.fileno(), 65_536)
+                if not read:
+                    return
+                *lines, unread = (unread + read).split(b"\n")
+                yield from map(json.loads, lines)
 
     @contextmanager
     def _ending(self) -> Iterator[None]:
@@ -209,14 +235,15 @@ def _write(process: Process | None, text: str) -> None:
 
 
 def _end(process: Process, grace: float) -> None:
-    """Wait for a process so many seconds; then close its input, and kill it if it doesn't end."""
+    """Wait for a process so many seconds; then close its input, and kill its group if it doesn't end."""
     with suppress(subprocess.TimeoutExpired):
         process.wait(grace)
     _close(process)
-    try:
+    with suppress(subprocess.TimeoutExpired):
         process.wait(GRACE)
-    except subprocess.TimeoutExpired:
-        process.kill()
+    if process.returncode is None or process.returncode < 0:
+        with suppress(ProcessLookupError):  # robots that are stopped don't notice that the nursery has ended
+            os.killpg(process.pid, signal.SIGKILL)
         process.wait()
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from feasibee.errors import FeasibeeError
+from feasibee.field.linelog import LineLog
 from feasibee.files.reading import named
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ VERSION: Final = 3
 """Version of a world's log."""
 
 
-class WorldLog:
+class WorldLog(LineLog):
     """The log of one world.
 
     Parameters
@@ -31,20 +31,11 @@ class WorldLog:
     """
 
     def __init__(self, path: Path, plan: Plan, *, appends: bool) -> None:
-        self._file = path.open("a" if appends else "w", encoding="utf-8")
+        super().__init__(path, appends=appends)
         if not appends:
             recipe = {"scenario": plan.scenario.to_toml(), "source": plan.scenario.manifest.source}
             which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep}
             self.write({"feasibee": "field", "version": VERSION, **recipe, **which})
-
-    def write(self, line: Mapping[str, Any]) -> None:
-        """Write a line at once, so that a killed process loses nothing."""
-        self._file.write(json.dumps(line, separators=(",", ":")) + "\n")
-        self._file.flush()
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:

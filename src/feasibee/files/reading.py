@@ -50,11 +50,11 @@ def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
 def _text_of(path: Path, limit: int) -> tuple[str, str]:
     """Return a file's text and an empty string, or an empty text and the reason why it can't be read."""
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            return "", "it is a directory" if stat.S_ISDIR(mode) else "it isn't a plain file"
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            return "", "it is a directory" if stat.S_ISDIR(found.st_mode) else "it isn't a plain file"
         with path.open("rb") as file:
-            data = file.read(limit + 1)
+            data = file.read(min(found.st_size, limit) + 1)  # memory for as many bytes is taken at once
     except (OSError, ValueError) as error:
         return "", why_not(error)
     if len(data) > limit:

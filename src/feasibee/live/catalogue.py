@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
+from feasibee.files import named
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.results.judging import truth_of_decisions
 from feasibee.scenario.plugins import registered
@@ -101,14 +102,14 @@ class Catalogue:
     @property
     def strategies(self) -> list[str]:
         """Names of all strategies to choose from: built-in, of other packages, and of the scenarios."""
-        named = [self.scenario, *(row.scenario for row in self.points.values())]
-        names = [*STRATEGIES, *registered(), *(each.decision.strategy for each in named)]
+        scenarios = [self.scenario, *(row.scenario for row in self.points.values())]
+        names = [*STRATEGIES, *registered(), *(each.decision.strategy for each in scenarios)]
         return list(dict.fromkeys(names))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the catalogue as a page receives it, in the message ``welcome``."""
         return {
-            "title": self.title,
+            "title": named(self.title),
             "strategies": self.strategies,
             "stream": dict(STREAM),
             "seed": str(self.seed),

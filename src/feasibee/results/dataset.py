@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -129,8 +129,14 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
         return
     packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
     sealed = dataset.assign_attrs({DIGEST: _digest(dataset)})
+    write_netcdf(sealed, path, packed)
+
+
+def write_netcdf(dataset: xr.Dataset, path: str | Path, encoding: Mapping[Any, Any]) -> None:
+    """Write a dataset as NetCDF with `atomic_write`; ``encoding`` is that of its variables."""
     with atomic_write(path) as temporary:
-        sealed.to_netcdf(temporary, engine="h5netcdf", encoding=packed)
+        # In memory: HDF5 can't close a file on a full disk, and prints a traceback for each of its parts.
+        temporary.write_bytes(dataset.to_netcdf(engine="h5netcdf", encoding=encoding))
 
 
 def _write_runs(dataset: xr.Dataset, path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from typing import Annotated, Any
+from unicodedata import category
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -89,6 +90,8 @@ def _as_listen(value: Any) -> Any:
 
 def _known_strategy(name: str, info: ValidationInfo) -> str:
     """Raise an error unless a strategy of this name exists and its file declares what it must."""
+    if any(category(each) == "Cc" for each in name):
+        raise PydanticCustomError("strategy", "must be a name without control characters")
     try:
         manifest_of(name, **(info.context or {}))
     except FeasibeeError as error:

@@ -16,7 +16,7 @@ from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.outcomes import OUTCOMES
-from feasibee.results.dataset import attributes_of
+from feasibee.results.dataset import attributes_of, write_netcdf
 from feasibee.results.tracking import OF_RUNS, measures_of_runs
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import PLACES
@@ -55,9 +55,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
     """
     check_output(path, [KINDS[kind]])
     if kind == "netcdf":
-        dataset = to_dataset(journal)
-        with atomic_write(path) as temporary:
-            dataset.to_netcdf(temporary, engine="h5netcdf")
+        write_netcdf(to_dataset(journal), path, {})
         return sum(runs for runs, _ in journal.counts().values())
     rows = to_dataframe(journal)
     with atomic_write(path) as temporary:

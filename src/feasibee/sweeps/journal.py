@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
+from feasibee.files.locking import lock
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.results.judging import truth_of_decisions
@@ -30,7 +31,7 @@ from feasibee.sweeps.agreement import difference
 from feasibee.sweeps.content import Damage, Rows
 from feasibee.sweeps.encoding import EncodedRuns, curve_of, encode, fill
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
-from feasibee.sweeps.schema import FORMAT, NAME, STATEMENTS, Entry, Kind
+from feasibee.sweeps.schema import FORMAT, LOCK, NAME, STATEMENTS, Entry, Kind
 from feasibee.sweeps.stored import StoredPoint, stored_point
 from feasibee.sweeps.survey import Survey, Visit, inventory, name_of, snapshot, survey
 
@@ -69,7 +70,7 @@ class Journal:
         try:
             with opening.translating_errors(self.path):
                 if write:
-                    self._lock = opening.lock(self.folder)
+                    self._lock = lock(self.folder, LOCK)
                 self._database = opening.connect(self.folder, write)
                 self._open(write, rescue)
         except BaseException:

@@ -12,7 +12,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.sweeps import checksums, content
 from feasibee.sweeps.content import Damage, checked
-from feasibee.sweeps.schema import FORMAT, LOCK, NAME, STATEMENTS
+from feasibee.sweeps.schema import FORMAT, NAME, STATEMENTS
 from feasibee.sweeps.survey import AGAIN
 
 SETTINGS = (
@@ -41,21 +41,6 @@ def translating_errors(path: Path) -> Iterator[None]:
         code = getattr(error, "sqlite_errorname", "") or ""
         remedy = next(text for start, text in REMEDIES.items() if code.startswith(start))
         raise FeasibeeError(f"{path}: {content.short(error)}; {remedy}") from None
-
-
-def lock(folder: Path) -> sqlite3.Connection:
-    """Lock a journal; the system releases the lock when the process ends, however it ends."""
-    taken = sqlite3.connect(folder / LOCK, timeout=0, isolation_level=None)
-    try:
-        taken.execute("BEGIN EXCLUSIVE")
-    except sqlite3.OperationalError as error:
-        taken.close()
-        if "locked" in str(error):
-            raise FeasibeeError(
-                f"{folder}: another process writes here; wait for it, or choose another folder"
-            ) from None
-        raise
-    return taken
 
 
 def connect(folder: Path, write: bool) -> sqlite3.Connection:

@@ -1,0 +1,149 @@
+"""The group of all commands. Heavy libraries are imported inside the commands."""
+
+from __future__ import annotations
+
+import errno
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from importlib.metadata import version
+from typing import Any, NoReturn
+
+import click
+
+from feasibee.cli import interrupts, streams
+from feasibee.cli.animate import animate
+from feasibee.cli.assess import assess
+from feasibee.cli.compile import compile_engines
+from feasibee.cli.field import field
+from feasibee.cli.header import header
+from feasibee.cli.limits import frontier, limits
+from feasibee.cli.listings import presets, strategies
+from feasibee.cli.page import page
+from feasibee.cli.recommend import recommend
+from feasibee.cli.robots import replay, robot
+from feasibee.cli.run import run
+from feasibee.cli.scenarios import scenario, schema, truth
+from feasibee.cli.search import sensitivity, tune
+from feasibee.cli.size import size
+from feasibee.cli.studies import compare, paper
+from feasibee.cli.sweeps import export, merge, plot, status, sweep
+from feasibee.cli.watch import watch
+from feasibee.errors import FeasibeeError, one_line
+from feasibee.files import why_not
+
+
+class Commands(click.Group):
+    """The group of commands; an error of the input becomes one line per problem and exit status 2."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Return the commands in the order in which they were added; click would sort them."""
+        return list(self.commands)
+
+    def __call__(self, *arguments: Any, **options: Any) -> Any:
+        """Run as a program, unless called with arguments; signals print one line at any moment."""
+        if arguments:
+            return super().__call__(*arguments, **options)
+        interrupts.begin()
+        try:
+            return super().__call__(**options)
+        finally:
+            interrupts.end()
+
+    def main(self, *arguments: Any, **options: Any) -> Any:
+        """Run a command, as a program or not."""
+        streams.prepare()
+        return super().main(*arguments, **options)
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """Parse the options before the command; without arguments, click prints the help."""
+        with _errors_as_lines(info_name or "feasibee") if args else nullcontext():
+            return super().make_context(info_name, args, parent, **extra)
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run the command."""
+        with _errors_as_lines(context.command_path), interrupts.raising():
+            return super().invoke(context)
+
+
+@contextmanager
+def _errors_as_lines(path: str) -> Iterator[None]:
+    """Print errors of the input or the system as lines, and exit; ``path`` is the command's name."""
+    try:
+        yield
+    except FeasibeeError as error:
+        fail(str(error))
+    except click.UsageError as error:
+        message = one_line(error.format_message())
+        stop = "" if message.endswith((".", "?")) else "."
+        fail(f"{message}{stop} See '{error.ctx.command_path if error.ctx else path} --help'.")
+    except MemoryError:
+        fail("not enough memory; use fewer runs, steps or robots")
+    except OSError as error:
+        if error.errno == errno.EPIPE:  # the reader of the output has closed it
+            raise
+        full = error.errno == errno.ENOSPC
+        rule, remedy = (
+            ("can't be written", "free some disk space") if full else ("can't be used", "use another")
+        )
+        fail(f"{one_line(str(error.filename or 'the output'))}: {rule}: {why_not(error)}; {remedy}")
+
+
+def fail(message: str) -> NoReturn:
+    """Print the lines of an error, and exit with status 2."""
+    for line in message.split("\n"):
+        click.echo(f"feasibee: {line}", err=True)
+    sys.exit(2)
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(version("feasibee"), message="%(prog)s %(version)s")
+def main() -> None:
+    """Simulate robot swarms that decide together whether a set of tasks is feasible.
+
+    \b
+    Examples:
+      feasibee paper                              reproduce the paper's figures and claims, in paper/
+      feasibee run --set tasks.count=50           simulate one scenario, 100 runs
+      feasibee watch                              watch a swarm in the browser
+      feasibee scenario > mine.toml               write a scenario to edit
+    """
+
+
+for command in (
+    run,
+    watch,
+    animate,
+    page,
+    field,
+    robot,
+    replay,
+    assess,
+    size,
+    recommend,
+    compare,
+    limits,
+    frontier,
+    sweep,
+    status,
+    plot,
+    export,
+    merge,
+    tune,
+    sensitivity,
+    paper,
+    compile_engines,
+    truth,
+    scenario,
+    strategies,
+    presets,
+    schema,
+    header,
+):
+    command.short_help = re.split(r"[:,.]", command.help or "")[
+        0
+    ]  # the list of commands has one line per command
+    main.add_command(command)

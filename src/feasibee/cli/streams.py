@@ -1,0 +1,66 @@
+"""Standard output and error: closed ones, and characters that a terminal lacks or that nobody sees."""
+
+from __future__ import annotations
+
+import os
+import sys
+from io import TextIOWrapper
+from typing import Any
+from unicodedata import category
+
+UNSEEN = ("Cc", "Cf", "Zl", "Zp")
+"""Categories of characters that are printed as escapes, beyond ASCII: a right-to-left override would show a
+file's name as another one."""
+
+
+def prepare() -> None:
+    """Let both streams be open, and take any text."""
+    for number in range(3):
+        if not _is_open(number):
+            _replace(number)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper) and "write" not in vars(stream):
+            stream.reconfigure(errors="backslashreplace")
+            _escape(stream)
+
+
+def visible(text: str) -> str:
+    """Return a text with characters that nobody sees as escapes, as TOML and JSON write them."""
+    if text.isascii():
+        return text
+    return "".join(each if each.isascii() or category(each) not in UNSEEN else _code(each) for each in text)
+
+
+def _code(character: str) -> str:
+    number = ord(character)
+    return f"\\u{number:04x}" if number < 2**16 else f"\\U{number:08x}"
+
+
+def _escape(stream: TextIOWrapper) -> None:
+    write = stream.write
+    stream.__dict__["write"] = lambda text: write(visible(text))
+
+
+def _is_open(number: int) -> bool:
+    try:
+        os.fstat(number)
+    except OSError:
+        return False
+    return True
+
+
+def _replace(number: int) -> None:
+    """Open a closed stream; else a file that is opened later would take its number.
+
+    Standard output becomes a pipe without a reader, as if the program that reads it had ended.
+    """
+    if number == 1:
+        reader, end = os.pipe()
+        os.close(reader)
+    else:
+        end = os.open(os.devnull, os.O_RDWR)
+    if end != number:
+        os.dup2(end, number)
+        os.close(end)
+    stream: Any = open(number, "r" if number == 0 else "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+    setattr(sys, ("stdin", "stdout", "stderr")[number], stream)
