@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.purposes import (
@@ -278,8 +278,8 @@ def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:
     count = scenario.robots.count
     faults = [HONEST] * count
     numbers = [
-        (fault, rounded(exact(share), count))
-        for fault, share in (
+        (fault, given["count"] if isinstance(given, Mapping) else rounded(exact(given), count))
+        for fault, given in (
             (STOPPED, scenario.faults.stopped),
             (BYZANTINE, scenario.faults.byzantine),
             (STUBBORN, scenario.faults.stubborn),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import AfterValidator, Field, Strict
 
 from feasibee.scenario.field_types import (
     Duration,
+    Faulty,
     Length,
     Lifetime,
     Listen,
@@ -23,30 +24,7 @@ from feasibee.scenario.field_types import (
     few_decimals,
     without_default,
 )
-
-
-class Section(BaseModel):
-    """A section of a scenario: immutable, without unknown keys, silent conversions or NaN."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _plain(cls, given: Any) -> Any:
-        return plain(given) if isinstance(given, Mapping) else given
-
-
-def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Convert numpy's numbers and arrays to Python's: values of a sweep often come from an array."""
-    return {key: _plain(value) for key, value in table.items()}
-
-
-def _plain(value: Any) -> Any:
-    if not hasattr(value, "dtype"):
-        return value
-    if getattr(value, "shape", None) == ():
-        return value.item()
-    return value.tolist() if hasattr(value, "tolist") else value
+from feasibee.scenario.section import Section
 
 
 class Arena(Section):
@@ -290,17 +268,26 @@ class Decision(Section):
 class Faults(Section):
     """The faults of robots (model.md 6.6); each run draws which robots are faulty."""
 
-    stopped: Share = Field(0.0, description="Share of robots that stop moving, observing and sending.")
+    stopped: Faulty = Field(
+        0.0,
+        description="Share of robots that stop moving, observing and sending, or {count = 1} for one robot.",
+    )
     stop_step: int = Field(
         0, ge=0, le=1_000_000_000, description="First step at which the stopped robots are stopped."
     )
-    byzantine: Share = Field(0.0, description="Share of Byzantine robots, which broadcast false opinions.")
+    byzantine: Faulty = Field(
+        0.0,
+        description="Share of robots that broadcast false opinions, or {count = 1} for one robot.",
+    )
     byzantine_says: Literal["opposite", "feasible", "infeasible", "random", "colluding"] = Field(
         "opposite",
         description="Opinion that Byzantine robots broadcast: the opposite of their own, always the same, "
         "random, or, colluding, all the opposite of the truth in every step.",
     )
-    stubborn: Share = Field(0.0, description="Share of robots that never change their opinion.")
+    stubborn: Faulty = Field(
+        0.0,
+        description="Share of robots that never change their opinion, or {count = 1} for one robot.",
+    )
 
 
 class Run(Section):

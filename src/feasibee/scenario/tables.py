@@ -8,7 +8,8 @@ from typing import Any
 
 from feasibee.errors import Problem
 from feasibee.scenario.coordinates import read_points
-from feasibee.scenario.fields import SECTIONS, Event, Robots, Section, Tasks
+from feasibee.scenario.fields import SECTIONS, Event, Robots, Tasks
+from feasibee.scenario.section import Section
 
 
 def with_points(
