@@ -16,6 +16,8 @@ from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
 from feasibee.errors import UnknownFieldError
+from feasibee.model.codes import MODEL_VERSION
+from feasibee.scenario.complete import hash_of
 from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
@@ -27,6 +29,7 @@ PAPER = {
         "speed": 1.0,
         "diameter": 1.0,
         "avoid_collisions": False,
+        "contact": "stand",
         "know_count": False,
     },
     "tasks": {**PLACED, "count": 20},
@@ -60,6 +63,8 @@ PAPER = {
         "stubborn": 0.0,
     },
     "run": {"steps": 1000, "stop_at_decision": False},
+    "response": {"delay": 100, "margin": 2},
+    "units": {},
 }
 """The names and defaults of issues 2 to 4, on which other tools rely."""
 
@@ -120,8 +125,12 @@ UNSET = {
 }
 """Fields that the paper's scenario leaves out, and values for them."""
 DEFAULTED = ["robots.contact", *(f"response.{name}" for name in ("patience", "delay", "release", "margin"))]
-"""Fields that it leaves out, and that have defaults; they need other fields."""
-PATHS = [f"{section}.{key}" for section, table in PAPER.items() for key in table]
+"""Fields that need other fields."""
+PATHS = [
+    path
+    for path in (f"{section}.{key}" for section, table in PAPER.items() for key in table)
+    if path not in DEFAULTED
+]
 
 
 def at(tables, path):
@@ -241,6 +250,15 @@ def test_a_short_text_has_the_hash_of_its_complete_form():
     short = Scenario.from_toml("[sensing]\nrange = 3")
     assert Scenario.from_toml(short.to_toml()).hash == short.hash
     assert Scenario.from_toml("[radio]\nrange = 3.0\n[sensing]\nrange = 3.0\n").hash == short.hash
+
+
+def test_the_hash_is_that_of_what_differs_from_the_defaults_and_of_the_models_version(monkeypatch):
+    """So a new field whose default changes nothing keeps all hashes."""
+    scenario = Scenario(tasks={"count": 7}, faults={"stubborn": {"count": 1}})
+    differing = {"radio": {"range": 2.0}, "tasks": {"count": 7}, "faults": {"stubborn": {"count": 1}}}
+    assert hash_of(differing) == hash_of(scenario.to_dict()) == scenario.hash
+    monkeypatch.setattr("feasibee.scenario.complete.MODEL_VERSION", MODEL_VERSION + 1)
+    assert hash_of(differing) != scenario.hash
 
 
 def test_a_whole_number_for_a_length_is_the_same_scenario():
@@ -1277,7 +1295,9 @@ def accepts(schema, value, root):
         "items": lambda each: isinstance(value, (list, tuple)) and all(accepts(each, v, root) for v in value),
         "minItems": lambda bound: isinstance(value, (list, tuple)) and len(value) >= bound,
         "maxItems": lambda bound: isinstance(value, (list, tuple)) and len(value) <= bound,
-        **dict.fromkeys(("title", "description", "default", "$defs", "$schema", "$id"), lambda _: True),
+        **dict.fromkeys(
+            ("title", "description", "default", "examples", "$defs", "$schema", "$id"), lambda _: True
+        ),
     }
     return all(rules[keyword](given_) for keyword, given_ in schema.items())
 
@@ -1313,6 +1333,7 @@ def test_the_schema_accepts_its_own_defaults():
     schema = Scenario.model_json_schema()
     for path, field in field_schemas():
         assert "default" not in field or accepts(field, field["default"], schema), path
+        assert all(accepts(field, example, schema) for example in field.get("examples", ())), path
     for name, section in schema["properties"].items():
         assert "default" not in section or accepts(section, section["default"], schema), name
 

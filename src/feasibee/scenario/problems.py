@@ -9,7 +9,8 @@ from typing import Final
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import Problem
-from feasibee.scenario.fields import SECTIONS, Event, fields
+from feasibee.scenario.event import Event
+from feasibee.scenario.fields import SECTIONS, fields
 
 WORDS: Final = {
     "Input should be": "must be",

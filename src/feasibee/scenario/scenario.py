@@ -31,13 +31,13 @@ from feasibee.files import read_text
 from feasibee.scenario.complete import complete_form, hash_of
 from feasibee.scenario.conflicts import conflicts
 from feasibee.scenario.dynamics import Most, is_dynamic, most_of
+from feasibee.scenario.event import Event
 from feasibee.scenario.faults import KINDS, whole_robots
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
     Decision,
-    Event,
     Faults,
     Radio,
     Response,
