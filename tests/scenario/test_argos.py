@@ -41,6 +41,7 @@ OTHER = {
     "sensing.memory": "life",
     "sensing.false_robots": 0.1,
     "sensing.false_tasks": 0.1,
+    "sensing.misname": 0.1,
     "radio.id_bits": 8,
     "faults.stopped": 0.1,
     "faults.stop_step": 10,
@@ -179,6 +180,7 @@ def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works
     for path, value in OTHER.items():
         needed = {"response.patience": 100} if path.startswith("response.") else {}
         needed |= {"arena.boundary": "walls", "robots.avoid_collisions": True}
+        needed |= {"decision.strategy": "census"} if path == "sensing.misname" else {}
         changed = Scenario().replace({**needed, path: value})
         (problem,) = [each for each in problems(changed) if each.path == path]
         assert problem.remedy.startswith((f"set {path} = ", f"leave out {path}"))

@@ -42,6 +42,7 @@ PAPER = {
         "miss": 0.0,
         "false_robots": 0.0,
         "false_tasks": 0.0,
+        "misname": 0.0,
     },
     "radio": {"range": 2.0, "loss": 0.0},
     "decision": {
@@ -124,7 +125,11 @@ UNSET = {
     "units.seconds": 2.0,
 }
 """Fields that the paper's scenario leaves out, and values for them."""
-DEFAULTED = ["robots.contact", *(f"response.{name}" for name in ("patience", "delay", "release", "margin"))]
+DEFAULTED = [
+    "robots.contact",
+    "sensing.misname",
+    *(f"response.{name}" for name in ("patience", "delay", "release", "margin")),
+]
 """Fields that need other fields."""
 PATHS = [
     path

@@ -212,6 +212,8 @@ def beyond(draw):
     steps = draw(st.integers(1, 40))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
     judges = STRATEGIES[decision["strategy"]].judges
+    strategy = STRATEGIES[decision["strategy"]]
+    has_names = "names" in strategy.needs({**strategy.parameters, **decision["parameters"]})
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -235,6 +237,7 @@ def beyond(draw):
             "miss": draw(chance),
             "false_robots": draw(false) if names_nothing else 0.0,
             "false_tasks": draw(false) if names_nothing else 0.0,
+            "misname": draw(chance) if has_names else 0.0,
         },
         radio={
             "range": draw(reach),

@@ -66,7 +66,7 @@ def conflicts(
     yield from _arena_conflicts(explicit, places, fit)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
-        used = ("radio", "sensing.range", "robots.speed", "robots.know_count", *PHASES)
+        used = ("radio", "sensing.range", "sensing.misname", "robots.speed", "robots.know_count", *PHASES)
         if strategy is not None and fit("decision.parameters", "events", "run.steps", *used):
             yield from _knowledge_memory(explicit, strategy)
 
@@ -177,6 +177,8 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
     if strategy.knowledge:
         yield from _counts_of_one(decision, fit, strategy.name)
     yield from _sensing(sensing, fit, strategy)
+    if fit("sensing.misname", "decision.parameters") and sensing["misname"] != 0:
+        yield from _names(sensing["misname"], {**strategy.parameters, **decision["parameters"]}, strategy)
     if strategy.needs_count and fit("robots.know_count") and not explicit["robots"]["know_count"]:
         rule = f"{strategy.name} needs the number of robots"
         yield Problem("robots.know_count", False, rule, "set it to true, or choose a strategy without n")
@@ -206,6 +208,13 @@ def _sensing(sensing: Mapping[str, Any], fit: Any, strategy: Manifest) -> Iterat
         yield Problem("sensing.observation", "unique", rule, 'set observation = "repeated"')
 
 
+def _names(misname: float, parameters: Mapping[str, float], strategy: Manifest) -> Iterator[Problem]:
+    """Find wrong names of tasks for a strategy that has no names of tasks."""
+    if "names" not in strategy.needs(parameters):
+        rule = f"{strategy.name} doesn't tell tasks apart by name, so there is no wrong one"
+        yield Problem("sensing.misname", misname, rule, "leave it out, or choose quiet-census")
+
+
 def _counts_of_one(decision: Mapping[str, Any], fit: Any, name: str) -> Iterator[Problem]:
     """Find fields about the counts of one exploration, which a strategy of this name doesn't use."""
     if fit("decision.quality_floor") and decision["quality_floor"] != 0:
@@ -228,6 +237,7 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
         whole_robots(explicit["faults"]["byzantine"], counts[0]) > 0,
         explicit["radio"]["id_bits"],
         {**strategy.parameters, **explicit["decision"]["parameters"]}.values(),
+        misnames=explicit["sensing"]["misname"] > 0,
         count=counts[0],
         knows_count=explicit["robots"]["know_count"],
         size=size_of(explicit),

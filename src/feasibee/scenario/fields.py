@@ -183,6 +183,9 @@ class Sensing(Section):
     false_tasks: Sightings = Field(
         0.0, description="Mean number of tasks that an exploring robot sees falsely, per step."
     )
+    misname: Share = Field(
+        0.0, description="Probability that a robot gives a task in sight a wrong name in a step."
+    )
 
 
 class Radio(Section):

@@ -230,6 +230,7 @@ class Scenario(BaseModel):
             self.faulty[1] > 0,
             self.radio.id_bits,
             self.decision.parameters.values(),
+            misnames=self.sensing.misname > 0,
             count=self.robots.count,
             knows_count=self.robots.know_count,
             colluding=self.faults.byzantine_says == "colluding",

@@ -21,6 +21,7 @@ def setting_from(
     id_bits: int | None,
     parameters: Iterable[float],
     *,
+    misnames: bool = False,
     count: int | None = None,
     knows_count: bool = True,
     colluding: bool = False,
@@ -43,6 +44,8 @@ def setting_from(
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
         Those of the strategy.
+    misnames : bool
+        Whether robots may give tasks wrong names, of which each task has one.
     count : int, optional
         Number of robots at the start; by default all that have ids.
     knows_count, colluding, size, walled, sight, radio, speed, phases
@@ -54,7 +57,7 @@ def setting_from(
         count=robots if count is None else count,
         tasks=tasks,
         robot_ids=robots + (tasks if liars else 0),
-        task_ids=tasks + (robots + 1 if liars else 0),
+        task_ids=tasks + (robots + 1 if liars else 0) + (tasks if misnames else 0),
         robot_classes=max(1, classes[0]),
         task_classes=max(1, classes[1]),
         id_bits=id_bits or max(1, (robots - 1).bit_length()),

@@ -179,10 +179,9 @@ def changes_of(scenario: Scenario) -> dict[str, Scenario]:
         tried[f"{more} robots instead of {robots.count}"] = {"robots.count": more}
     if not sensing.count_self:
         tried["robots that count themselves"] = {"sensing.count_self": True}
-    if sensing.miss or sensing.false_robots or sensing.false_tasks:
-        tried["a perfect sensor"] = {
-            f"sensing.{name}": 0.0 for name in ("miss", "false_robots", "false_tasks")
-        }
+    errors = ("miss", "false_robots", "false_tasks", "misname")
+    if any(getattr(sensing, name) for name in errors):
+        tried["a perfect sensor"] = {f"sensing.{name}": 0.0 for name in errors}
     if radio.loss:
         tried["no message lost"] = {"radio.loss": 0.0}
     if any(scenario.faulty):
