@@ -18,6 +18,8 @@ from feasibee.scenario.scenario import Scenario
 
 WIDTH: Final = 100
 """Length of the lines of comments, in characters."""
+TABLES: Final[Mapping[str, type[BaseModel]]] = {**SECTIONS, "events": Event}
+"""The sections and the table of an event, by name."""
 EVENT: Final = {"step": 500, "tasks": 15}
 """An event, as an example."""
 HEADER: Final = re.compile(r"\[+([\w.-]+)\]+")
@@ -82,7 +84,7 @@ def _comment(text: str) -> list[str]:
 def meaning_of(path: str) -> str:
     """Return what a section or field means, with its unit, by its dotted path; empty for a user's name."""
     name, *keys = path.split(".")
-    model: type[BaseModel] | None = {**SECTIONS, "events": Event}.get(name)
+    model = TABLES.get(name)
     text = (model.__doc__ or "").partition("\n")[0] if model else ""
     for key in keys:
         field = model.model_fields.get(key) if model else None
