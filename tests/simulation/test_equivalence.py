@@ -212,8 +212,7 @@ def beyond(draw):
     steps = draw(st.integers(1, 40))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
     judges = STRATEGIES[decision["strategy"]].judges
-    strategy = STRATEGIES[decision["strategy"]]
-    has_names = "names" in strategy.needs({**strategy.parameters, **decision["parameters"]})
+    has_names = STRATEGIES[decision["strategy"]].needs_names is True
     return Scenario(
         arena={
             "side": width if square else [width, height],

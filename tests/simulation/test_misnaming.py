@@ -16,11 +16,6 @@ NAMING = {
     for name, strategy in STRATEGIES.items()
     if strategy.needs_names is True
 }
-NAMING["totals"] = {
-    **NAMING["turns"],
-    "decision.strategy": "totals",
-    "decision.parameters": {"arrivals": 1.0},
-}
 WORLDS = {
     "20 robots": {},
     "40 robots": {"robots.count": 40, "tasks.count": 36},
@@ -110,7 +105,7 @@ def test_with_wrong_names_a_quiet_census_declares_infeasible_what_is_feasible():
     assert [each.declared_infeasible.max() > 0 for each in found] == [False, True]
 
 
-@pytest.mark.parametrize("name", [name for name in STRATEGIES if name not in NAMING] + ["totals"])
+@pytest.mark.parametrize("name", [name for name in STRATEGIES if name not in NAMING])
 def test_a_strategy_that_has_no_names_of_tasks_refuses_wrong_ones(name):
     with pytest.raises(ScenarioError) as caught:
         Scenario(decision={"strategy": name}, sensing={"misname": 0.1}, robots={"know_count": True})

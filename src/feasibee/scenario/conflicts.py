@@ -177,8 +177,6 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
     if strategy.knowledge:
         yield from _counts_of_one(decision, fit, strategy.name)
     yield from _sensing(sensing, fit, strategy)
-    if fit("sensing.misname", "decision.parameters") and sensing["misname"] != 0:
-        yield from _names(sensing["misname"], {**strategy.parameters, **decision["parameters"]}, strategy)
     if strategy.needs_count and fit("robots.know_count") and not explicit["robots"]["know_count"]:
         rule = f"{strategy.name} needs the number of robots"
         yield Problem("robots.know_count", False, rule, "set it to true, or choose a strategy without n")
@@ -203,16 +201,12 @@ def _sensing(sensing: Mapping[str, Any], fit: Any, strategy: Manifest) -> Iterat
         if fit(f"sensing.{name}") and sensing[name] != 0:
             rule = f"{strategy.name} counts things by name, and what isn't there has none"
             yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    if fit("sensing.misname") and sensing["misname"] != 0 and strategy.needs_names is not True:
+        rule = f"needs a strategy that counts tasks by name; {strategy.name} doesn't"
+        yield Problem("sensing.misname", sensing["misname"], rule, "leave it out, or choose quiet-census")
     if strategy.judges and fit("sensing.observation") and sensing["observation"] == "unique":
         rule = f"{strategy.name} must see again what is still there, to notice what isn't"
         yield Problem("sensing.observation", "unique", rule, 'set observation = "repeated"')
-
-
-def _names(misname: float, parameters: Mapping[str, float], strategy: Manifest) -> Iterator[Problem]:
-    """Find wrong names of tasks for a strategy that has no names of tasks."""
-    if "names" not in strategy.needs(parameters):
-        rule = f"{strategy.name} doesn't tell tasks apart by name, so there is no wrong one"
-        yield Problem("sensing.misname", misname, rule, "leave it out, or choose quiet-census")
 
 
 def _counts_of_one(decision: Mapping[str, Any], fit: Any, name: str) -> Iterator[Problem]:

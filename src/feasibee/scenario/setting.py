@@ -38,14 +38,12 @@ def setting_from(
     ----------
     counts, classes : tuple of int
         Numbers of robots and tasks that have ids, and of their classes.
-    liars : bool
-        Whether any robot is Byzantine: it may invent robots and tasks.
+    liars, misnames : bool
+        Whether a Byzantine robot may invent robots and tasks, and robots give tasks wrong names, one each.
     id_bits : int, optional
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
         Those of the strategy.
-    misnames : bool
-        Whether robots may give tasks wrong names, of which each task has one.
     count : int, optional
         Number of robots at the start; by default all that have ids.
     knows_count, colluding, size, walled, sight, radio, speed, phases

@@ -62,7 +62,7 @@ decide = tally.decide
 
 def words(setting):
     """Return the size: both totals, a row for each robot, and when each thing was last in sight."""
-    in_sight = setting.robots + setting.task_ids if setting.parameters[0] == 1 else 0
+    in_sight = setting.robots + setting.tasks if setting.parameters[0] == 1 else 0
     return ROWS + setting.robots + in_sight
 
 
