@@ -40,7 +40,10 @@ def same(scenario, runs=2):
     return records[0]
 
 
-@pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.parametrize(  # slow: worlds in which the reference takes seconds
+    "world",
+    [each if each == "20 robots" else pytest.param(each, marks=pytest.mark.slow) for each in WORLDS],
+)
 @pytest.mark.parametrize("name", NAMING)
 def test_engine_equals_reference_with_wrong_names(name, world):
     same(Scenario().replace({**SMALL, **WORLDS[world], **NAMING[name]}))
