@@ -63,6 +63,18 @@ WORLDS = {
         "robots.know_count": True,
         "run.stop_at_decision": False,
     },
+    "tasks under wrong names": {
+        "decision.strategy": "quiet-census",
+        "robots.know_count": True,
+        "sensing.misname": 0.1,
+        "run.stop_at_decision": False,
+    },
+    "tasks under wrong names and liars, by position": {
+        "robots.count": 6,
+        "decision.strategy": "roster",
+        "sensing.misname": 0.1,
+        "faults.byzantine": {"count": 1},
+    },
     "tasks that appear and vanish": {
         "decision.strategy": "roster",
         "robots.know_count": True,

@@ -116,7 +116,7 @@ def test_a_robot_holds_what_it_judged_and_at_minus_1_its_own_opinion(write):
 
 def test_a_stubborn_robot_is_asked_but_keeps_its_opinion(write):
     path = write(FADING)
-    (*_, last) = swarms = list(played(path, **{"faults.stubborn": 1.0, "tasks.count": 2}))
+    (*_, last) = swarms = list(played(path, **{"faults.stubborn": 0.99, "tasks.count": 2}))
     assert len({swarm.feasible_count for swarm in swarms}) == 1
     assert 0 < last.feasible_count < 20
     assert all(max(robot.mind.knowledge.words) < 9 for robot in last.robots)  # each was counted down

@@ -30,8 +30,8 @@ def test_units_change_neither_the_hash_nor_a_run():
     assert records[0].bits_sent.tolist() == records[1].bits_sent.tolist()
 
 
-def test_units_are_part_of_the_text_only_if_they_are_given():
-    assert "units" not in Scenario().to_dict()
+def test_units_are_part_of_the_text():
+    assert Scenario().to_dict()["units"] == {}
     assert Scenario.from_toml(HALL.to_toml()) == HALL
     assert HALL.to_dict()["units"] == {"metres": 0.5, "seconds": 2.0}
     assert HALL.replace({"tasks.count": 3}).units == HALL.units

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from contextlib import suppress
 
 import numpy as np
@@ -166,6 +165,18 @@ def placing(draw, sides, number, points):
 
 
 @st.composite
+def faulty(draw, robots):
+    """Draw how many robots have each fault, as counts, shares or exact halves; an honest one works."""
+    given_, left = {}, robots
+    for kind in ("byzantine", "stopped", "stubborn"):
+        number = draw(st.one_of(st.just(0), st.integers(0, left - (kind != "stubborn"))))
+        half, share = max(0.0, (number - 0.5) / robots), min(number / robots, 0.999)
+        given_[kind] = draw(st.sampled_from([{"count": number}, half, share]))
+        left -= number
+    return given_
+
+
+@st.composite
 def beyond(draw):
     """Scenarios beyond the paper (model.md 6), every part of it now and then."""
     width, height = draw(st.tuples(st.floats(4, 30), st.floats(4, 30)))
@@ -196,15 +207,12 @@ def beyond(draw):
     who = {"classes": draw(robot_classes(robots))} if split and draw(st.booleans()) else {"count": robots}
     what = {"classes": draw(task_classes(tasks))} if split and draw(st.booleans()) else {"count": tasks}
     reach = st.floats(0.01, 1.6 if walls else 0.5).map(lambda share: share * shorter)
-    shares = draw(st.one_of(st.just((0, 0, 0)), st.tuples(*3 * [st.floats(0, 1 / 3)]), st.sampled_from(
-        [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.5, 0), (0.2, 0.3, 0.5)])))  # fmt: skip
-    if sum(math.floor(share * robots + 0.5) for share in shares) > robots:  # rounded up, they don't fit
-        shares = [math.floor(share * robots) / robots for share in shares]
     chance = st.one_of(st.just(0.0), st.floats(0, 1), st.sampled_from([0.1, 1.0]))
     false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
     steps = draw(st.integers(1, 40))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
     judges = STRATEGIES[decision["strategy"]].judges
+    has_names = STRATEGIES[decision["strategy"]].needs_names is True
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -228,6 +236,7 @@ def beyond(draw):
             "miss": draw(chance),
             "false_robots": draw(false) if names_nothing else 0.0,
             "false_tasks": draw(false) if names_nothing else 0.0,
+            "misname": draw(chance) if has_names else 0.0,
         },
         radio={
             "range": draw(reach),
@@ -236,7 +245,7 @@ def beyond(draw):
         },
         decision=decision,
         faults={
-            **dict(zip(("stopped", "byzantine", "stubborn"), map(float, shares), strict=True)),
+            **draw(faulty(robots)),
             "stop_step": draw(st.integers(0, 12)),
             "byzantine_says": draw(st.sampled_from(LIES)),
         },

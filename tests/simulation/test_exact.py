@@ -16,6 +16,7 @@ from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.engine.starting import sort_tasks
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
+from feasibee.reference.mind import BYZANTINE
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -67,6 +68,10 @@ class Engine:
 
     def has(self, kind, i):
         return bool(int(self.state.sets[kind, i // 32]) >> i % 32 & 1)
+
+    def let_all_lie(self):
+        for i in range(self.scenario.robots.count):
+            self.put(layout.Set.BYZANTINE, i, True)
 
     def tell(self, i, value):
         """Let a robot send a number."""
@@ -132,6 +137,11 @@ class Plain:
             robot.mind._value = 0
         self.swarm.tasks = {i: (round(x * UNIT), round(y * UNIT)) for i, (x, y) in enumerate(tasks)}
         self.minds = [robot.mind for robot in self.swarm.robots]
+
+    def let_all_lie(self):
+        for robot in self.swarm.robots:
+            robot.fault = BYZANTINE
+            robot.mind.settings = robot.mind.settings._replace(fault=robot.fault)
 
     def tell(self, i, value):
         self.minds[i]._value = value
@@ -803,7 +813,7 @@ def test_two_robots_with_one_id_are_one_sender(world):
 
 # --- Lies ---
 
-LIARS = {"faults.byzantine": 1.0}
+LIARS = {"faults.byzantine": {"count": 1}}
 
 
 @pytest.mark.parametrize(("says", "opinion"), [("feasible", 1), ("infeasible", 0)])
@@ -812,6 +822,7 @@ def test_liars_are_believed_and_lend_their_lie_all_quality(world, strategy, says
     """What a robot says is the opposite of what all tell it; two hearings take cross-inhibition there."""
     lies = {**LIARS, "faults.byzantine_says": says}
     swarm = crowd(world, 1 - opinion, [1 - opinion] * 3, strategy, **lies)
+    swarm.let_all_lie()
     for i in range(4):
         swarm.tell(i, 65535 * (1 - opinion))
     swarm.rate(0, 0.5)
@@ -838,6 +849,7 @@ def test_liars_that_pass_on_knowledge_invent_robots_or_tasks(world, strategy, sa
         changes={"decision.strategy": strategy, "radio.range": 4.0, "sensing.range": 1.0, **LIARS}
         | {"faults.byzantine_says": says, "sensing.count_self": True},
     )
+    swarm.let_all_lie()
     swarm.end_phase_of(1)
     swarm.step()
     swarm.end_phase_of(1, LONG)

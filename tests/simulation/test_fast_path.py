@@ -49,6 +49,7 @@ OTHER_VALUES = {
     "sensing.miss": 0.1,
     "sensing.false_robots": 0.1,
     "sensing.false_tasks": 0.1,
+    "sensing.misname": 0.1,
     "radio.range": 4.0,
     "radio.loss": 0.1,
     "radio.id_bits": 8,

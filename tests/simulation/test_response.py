@@ -267,8 +267,8 @@ def test_engine_equals_reference_with_responses(seeing, data, seed, first_run):
 # --- The scenario ---
 
 
-def test_a_response_is_part_of_the_text_only_if_there_is_one(seeing):
-    assert "response" not in Scenario().to_dict()
+def test_a_response_is_part_of_the_text(seeing):
+    assert Scenario().to_dict()["response"] == {"delay": 100, "margin": 2}
     scenario = Scenario(response={"patience": 60})
     assert scenario.dynamic
     assert scenario.to_dict()["response"] == {"patience": 60, "delay": 100, "release": False, "margin": 2}

@@ -163,6 +163,7 @@ class SensingParams(NamedTuple):
     miss: np.uint64  # probability times 2**32
     false_robots: float  # expected number per step
     false_tasks: float
+    misname: np.uint64  # probability times 2**32
 
 
 class RadioParams(NamedTuple):

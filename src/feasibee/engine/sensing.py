@@ -49,7 +49,9 @@ from feasibee.model.purposes import (
     FALSE_ROBOT_CLASS,
     FALSE_TASK,
     FALSE_TASK_CLASS,
+    IDENTITY,
     LOSS,
+    MISNAME,
     MISS_ROBOT,
     MISS_TASK,
     PAIR,
@@ -212,8 +214,11 @@ def observe_task(params, state, functions, i, task):
     own = number_of(state.robots[Robot.LABEL, i])
     seen = not happens(params, state, own, MISS_TASK + PAIR * task, state.clock[Clock.MISS])
     if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
-        kind = int64(state.tables.class_of[params.robots.count + task])
-        count_sighting(params, state, functions, i, params.robots.count + task, kind, False)
+        number, kind = params.robots.count + task, int64(state.tables.class_of[params.robots.count + task])
+        if happens(params, state, own, MISNAME + PAIR * task, params.sensing.misname):
+            mark_next(state, draw_words(params, state.clock[Clock.RUN], number, 0, IDENTITY)[2])
+            number += params.tasks.count
+        count_sighting(params, state, functions, i, number, kind, False)
 
 
 @inlined
@@ -270,7 +275,7 @@ def count_false_sightings(params, state, functions, i):
 
 @inlined
 def mark_next(state, mark):
-    """Give the next pending sighting, if it is a false one, its hash."""
+    """Give the next pending sighting, if it is a false one or has a wrong name, its hash."""
     if state.pending.shape[1] > 0:
         state.pending[Pending.MARK, state.clock[Clock.PENDING]] = int32(mark)
 

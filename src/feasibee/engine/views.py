@@ -33,24 +33,31 @@ def in_units(params, fixed):
 def thing_seen(params, passing, number, column, mark):
     """Return a robot or task as robots see it.
 
-    Robots are numbered first, then tasks. One that isn't there has number -1, and the class and hash given.
+    Robots are numbered first, then tasks, then tasks under their wrong names, with the hash given. One that
+    isn't there has number -1, and the class and hash given.
     """
     if number < 0:
         is_robot = column < params.robots.classes
         kind = column if is_robot else column - params.robots.classes
         return Thing(is_robot, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
     # Without a branch: a wrong guess whether robot or task follows costs more than the rest.
+    misnamed = number >= params.robots.count + params.tasks.count
+    number -= params.tasks.count if misnamed else 0
     is_robot, kind, task = (
         number < params.robots.count,
         int64(passing.class_of[number]),
         number - params.robots.count,
     )
     identity = int64(passing.robots[Robot.IDENTITY, number if is_robot else 0])
-    mark = int64(passing.hashes[identity if is_robot else number])
+    own_mark = int64(passing.hashes[identity if is_robot else number])
     fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, task]
     fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, task]
     x, y = in_units(params, fixed_x), in_units(params, fixed_y)
-    return Thing(is_robot, identity if is_robot else task, kind, mark, x, y)
+    if misnamed:
+        half = 0.5 * params.arena.sides.width
+        wrong = params.strategy.knowledge.task_ids - params.tasks.count + task
+        return Thing(False, wrong, kind, int64(uint32(mark)), x + half if x < half else x - half, y)
+    return Thing(is_robot, identity if is_robot else task, kind, own_mark, x, y)
 
 
 @inlined

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any, Final
 
 from feasibee.strategies import STRATEGIES, roster
@@ -22,14 +23,15 @@ class TaskNames:
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting
-        self._met = 0
-        self._names = {ROSTER.invented_place(k): k for k in range(setting.tasks, setting.task_ids)}
+        invented = setting.robots + 1 if setting.robot_ids > setting.robots else 0
+        wrong = setting.tasks + invented
+        self._names = {ROSTER.invented_place(k): k for k in range(setting.tasks, wrong)}
+        self._free = chain(range(setting.tasks), range(wrong, setting.task_ids))
 
     def of_position(self, position: int) -> int:
         """Return the number of the task at a position; -1 if there can't be another task."""
-        if position not in self._names and self._met < self._setting.tasks:
-            self._names[position] = self._met
-            self._met += 1
+        if position not in self._names and (number := next(self._free, -1)) >= 0:
+            self._names[position] = number
         return self._names.get(position, -1)
 
     def named(self, thing: Thing) -> Thing:

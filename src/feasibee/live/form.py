@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, Final
 
-from feasibee.scenario.paths import read_value
+from feasibee.scenario.paths import inline_toml, read_value
 from feasibee.scenario.scenario import Scenario
 
 EVENTS: Final = "events"
@@ -56,7 +55,7 @@ def typed(path: str, value: Any) -> Any:
 
 def shown(value: Any) -> Any:
     """Return the value of a field as the page shows it: other values than numbers and words as TOML."""
-    return value if isinstance(value, str | int | float | None) else _inline(value)
+    return value if isinstance(value, str | int | float | None) else inline_toml(value)
 
 
 def _resolved(part: Mapping[str, Any], parts: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -87,18 +86,3 @@ def _control(part: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
         yield from ((html, part[bound]) for bound, html in BOUNDS.items() if bound in part)
     else:
         yield "kind", "value"
-
-
-def _inline(value: Any) -> str:
-    """Return a value as TOML on one line."""
-    if isinstance(value, Mapping):
-        pairs = (f"{_key(key)} = {_inline(each)}" for key, each in value.items() if each is not None)
-        return f"{{{', '.join(pairs)}}}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_inline, value))}]"
-    return json.dumps(value, ensure_ascii=False)
-
-
-def _key(key: str) -> str:
-    bare = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
-    return key if bare else json.dumps(key, ensure_ascii=False)

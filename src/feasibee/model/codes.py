@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Final
 
-MODEL_VERSION: Final = 1
+MODEL_VERSION: Final = 2
 """Version of the model; raise it whenever the same scenario and seed give other results."""
 
 # Opinions, and the decision of a swarm (model.md 4.1, 4.7).

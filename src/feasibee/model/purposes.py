@@ -27,7 +27,8 @@ FALSE_ROBOT_CLASS: Final = 17  # word 0: class; word 1: hash; of (observer, numb
 FALSE_TASK_CLASS: Final = 18
 LOSS: Final = 19  # word 0; of (receiver, sender)
 LIE: Final = 20  # word 0: its top bit is the opinion that a random Byzantine robot broadcasts
-IDENTITY: Final = 21  # word 0: a robot's random id; word 1: the hash of a robot, a task or an invented thing
+IDENTITY: Final = 21  # word 0: a robot's random id; word 1: the hash of a robot, a task or an invented thing;
+#                       word 2: that of a task under its wrong name
 ARRIVAL: Final = 22  # of a step; word 0: number of tasks that appear; word 1: number of robots that join
 LIFETIME: Final = 23  # word 0; of a task
 FAILURE: Final = 24  # word 0; of (robot, how many have had its number before it)
@@ -36,6 +37,7 @@ LEAVE: Final = 26  # word 0: which of the robots there; likewise
 JOINING_CLASS: Final = 27  # word 0: the robot of the start that has the class of a number beyond these
 APPEARING_CLASS: Final = 28  # word 0: the same for a task
 RELEASE: Final = 29  # word 0: which of the robots there; of (how many released before it in this step, step)
+MISNAME: Final = 30  # word 0; of (observer, task)
 PURPOSES: Final = (
     "PLACE_ROBOT",
     "PLACE_TASK",
@@ -67,6 +69,7 @@ PURPOSES: Final = (
     "JOINING_CLASS",
     "APPEARING_CLASS",
     "RELEASE",
+    "MISNAME",
 )
 PAIR: Final = 256
 """A draw about a pair has the last word purpose + PAIR * (number of the second)."""

@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
-from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.supported import unsupported
 from feasibee.strategies import STRATEGIES
 
 TURN: Final = 2**32
@@ -170,14 +170,10 @@ def _parameters(scenario: Scenario) -> dict[str, float]:
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem for each value that a page can't simulate."""
-    for name, section in SECTIONS.items():
-        for key, field in section.model_fields.items():
-            path, value = f"{name}.{key}", getattr(getattr(scenario, name), key)
-            default = field.get_default(call_default_factory=True)
-            if path not in PAGE_FIELDS and value != default:
-                rule = "isn't simulated by a page, which has the paper's world only"
-                shown = len(value) if isinstance(value, tuple) else value
-                yield Problem(path, shown, rule, f"{_instead(default)}, or use feasibee watch")
+    for path, value, default in unsupported(scenario, PAGE_FIELDS):
+        rule = "isn't simulated by a page, which has the paper's world only"
+        shown = len(value) if isinstance(value, tuple) else value
+        yield Problem(path, shown, rule, f"{_instead(default)}, or use feasibee watch")
     if scenario.events:
         rule = "aren't simulated by a page, whose world stays as it is"
         yield Problem("events", len(scenario.events), rule, "leave them out, or use feasibee watch")

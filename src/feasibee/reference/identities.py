@@ -14,12 +14,14 @@ class Names:
     """The ids and hashes of one run's robots and tasks, and of those that Byzantine robots invent.
 
     Things are numbered: robots, tasks, invented robots (as many as tasks), invented tasks (one more than
-    robots).
+    robots). Each task has a wrong name, too, with the highest ids.
     """
 
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
         self._seed, self._run = seed, run
         self._robots, self._tasks = scenario.most
+        self._wrong = scenario.setting.task_ids - self._tasks
+        self._width = scenario.arena.size[0]
         self._exactly = scenario.setting.colluding and not (scenario.robots.classes or scenario.tasks.classes)
         bits = scenario.radio.id_bits
         self.id_bits = scenario.setting.id_bits
@@ -46,6 +48,12 @@ class Names:
     def task(self, number: int, kind: int, x: float, y: float) -> Thing:
         """Return a task as robots see it."""
         return Thing(False, number, kind, self.hash(self._robots + number), x, y)
+
+    def misnamed(self, number: int, kind: int, x: float, y: float) -> Thing:
+        """Return a task under its wrong name: id and hash of its own, half the arena away (model.md 6.3)."""
+        mark = self._word(self._robots + number, 2)
+        beside = x + self._width / 2 if x < self._width / 2 else x - self._width / 2
+        return Thing(False, self._wrong + number, kind, mark, beside, y)
 
     def inventions(self, feasible: int) -> list[Thing]:
         """Return the robots (feasible) or tasks that a Byzantine robot invents (model.md 6.12, 6.16)."""

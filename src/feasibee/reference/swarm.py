@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.purposes import (
@@ -15,6 +15,7 @@ from feasibee.model.purposes import (
     FAULT,
     JOINING_CLASS,
     LOSS,
+    MISNAME,
     MISS_ROBOT,
     MISS_TASK,
     PAIR,
@@ -165,7 +166,9 @@ class Swarm:
         for number, place in self.tasks.items():
             if self._sees(robot, place, MISS_TASK, number):
                 where = self.world.in_units(place)
-                yield self.names.task(number, self.task_kinds[number], *where), number
+                wrong = robot.happens(self.time, MISNAME + PAIR * number, sensing.misname)
+                name = self.names.misnamed if wrong else self.names.task
+                yield name(number, self.task_kinds[number], *where), number
         false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
         kinds = self.robot_kinds[: self.scenario.robots.count]
         for kind, mark in self._false_sightings(robot, sensing.false_robots, kinds, *false):
@@ -278,8 +281,8 @@ def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:
     count = scenario.robots.count
     faults = [HONEST] * count
     numbers = [
-        (fault, rounded(exact(share), count))
-        for fault, share in (
+        (fault, given["count"] if isinstance(given, Mapping) else rounded(exact(given), count))
+        for fault, given in (
             (STOPPED, scenario.faults.stopped),
             (BYZANTINE, scenario.faults.byzantine),
             (STUBBORN, scenario.faults.stubborn),

@@ -9,8 +9,9 @@ from xml.etree import ElementTree
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
-from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.supported import unsupported
 
 FOOTBOT_DIAMETER: Final = 0.170073516
 """Diameter of ARGoS's foot-bot, in metres."""
@@ -26,26 +27,39 @@ MOST_HEARD: Final = 1024
 """Length of the inbox in `examples/argos/mind.c`."""
 LARGEST: Final = 65_535
 """Largest whole number of 16 bits, as which the C header keeps numbers of steps and messages."""
-DEFAULTS_ONLY: Final = {
-    "robots.placement": "the example places robots uniformly",
-    "robots.classes": "robots of the example are all alike",
-    "robots.arrival_rate": "robots of the example are there from the start",
-    "robots.failure_rate": "robots of the example don't fail",
-    "tasks.placement": "the example places tasks uniformly",
-    "tasks.classes": "any robot can do any task of the example",
-    "tasks.arrival_rate": "tasks of the example are there from the start",
-    "tasks.lifetime": "tasks of the example stay",
-    "sensing.observation": "robots of the example count what they see in every step",
-    "sensing.false_robots": "robots of the example see only what is there",
-    "sensing.false_tasks": "robots of the example see only what is there",
-    "radio.id_bits": "ids of the example are unique",
-    **{
-        f"faults.{name}": "robots of the example have no faults"
-        for name in ("stopped", "byzantine", "stubborn")
-    },
-    "response.patience": "nobody joins or leaves in the example",
-}
-"""Fields that the example has only with their default, and why."""
+ARGOS_FIELDS: Final = frozenset(
+    {
+        "arena.side",
+        "arena.boundary",
+        "robots.count",
+        "robots.speed",
+        "robots.diameter",
+        "robots.avoid_collisions",
+        "tasks.count",
+        "walk.mean_run",
+        "sensing.range",
+        "sensing.count_self",
+        "sensing.miss",
+        "radio.range",
+        "radio.loss",
+        "decision.strategy",
+        "decision.parameters",
+        "decision.exploration",
+        "decision.gain",
+        "decision.dissemination_floor",
+        "decision.quality_floor",
+        "decision.listen",
+        "decision.inbox",
+        "decision.inbox_size",
+        "decision.own_vote",
+        "decision.switching",
+        "decision.commit",
+        "decision.threshold",
+        "run.steps",
+        "run.stop_at_decision",
+    }
+)
+"""The fields that an experiment expresses; it takes only the default of any other field."""
 
 
 def argos_text(scenario: Scenario) -> str:
@@ -87,11 +101,9 @@ def argos_text(scenario: Scenario) -> str:
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield what the example can't express."""
-    for path, rule in DEFAULTS_ONLY.items():
-        section, _, key = path.partition(".")
-        value, default = getattr(getattr(scenario, section), key), _default(path)
-        if value != default:
-            yield Problem(path, _plain(value), f"can't be exported to ARGoS: {rule}", _remedy(path, default))
+    rule = "can't be exported to ARGoS: the example has only the default"
+    for path, value, default in unsupported(scenario, ARGOS_FIELDS):
+        yield Problem(path, _plain(value), rule, _remedy(path, default))
     if scenario.events:
         rule = "can't be exported to ARGoS: its world stays"
         yield Problem("events", f"{len(scenario.events)} events", rule, "leave out [[events]]")
@@ -289,17 +301,8 @@ def _add(parent: ElementTree.Element, name: str, content: Mapping[str, Any]) -> 
                 _add(element, key, each)
 
 
-def _default(path: str) -> Any:
-    section, _, key = path.partition(".")
-    return SECTIONS[section].model_fields[key].default
-
-
 def _remedy(path: str, default: Any) -> str:
-    return f"leave out {path}" if default in (None, ()) else f"set {path} = {_toml(default)}"
-
-
-def _toml(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value)
+    return f"leave out {path}" if default in (None, ()) else f"set {path} = {inline_toml(default)}"
 
 
 def _plain(value: Any) -> Any:

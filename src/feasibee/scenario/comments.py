@@ -5,22 +5,31 @@ from __future__ import annotations
 import re
 import textwrap
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
+import tomli_w
 from pydantic import BaseModel
 
+from feasibee.scenario.event import Event
 from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
 
 WIDTH: Final = 100
 """Length of the lines of comments, in characters."""
+TABLES: Final[Mapping[str, type[BaseModel]]] = {**SECTIONS, "events": Event}
+"""The sections and the table of an event, by name."""
+EVENT: Final = {"step": 500, "tasks": 15}
+"""An event, as an example."""
 HEADER: Final = re.compile(r"\[+([\w.-]+)\]+")
 KEY: Final = re.compile(r"([\w-]+) = ")
 
 
 def commented_toml(scenario: Scenario) -> str:
-    """Return the complete form of a scenario as TOML text with comments; parsing it gives an equal scenario.
+    """Return all fields of a scenario as TOML text with comments; parsing it gives an equal scenario.
+
+    TOML has no value for a field that is off: its line is a comment with an example.
 
     Examples
     --------
@@ -30,21 +39,35 @@ def commented_toml(scenario: Scenario) -> str:
     [arena]
     # Side of the square arena in units; or [width, height] of a rectangle.
     """
-    return "".join(f"{line}\n" for line in _commented(scenario.to_toml().splitlines()))
+    return "".join(f"{line}\n" for line in _commented(scenario.to_dict()))
 
 
-def _commented(lines: list[str]) -> Iterator[str]:
+def _commented(complete: Mapping[str, Any]) -> Iterator[str]:
     """Yield lines of TOML with comments above the tables and keys, each said once."""
     table, said = "", set()
-    for line in lines:
+    for line in [*tomli_w.dumps(complete).splitlines(), ""]:
         header, key = HEADER.match(line), KEY.match(line)
+        if not line and table in SECTIONS:
+            yield from _off(table, complete[table])
         if header:
             table = header[1]
-        path = table if header else f"{table}.{key[1]}" if key else ""
+        path = table if header else f"{table}.{key[1]}".lstrip(".") if key else ""
         if path and path not in said:
             said.add(path)
             yield from _comment(meaning_of(path))
         yield line
+    if "events" not in complete:
+        yield from _comment(meaning_of("events"))
+        yield "# [[events]]"
+        yield from (f"# {key} = {value}" for key, value in EVENT.items())
+
+
+def _off(name: str, table: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the fields of a section that its table lacks, each as a comment with an example."""
+    for key, field in SECTIONS[name].model_fields.items():
+        if key not in table:
+            yield from _comment(field.description or "")
+            yield f"# {key} = {inline_toml((field.examples or [field.default])[0])}"
 
 
 def _comment(text: str) -> list[str]:
@@ -61,7 +84,7 @@ def _comment(text: str) -> list[str]:
 def meaning_of(path: str) -> str:
     """Return what a section or field means, with its unit, by its dotted path; empty for a user's name."""
     name, *keys = path.split(".")
-    model: type[BaseModel] | None = SECTIONS.get(name)
+    model = TABLES.get(name)
     text = (model.__doc__ or "").partition("\n")[0] if model else ""
     for key in keys:
         field = model.model_fields.get(key) if model else None

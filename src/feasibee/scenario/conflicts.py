@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from fractions import Fraction
 from typing import Any
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
 from feasibee.scenario.dynamics import dynamic_conflicts, most_of
+from feasibee.scenario.faults import KINDS, fault_conflicts, whole_robots
 from feasibee.scenario.setting import excess, setting_from
 from feasibee.strategies.contract import Manifest, Strategy
 
@@ -66,7 +66,7 @@ def conflicts(
     yield from _arena_conflicts(explicit, places, fit)
     if fit("robots.count", "robots.classes", "tasks.count", "tasks.classes", "sensing.observation"):
         yield from _memory(explicit)
-        used = ("radio", "sensing.range", "robots.speed", "robots.know_count", *PHASES)
+        used = ("radio", "sensing.range", "sensing.misname", "robots.speed", "robots.know_count", *PHASES)
         if strategy is not None and fit("decision.parameters", "events", "run.steps", *used):
             yield from _knowledge_memory(explicit, strategy)
 
@@ -77,8 +77,8 @@ def _swarm_conflicts(explicit: Explicit, given: Mapping[str, Any], fit: Fit) -> 
         yield from _counts(section, given, explicit, fit)
     if fit("robots.classes", "tasks.classes"):
         yield from _skills(explicit)
-    if fit("faults.stopped", "faults.byzantine", "faults.stubborn"):
-        yield from _faults(explicit, fit)
+    if fit("robots.count", "robots.classes", *(f"faults.{kind}" for kind in KINDS)):
+        yield from fault_conflicts(explicit["faults"], total(explicit["robots"]))
 
 
 def _arena_conflicts(explicit: Explicit, places: Places, fit: Fit) -> Iterator[Problem]:
@@ -155,34 +155,6 @@ def _skills(explicit: Explicit) -> Iterator[Problem]:
         )
 
 
-def whole_robots(share: float, robots: int) -> int:
-    """Return a share of the swarm as a number of robots, with halves rounded up (model.md 6.6)."""
-    return math.floor(exact(share) * robots + Fraction(1, 2))
-
-
-def _faults(explicit: Explicit, fit: Any) -> Iterator[Problem]:
-    kinds = ("stopped", "byzantine", "stubborn")
-    shares = [explicit["faults"][kind] for kind in kinds]
-    if not any(shares):
-        return  # the usual case: exact fractions take half the time of all rules
-    if sum(map(exact, shares)) > 1:
-        rule = "stopped + byzantine + stubborn must be at most 1, since a robot has one fault at most"
-        yield Problem("faults", math.fsum(shares), rule, "lower one of the shares")
-        return
-    if not fit("robots.count", "robots.classes"):
-        return
-    robots = total(explicit["robots"])
-    numbers = [whole_robots(share, robots) for share in shares]
-    excess = sum(numbers) - robots
-    if excess > 0:
-        largest = max(range(len(kinds)), key=numbers.__getitem__)
-        fitting = math.floor(1e6 * (numbers[largest] - excess) / robots) / 1e6
-        listed = ", ".join(f"{number} {kind}" for kind, number in zip(kinds, numbers, strict=True))
-        rule = f"must be at most {robots}; rounded to whole robots, the shares give {listed}"
-        remedy = f"lower a share, such as faults.{kinds[largest]} = {fitting:g}"
-        yield Problem("faults", f"{sum(numbers)} robots", rule, remedy)
-
-
 def _inbox(decision: Mapping[str, Any]) -> Iterator[Problem]:
     if decision["inbox"] == "every-message" and decision["inbox_size"] is not None:
         rule = 'limits the number of robots, but inbox = "every-message" keeps no robots apart'
@@ -217,7 +189,7 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
         rule = f"{strategy.name} declares by its own word, and its messages have no opinion to agree with"
         yield Problem("decision.commit", decision["commit"], rule, "leave it out")
     says_no_lie = "encode" in strategy.functions and "lie" not in strategy.functions
-    if says_no_lie and fit("faults.byzantine") and explicit["faults"]["byzantine"] != 0:
+    if says_no_lie and fit("faults.byzantine") and explicit["faults"]["byzantine"] not in (0, {"count": 0}):
         rule = f"{strategy.name} has encode, but no function for a Byzantine robot's message"
         remedy = "write def lie(message, feasible, me) in its file"
         yield Problem("faults.byzantine", explicit["faults"]["byzantine"], rule, remedy)
@@ -229,6 +201,9 @@ def _sensing(sensing: Mapping[str, Any], fit: Any, strategy: Manifest) -> Iterat
         if fit(f"sensing.{name}") and sensing[name] != 0:
             rule = f"{strategy.name} counts things by name, and what isn't there has none"
             yield Problem(f"sensing.{name}", sensing[name], rule, "leave it out, or choose tally")
+    if fit("sensing.misname") and sensing["misname"] != 0 and strategy.needs_names is not True:
+        rule = f"needs a strategy that counts tasks by name; {strategy.name} doesn't"
+        yield Problem("sensing.misname", sensing["misname"], rule, "leave it out, or choose quiet-census")
     if strategy.judges and fit("sensing.observation") and sensing["observation"] == "unique":
         rule = f"{strategy.name} must see again what is still there, to notice what isn't"
         yield Problem("sensing.observation", "unique", rule, 'set observation = "repeated"')
@@ -253,9 +228,10 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
     setting = setting_from(
         most_of(explicit, counts),
         (len(explicit["robots"]["classes"]), len(explicit["tasks"]["classes"])),
-        explicit["faults"]["byzantine"] != 0,
+        whole_robots(explicit["faults"]["byzantine"], counts[0]) > 0,
         explicit["radio"]["id_bits"],
         {**strategy.parameters, **explicit["decision"]["parameters"]}.values(),
+        misnames=explicit["sensing"]["misname"] > 0,
         count=counts[0],
         knows_count=explicit["robots"]["know_count"],
         size=size_of(explicit),

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, Wit
 from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import exact
+from feasibee.model.codes import exact, is_whole
 from feasibee.scenario.plugins import manifest_of, registered
 from feasibee.strategies import STRATEGIES
 
@@ -65,6 +65,17 @@ def _is_number(value: Any) -> bool:
         return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:  # a whole number beyond the largest float
         return False
+
+
+def _as_faulty(value: Any) -> Any:
+    """Validate a share of the robots, or ``{count = robots}``; 1 could be meant as either, and is neither."""
+    count = value.get("count") if isinstance(value, Mapping) and len(value) == 1 else None
+    if is_whole(count, 1_000_000):
+        return {"count": count}
+    if _is_number(value) and 0 <= value < 1:
+        return _without_minus(float(value))
+    rule = "must be a share of the robots, a finite number ≥ 0 and < 1, or a count of them"
+    raise PydanticCustomError("faulty", rule)
 
 
 def _as_points(value: Any) -> Any:
@@ -126,6 +137,17 @@ Listen = Annotated[
     Any,
     BeforeValidator(_as_listen),
     WithJsonSchema({"anyOf": [{"enum": ["always", "dissemination"]}, LAST]}),
+]
+COUNTED = {
+    "type": "object",
+    "properties": {"count": {"type": "integer", "minimum": 0, "maximum": 1_000_000}},
+    "required": ["count"],
+    "additionalProperties": False,
+}
+Faulty = Annotated[
+    Any,
+    BeforeValidator(_as_faulty),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0, "exclusiveMaximum": 1}, COUNTED]}),
 ]
 StrategyName = Annotated[str, AfterValidator(_known_strategy)]
 Points = Annotated[Any, BeforeValidator(_as_points), WithJsonSchema({"anyOf": [{"type": "string"}, PAIRS]})]

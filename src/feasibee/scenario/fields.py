@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model_validator
+from pydantic import AfterValidator, Field, Strict
 
 from feasibee.scenario.field_types import (
     Duration,
+    Faulty,
     Length,
     Lifetime,
     Listen,
@@ -23,30 +24,7 @@ from feasibee.scenario.field_types import (
     few_decimals,
     without_default,
 )
-
-
-class Section(BaseModel):
-    """A section of a scenario: immutable, without unknown keys, silent conversions or NaN."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _plain(cls, given: Any) -> Any:
-        return plain(given) if isinstance(given, Mapping) else given
-
-
-def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Convert numpy's numbers and arrays to Python's: values of a sweep often come from an array."""
-    return {key: _plain(value) for key, value in table.items()}
-
-
-def _plain(value: Any) -> Any:
-    if not hasattr(value, "dtype"):
-        return value
-    if getattr(value, "shape", None) == ():
-        return value.item()
-    return value.tolist() if hasattr(value, "tolist") else value
+from feasibee.scenario.section import Section
 
 
 class Arena(Section):
@@ -84,6 +62,7 @@ class Placed(Section):
         (),
         description='Initial positions in units, with placement "points": a CSV file of x and y, or a list '
         "of [x, y].",
+        examples=[[[5.0, 2.5], [15.0, 7.5]]],
     )
 
 
@@ -123,14 +102,17 @@ class Robots(Placed):
         False, description="Whether each robot knows the number of robots, for strategies that use it."
     )
     classes: Annotated[tuple[RobotClass, ...], Strict(False), Field(max_length=16)] = Field(
-        (), description="Classes of robots with different skills, instead of robots.count."
+        (),
+        description="Classes of robots with different skills, instead of robots.count.",
+        examples=[[{"name": "arm", "count": 20, "skills": ["lift"]}]],
     )
     arrival_rate: Rate | None = Field(
-        None, description="Mean number of robots that join per step; by default none join."
+        None, description="Mean number of robots that join per step; by default none join.", examples=[0.01]
     )
     failure_rate: Rate | None = Field(
         None,
         description="Rate per step at which each robot fails and leaves for good; by default none fails.",
+        examples=[0.001],
     )
     most: int | None = Field(
         None,
@@ -138,6 +120,7 @@ class Robots(Placed):
         le=1_000_000,
         description="Most robots at a time, beyond which none joins; by default as many as events bring, or "
         "twice as many as at the start.",
+        examples=[40],
     )
 
 
@@ -151,13 +134,19 @@ class Tasks(Placed):
         description="Number of tasks, m; each needs one robot, and any robot can do it.",
     )
     classes: Annotated[tuple[TaskClass, ...], Strict(False), Field(max_length=16)] = Field(
-        (), description="Classes of tasks that need different skills, instead of tasks.count."
+        (),
+        description="Classes of tasks that need different skills, instead of tasks.count.",
+        examples=[[{"name": "carry", "count": 10, "needs": {"lift": 2}}]],
     )
     arrival_rate: Rate | None = Field(
-        None, description="Mean number of tasks that appear per step; by default none appear."
+        None,
+        description="Mean number of tasks that appear per step; by default none appear.",
+        examples=[0.01],
     )
     lifetime: Lifetime | None = Field(
-        None, description="Mean steps until a task is finished and vanishes; by default tasks stay."
+        None,
+        description="Mean steps until a task is finished and vanishes; by default tasks stay.",
+        examples=[500.0],
     )
 
 
@@ -194,6 +183,9 @@ class Sensing(Section):
     false_tasks: Sightings = Field(
         0.0, description="Mean number of tasks that an exploring robot sees falsely, per step."
     )
+    misname: Share = Field(
+        0.0, description="Probability that a robot gives a task in sight a wrong name in a step."
+    )
 
 
 class Radio(Section):
@@ -210,6 +202,7 @@ class Radio(Section):
         ge=1,
         le=32,
         description="Length in bits of robots' random ids, which may collide; by default each id is unique.",
+        examples=[8],
     )
 
 
@@ -235,7 +228,9 @@ class Decision(Section):
         description="Strategy that rates and chooses opinions: its name, or the path of a .py file.",
     )
     parameters: dict[Word, float] = Field(
-        default_factory=dict, description="Parameters of the strategy by name, if it has any."
+        default_factory=dict,
+        description="Parameters of the strategy by name, if it has any.",
+        examples=[{"k": 3.0}],
     )
     exploration: Duration = Field(
         10.0,
@@ -269,15 +264,19 @@ class Decision(Section):
         ge=1,
         le=1_000_000,
         description="Number of robots whose messages the inbox keeps, the newest; by default all.",
+        examples=[8],
     )
     own_vote: bool = Field(True, description="Whether a robot counts its own opinion in the majority.")
     switching: Share | None = Field(
         None,
         description="Probability that a robot, at the end of a dissemination, adopts what its own counts "
         "favour, whatever it heard; by default none does.",
+        examples=[0.05],
     )
     commit: Commit | None = Field(
-        None, description="Rule by which a robot commits to its opinion; by default none does."
+        None,
+        description="Rule by which a robot commits to its opinion; by default none does.",
+        examples=[{"quorum": 0.9, "rounds": 3, "heard": 3}],
     )
     threshold: float = Field(
         0.9,
@@ -290,17 +289,26 @@ class Decision(Section):
 class Faults(Section):
     """The faults of robots (model.md 6.6); each run draws which robots are faulty."""
 
-    stopped: Share = Field(0.0, description="Share of robots that stop moving, observing and sending.")
+    stopped: Faulty = Field(
+        0.0,
+        description="Share of robots that stop moving, observing and sending, or {count = 1} for one robot.",
+    )
     stop_step: int = Field(
         0, ge=0, le=1_000_000_000, description="First step at which the stopped robots are stopped."
     )
-    byzantine: Share = Field(0.0, description="Share of Byzantine robots, which broadcast false opinions.")
+    byzantine: Faulty = Field(
+        0.0,
+        description="Share of robots that broadcast false opinions, or {count = 1} for one robot.",
+    )
     byzantine_says: Literal["opposite", "feasible", "infeasible", "random", "colluding"] = Field(
         "opposite",
         description="Opinion that Byzantine robots broadcast: the opposite of their own, always the same, "
         "random, or, colluding, all the opposite of the truth in every step.",
     )
-    stubborn: Share = Field(0.0, description="Share of robots that never change their opinion.")
+    stubborn: Faulty = Field(
+        0.0,
+        description="Share of robots that never change their opinion, or {count = 1} for one robot.",
+    )
 
 
 class Run(Section):
@@ -315,38 +323,6 @@ class Run(Section):
     stop_at_decision: bool = Field(False, description="Whether a run ends at the swarm's first decision.")
 
 
-class NewSensing(Section):
-    """What an event changes of `Sensing`."""
-
-    miss: Share | None = Field(None, description="New value of sensing.miss; by default it stays.")
-
-
-class NewRadio(Section):
-    """What an event changes of `Radio`."""
-
-    loss: Share | None = Field(None, description="New value of radio.loss; by default it stays.")
-
-
-class Event(Section):
-    """A change of the world at the beginning of a step (model.md 6.17)."""
-
-    step: int = Field(ge=0, le=1_000_000_000, description="Step at whose beginning the world changes.")
-    tasks: int = Field(
-        0,
-        ge=-10_000_000,
-        le=10_000_000,
-        description="Number of tasks that appear; negative: that vanish, drawn at random.",
-    )
-    robots: int = Field(
-        0,
-        ge=-1_000_000,
-        le=1_000_000,
-        description="Number of robots that join; negative: that leave for good, drawn at random.",
-    )
-    sensing: NewSensing = Field(NewSensing(), description="New values of sensing.")
-    radio: NewRadio = Field(NewRadio(), description="New values of radio.")
-
-
 class Response(Section):
     """Robots that are called or released because of what the swarm holds (model.md 6.19)."""
 
@@ -356,6 +332,7 @@ class Response(Section):
         le=1_000_000_000,
         description="Steps in a row for which the swarm must hold an opinion before robots are called or "
         "released; by default nobody responds.",
+        examples=[100],
     )
     delay: int = Field(
         100, ge=0, le=1_000_000_000, description="Steps from a call until the called robots arrive."
@@ -363,6 +340,7 @@ class Response(Section):
     release: bool | None = Field(
         None,
         description="Whether robots to spare are released; by default if the strategy defines `gap`.",
+        examples=[False],
     )
     margin: int = Field(
         2,
@@ -375,8 +353,8 @@ class Response(Section):
 class Units(Section):
     """The size of a unit and of a step, for axes and reports. They change no run, and no hash."""
 
-    metres: float | None = Field(None, ge=1e-9, le=1e9, description="Metres per unit.")
-    seconds: float | None = Field(None, ge=1e-9, le=1e9, description="Seconds per step.")
+    metres: float | None = Field(None, ge=1e-9, le=1e9, description="Metres per unit.", examples=[0.5])
+    seconds: float | None = Field(None, ge=1e-9, le=1e9, description="Seconds per step.", examples=[1.0])
 
 
 SECTIONS: Final[Mapping[str, type[Section]]] = {

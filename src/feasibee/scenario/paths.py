@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Mapping
@@ -73,6 +74,21 @@ def toml_value(text: str) -> Any:
     if braced.keys() != {"it"} or braced["it"].keys() != {"value"} or len(listed["it"]) != 1:
         raise ValueError("not one value")
     return braced["it"]["value"]
+
+
+def inline_toml(value: Any) -> str:
+    """Return a value as TOML on one line."""
+    if isinstance(value, Mapping):
+        pairs = (f"{_key(key)} = {inline_toml(each)}" for key, each in value.items() if each is not None)
+        return f"{{{', '.join(pairs)}}}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(inline_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _key(key: str) -> str:
+    bare = key.isascii() and key.replace("_", "").replace("-", "").isalnum()
+    return key if bare else json.dumps(key, ensure_ascii=False)
 
 
 def value_at(tables: Any, path: str) -> Any:

@@ -9,7 +9,8 @@ from typing import Final
 from pydantic_core import ErrorDetails
 
 from feasibee.errors import Problem
-from feasibee.scenario.fields import SECTIONS, Event, fields
+from feasibee.scenario.event import Event
+from feasibee.scenario.fields import SECTIONS, fields
 
 WORDS: Final = {
     "Input should be": "must be",
@@ -26,6 +27,8 @@ WORDS: Final = {
     "items after validation": "classes",
 }
 """Phrases of pydantic's messages, and their replacements."""
+REMEDIES: Final = {"faulty": "use {count = 1} for one robot"}
+"""What to do about the errors of some types of fields, by the type of the error."""
 EVENT: Final = "{ step = 500, tasks = 15 }"
 """An event, for remedies."""
 
@@ -43,7 +46,7 @@ def problem_of(details: ErrorDetails) -> Problem:
     rule = details["msg"]
     for theirs, ours in WORDS.items():
         rule = rule.replace(theirs, ours)
-    return Problem(path, details["input"], rule, _remedy(path))
+    return Problem(path, details["input"], rule, REMEDIES.get(kind) or _remedy(path))
 
 
 def _table(path: str) -> str:

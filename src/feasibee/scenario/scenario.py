@@ -29,14 +29,15 @@ from pydantic import (
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
 from feasibee.scenario.complete import complete_form, hash_of
-from feasibee.scenario.conflicts import conflicts, whole_robots
+from feasibee.scenario.conflicts import conflicts
 from feasibee.scenario.dynamics import Most, is_dynamic, most_of
+from feasibee.scenario.event import Event
+from feasibee.scenario.faults import KINDS, whole_robots
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
     Decision,
-    Event,
     Faults,
     Radio,
     Response,
@@ -46,13 +47,13 @@ from feasibee.scenario.fields import (
     Tasks,
     Units,
     Walk,
-    plain,
 )
 from feasibee.scenario.html import show_scenario
 from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.presets import PRESETS, with_preset
 from feasibee.scenario.problems import problem_of, suggestion
+from feasibee.scenario.section import plain
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import with_defaults, with_points
 from feasibee.strategies.contract import Manifest, Setting, Strategy
@@ -203,9 +204,8 @@ class Scenario(BaseModel):
     @property
     def faulty(self) -> tuple[int, int, int]:
         """Number of stopped, of Byzantine and of stubborn robots (model.md 6.6)."""
-        faults, robots = self.faults, self.robots.count
         stopped, byzantine, stubborn = (
-            whole_robots(share, robots) for share in (faults.stopped, faults.byzantine, faults.stubborn)
+            whole_robots(getattr(self.faults, kind), self.robots.count) for kind in KINDS
         )
         return stopped, byzantine, stubborn
 
@@ -230,6 +230,7 @@ class Scenario(BaseModel):
             self.faulty[1] > 0,
             self.radio.id_bits,
             self.decision.parameters.values(),
+            misnames=self.sensing.misname > 0,
             count=self.robots.count,
             knows_count=self.robots.know_count,
             colluding=self.faults.byzantine_says == "colluding",

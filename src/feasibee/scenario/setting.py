@@ -21,6 +21,7 @@ def setting_from(
     id_bits: int | None,
     parameters: Iterable[float],
     *,
+    misnames: bool = False,
     count: int | None = None,
     knows_count: bool = True,
     colluding: bool = False,
@@ -37,8 +38,8 @@ def setting_from(
     ----------
     counts, classes : tuple of int
         Numbers of robots and tasks that have ids, and of their classes.
-    liars : bool
-        Whether any robot is Byzantine: it may invent robots and tasks.
+    liars, misnames : bool
+        Whether a Byzantine robot may invent robots and tasks, and robots give tasks wrong names, one each.
     id_bits : int, optional
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
@@ -54,7 +55,7 @@ def setting_from(
         count=robots if count is None else count,
         tasks=tasks,
         robot_ids=robots + (tasks if liars else 0),
-        task_ids=tasks + (robots + 1 if liars else 0),
+        task_ids=tasks + (robots + 1 if liars else 0) + (tasks if misnames else 0),
         robot_classes=max(1, classes[0]),
         task_classes=max(1, classes[1]),
         id_bits=id_bits or max(1, (robots - 1).bit_length()),

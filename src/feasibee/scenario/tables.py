@@ -8,7 +8,9 @@ from typing import Any
 
 from feasibee.errors import Problem
 from feasibee.scenario.coordinates import read_points
-from feasibee.scenario.fields import SECTIONS, Event, Robots, Section, Tasks
+from feasibee.scenario.event import Event
+from feasibee.scenario.fields import SECTIONS, Robots, Tasks
+from feasibee.scenario.section import Section
 
 
 def with_points(
@@ -41,7 +43,7 @@ def with_points(
 
 
 @cache
-def _defaults() -> dict[str, dict[str, Any]]:
+def default_tables() -> dict[str, dict[str, Any]]:
     """Return the default values of all sections; cached, since a sweep needs them for each of its points."""
     return {name: section().model_dump() for name, section in SECTIONS.items()}
 
@@ -53,7 +55,7 @@ def with_defaults(given: Mapping[str, Any]) -> dict[str, Any]:
         table = given.get(name, {})
         if isinstance(table, Section):
             table = table.model_dump(exclude_unset=True)
-        explicit[name] = {**_defaults()[name], **(table if isinstance(table, Mapping) else {})}
+        explicit[name] = {**default_tables()[name], **(table if isinstance(table, Mapping) else {})}
     if explicit["radio"]["range"] is None:
         explicit["radio"]["range"] = explicit["sensing"]["range"]
     for name in ("robots", "tasks"):

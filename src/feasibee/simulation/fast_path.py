@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.supported import unsupported
 
 FAST_PATH_FIELDS: Final = frozenset(
     {
@@ -51,12 +51,6 @@ def takes_fast_path(scenario: Scenario) -> bool:
 
     A new field of a scenario needs the general engine until it is listed above.
     """
-    if scenario.dynamic:
+    if scenario.dynamic or any(unsupported(scenario, FAST_PATH_FIELDS)):
         return False
-    for name, section in SECTIONS.items():
-        values = getattr(scenario, name)
-        for key, field in section.model_fields.items():
-            default = field.get_default(call_default_factory=True)
-            if f"{name}.{key}" not in FAST_PATH_FIELDS and getattr(values, key) != default:
-                return False
     return all(holds(scenario) for holds in FAST_PATH_LIMITS.values())

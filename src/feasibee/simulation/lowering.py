@@ -76,7 +76,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(most.tasks, math.isqrt(sight) + 1, arena),
             lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
-            numbered=together and not fast and arena.wraps and most.tasks <= NUMBERED,
+            numbered=together and not fast and _numbered(scenario, arena),
         ),
         walk=WalkParams(mean_run=scenario.walk.mean_run),
         sensing=_sensing(scenario, sight),
@@ -92,6 +92,10 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
         in_space_order=_in_space_order(scenario),
         in_sender_order=not fast and _in_sender_order(scenario),
     )
+
+
+def _numbered(scenario: Scenario, arena: ArenaParams) -> bool:
+    return arena.wraps and scenario.most.tasks <= NUMBERED and scenario.sensing.misname == 0
 
 
 def _in_space_order(scenario: Scenario) -> bool:
@@ -154,6 +158,7 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
         miss=probability(sensing.miss),
         false_robots=sensing.false_robots,
         false_tasks=sensing.false_tasks,
+        misname=probability(sensing.misname),
     )
 
 

@@ -126,7 +126,7 @@ class Setting(NamedTuple):
     robot_ids: int
     """Number of ids of robots, those that Byzantine robots invent included."""
     task_ids: int
-    """Number of ids of tasks, those that Byzantine robots invent included."""
+    """Number of ids of tasks, those that Byzantine robots invent and wrong names included."""
     robot_classes: int
     """Number of classes of robots, at least 1."""
     task_classes: int

@@ -9,6 +9,7 @@ from typing import Any, Final
 from feasibee.errors import ScenarioError
 from feasibee.results.crossing import Rule
 from feasibee.results.statistics import wilson
+from feasibee.scenario.faults import KINDS
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
@@ -178,26 +179,24 @@ def changes_of(scenario: Scenario) -> dict[str, Scenario]:
         tried[f"{more} robots instead of {robots.count}"] = {"robots.count": more}
     if not sensing.count_self:
         tried["robots that count themselves"] = {"sensing.count_self": True}
-    if sensing.miss or sensing.false_robots or sensing.false_tasks:
-        tried["a perfect sensor"] = {
-            f"sensing.{name}": 0.0 for name in ("miss", "false_robots", "false_tasks")
-        }
+    errors = ("miss", "false_robots", "false_tasks", "misname")
+    if any(getattr(sensing, name) for name in errors):
+        tried["a perfect sensor"] = {f"sensing.{name}": 0.0 for name in errors}
     if radio.loss:
         tried["no message lost"] = {"radio.loss": 0.0}
-    if scenario.faults.stopped or scenario.faults.byzantine or scenario.faults.stubborn:
-        tried["no faulty robot"] = {f"faults.{name}": 0.0 for name in ("stopped", "byzantine", "stubborn")}
+    if any(scenario.faulty):
+        tried["no faulty robot"] = {f"faults.{kind}": 0.0 for kind in KINDS}
     return _valid(scenario, tried)
 
 
 def faults_of(scenario: Scenario) -> dict[str, Scenario]:
     """Return the scenario with each single fault that may happen in addition to its own."""
-    robots, faults = scenario.robots.count, scenario.faults
     stopped, byzantine, _ = scenario.faulty
-    lying = {"faults.byzantine": faults.byzantine + 1 / robots}
+    lying = {"faults.byzantine": {"count": byzantine + 1}}
     liars = _numbered(byzantine + 1, "Byzantine robot")
     tried: dict[str, dict[str, Any]] = {
         f"with {liars}": lying,
-        f"with {_numbered(stopped + 1, 'broken robot')}": {"faults.stopped": faults.stopped + 1 / robots},
+        f"with {_numbered(stopped + 1, 'broken robot')}": {"faults.stopped": {"count": stopped + 1}},
         "with a fifth of the messages lost": {"radio.loss": 1 - (1 - LOST) * (1 - scenario.radio.loss)},
     }
     parameters = scenario.decision.parameters

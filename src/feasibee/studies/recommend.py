@@ -99,9 +99,9 @@ def world_of(scenario: Scenario, constraints: Constraints) -> Scenario:
     _check(constraints, robots, scenario.setting.id_bits)
     changes: dict[str, Any] = {"run.stop_at_decision": False}
     if constraints.liars:
-        changes["faults.byzantine"] = constraints.liars / robots
+        changes["faults.byzantine"] = {"count": constraints.liars}
     if constraints.stopped:
-        changes["faults.stopped"] = constraints.stopped / robots
+        changes["faults.stopped"] = {"count": constraints.stopped}
     if not constraints.ids and scenario.radio.id_bits is None:
         changes["radio.id_bits"] = scenario.setting.id_bits
     return scenario.replace(changes)

@@ -1,0 +1,132 @@
+"""Faulty robots as a share or a count, and what is wrong with them (model.md 6.6)."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from feasibee import Scenario, ScenarioError, reference
+from feasibee.scenario.faults import KINDS
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.lowering import params_of
+from tests.commands import invoke
+
+HALVES = [
+    (1, 0.5, 1),
+    (3, 0.5, 2),
+    (4, 0.125, 1),
+    (5, 0.1, 1),
+    (5, 0.3, 2),
+    (5, 0.0999, 0),
+    (15, 0.1, 2),
+    (25, 0.1, 3),
+    (45, 0.7, 32),  # 31.5, which is 31.499999999999996 in floats
+    (35, 0.7, 25),
+    (5, {"count": 1}, 1),
+    (5, {"count": 4}, 4),
+    (5, {"count": 0}, 0),
+]
+"""Numbers of robots, what is given, and how many are faulty."""
+
+
+@pytest.mark.parametrize(("robots", "given_", "faulty"), HALVES)
+def test_reference_and_engine_round_exact_halves_up(robots, given_, faulty):
+    """Catches a half rounded down, or to the even number, and a product of floats that isn't a half."""
+    scenario = Scenario(robots={"count": robots}, faults={"stubborn": given_}, run={"steps": 20})
+    swarm = reference.Swarm(scenario, seed=1, run=0)
+    assert [robot.fault for robot in swarm.robots].count("stubborn") == faulty
+    assert params_of(scenario, 1, fast=False).faults.stubborn == faulty
+    counts = [
+        simulate_record(scenario, Runs(3, 1), curves=True, backend=each).feasible_count
+        for each in ("engine", "reference")
+    ]
+    np.testing.assert_array_equal(*counts)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("value", [1, 1.0, True, 1.5, -0.1, {"count": 1.0}, {"count": -1}, {"share": 1}, {}])
+def test_what_is_neither_a_share_nor_a_count_is_an_error_with_a_remedy(kind, value):
+    """1 could be meant as one robot or as all of them."""
+    with pytest.raises(ScenarioError) as caught:
+        Scenario(faults={kind: value})
+    (problem,) = caught.value.problems
+    assert (problem.path, problem.value) == (f"faults.{kind}", value)
+    assert problem.remedy == "use {count = 1} for one robot"
+
+
+@pytest.mark.parametrize(
+    ("faults", "given_"),
+    [
+        ({"byzantine": {"count": 20}}, "0 stopped, 20 byzantine, 0 stubborn"),
+        ({"byzantine": 0.99}, "0 stopped, 20 byzantine, 0 stubborn"),
+        ({"stopped": {"count": 20}}, "20 stopped, 0 byzantine, 0 stubborn"),
+        ({"stopped": 0.5, "byzantine": 0.5}, "10 stopped, 10 byzantine, 0 stubborn"),
+    ],
+)
+def test_an_honest_robot_that_works_must_be_left(faults, given_):
+    with pytest.raises(ScenarioError, match=rf"must leave an honest robot that works; .* there are {given_}"):
+        Scenario(faults=faults)
+
+
+def test_all_robots_but_one_may_lie_and_all_may_be_stubborn():
+    assert Scenario(faults={"byzantine": {"count": 19}}).faulty == (0, 19, 0)
+    assert Scenario(faults={"stopped": 0.5, "byzantine": {"count": 9}}).faulty == (10, 9, 0)
+    assert Scenario(faults={"stubborn": {"count": 20}}).faulty == (0, 0, 20)
+    assert Scenario(robots={"count": 3}, faults={"byzantine": 0.7}).faulty == (0, 2, 0)
+
+
+FAULTY = st.one_of(
+    st.sampled_from([0, 0.1, 0.25, 1 / 3, 0.34, 0.5, 0.625, 0.999]),
+    st.builds(lambda count: {"count": count}, st.integers(0, 12)),
+)
+
+
+@given(st.integers(2, 12), st.lists(FAULTY, min_size=3, max_size=3))
+def test_faults_leave_an_honest_robot_or_are_an_error_with_a_remedy_that_holds(robots, given_):
+    numbers = [each["count"] if isinstance(each, dict) else int(each * robots + 0.5) for each in given_]
+    fits = sum(numbers) <= robots and numbers[0] + numbers[1] < robots
+    tables = {"robots": {"count": robots}, "faults": dict(zip(KINDS, given_, strict=True))}
+    try:
+        scenario = Scenario(**tables)
+    except ScenarioError as error:
+        assert not fits
+        remedy = re.search(r"use faults\.(\w+) = ({count = \d+})", str(error))
+        if remedy:
+            tables["faults"][remedy[1]] = tomllib.loads(f"it = {remedy[2]}")["it"]
+            assert sum(Scenario(**tables).faulty) >= robots - 1
+    else:
+        assert fits
+        assert list(scenario.faulty) == numbers
+        assert Scenario.from_toml(scenario.to_toml()) == scenario
+
+
+def test_a_count_of_faulty_robots_can_be_set_and_swept(tmp_path):
+    by_path = Scenario().replace({"faults.byzantine.count": 1})
+    assert by_path == Scenario(faults={"byzantine": {"count": 1}})
+    assert by_path.get("faults.byzantine.count") == 1
+    assert by_path.replace({"faults.byzantine.count": np.int64(2)}).faulty == (0, 2, 0)
+    for given_ in ("faults.byzantine={count = 3}", "faults.byzantine.count=3"):
+        result = invoke("scenario", "--set", given_)
+        assert Scenario.from_toml(result.stdout).faulty == (0, 3, 0)
+    study = tmp_path / "study.toml"
+    study.write_text('runs = 2\n[scenario]\nrun.steps = 5\n[sweep]\n"faults.byzantine.count" = [0, 1, 2]\n')
+    result = invoke("sweep", study, "--out", tmp_path / "results")
+    assert result.exit_code == 0, result.stderr
+    result = invoke("status", tmp_path / "results", "--json")
+    assert [point["values"] for point in json.loads(result.stdout)] == [
+        {"faults.byzantine.count": count} for count in (0, 1, 2)
+    ]
+
+
+def test_one_byzantine_robot_that_is_all_of_them_is_an_error_of_the_command():
+    result = invoke("run", "--set", "faults.byzantine=1")
+    assert result.exit_code == 2
+    assert "faults.byzantine = 1: must be a share of the robots" in result.stderr
+    assert "use {count = 1} for one robot" in result.stderr

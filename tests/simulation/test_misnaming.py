@@ -1,0 +1,123 @@
+"""Tasks under wrong names (model.md 6.3): the engine equals the reference, and a task has one wrong name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee.results.statistics import wilson
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies import STRATEGIES
+
+NAMING = {
+    name: {"decision.strategy": name, "robots.know_count": True}
+    for name, strategy in STRATEGIES.items()
+    if strategy.needs_names is True
+}
+WORLDS = {
+    "20 robots": {},
+    "40 robots": {"robots.count": 40, "tasks.count": 36},
+    "walls, misses and colluders": {
+        "arena.boundary": "walls",
+        "sensing.miss": 0.2,
+        "faults.byzantine": {"count": 2},
+        "faults.byzantine_says": "colluding",
+    },
+    "many tasks": {"tasks.count": 140, "radio.loss": 0.2},
+}
+SMALL = {"arena.side": 10.0, "run.steps": 60, "sensing.misname": 0.1}
+
+
+def same(scenario, runs=2):
+    records = [
+        simulate_record(scenario, Runs(runs, 7), curves=True, backend=each)
+        for each in ("engine", "reference")
+    ]
+    for name in ("decision", "decision_step", "feasible_count", "infeasible_count", "account"):
+        np.testing.assert_array_equal(*(getattr(each, name) for each in records), err_msg=name)
+    return records[0]
+
+
+@pytest.mark.parametrize(  # slow: worlds in which the reference takes seconds
+    "world",
+    [each if each == "20 robots" else pytest.param(each, marks=pytest.mark.slow) for each in WORLDS],
+)
+@pytest.mark.parametrize("name", NAMING)
+def test_engine_equals_reference_with_wrong_names(name, world):
+    same(Scenario().replace({**SMALL, **WORLDS[world], **NAMING[name]}))
+
+
+@pytest.mark.parametrize("name", ["roster", "roster-turns", "sketch"])
+def test_engine_equals_reference_with_wrong_names_in_a_world_that_changes(name):
+    changes = {"tasks.lifetime": 30.0, "tasks.arrival_rate": 0.5, "robots.failure_rate": 0.01}
+    same(Scenario().replace({**SMALL, **changes, **NAMING[name]}))
+
+
+@pytest.mark.parametrize("name", ["census", "quiet-census"])
+def test_unique_observation_counts_a_task_once_under_its_first_name(name):
+    changes = {"sensing.observation": "unique", "sensing.memory": "life"}
+    same(Scenario().replace({**SMALL, **NAMING[name], **changes}))
+
+
+def named(misname, steps=30):
+    """Return the names of ten tasks that a standing robot beside them all sees in so many steps."""
+    scenario = Scenario().replace(
+        {
+            "robots.count": 1,
+            "robots.speed": 0.0,
+            "robots.placement": "points",
+            "robots.points": [[5.0, 5.0]],
+            "tasks.placement": "points",
+            "tasks.points": [[5.0 + 0.1 * k, 5.0] for k in range(10)],
+            "decision.strategy": "census",
+            "decision.exploration": 1e6,
+            "sensing.misname": misname,
+        }
+    )
+    swarm, seen = reference.Swarm(scenario, 3, 0), []
+    for _ in range(steps):
+        swarm.step()
+        seen.append([(thing.id, thing.x, thing.hash) for thing, _ in swarm.sightings(swarm.robots[0])])
+    return seen
+
+
+def test_each_task_has_one_wrong_name_with_a_position_and_a_hash_of_its_own():
+    right, wrong = named(0.0)[0], named(1.0)
+    assert [name for name, _, _ in wrong[0]] == [10 + name for name, _, _ in right]
+    assert [x for _, x, _ in wrong[0]] == [x + 10.0 for _, x, _ in right]
+    assert {mark for *_, mark in wrong[0]}.isdisjoint(mark for *_, mark in right)
+    assert all(each == wrong[0] for each in wrong)
+
+
+def test_wrong_names_come_at_their_rate_anew_in_each_step():
+    names = [name for step in named(0.2, 400) for name, _, _ in step]
+    assert set(names) == set(range(20))
+    wrong = sum(name >= 10 for name in names)
+    low, high = wilson(wrong, len(names), 1 - 1e-7)[1:]
+    assert low < 0.2 < high
+
+
+def test_with_wrong_names_a_quiet_census_declares_infeasible_what_is_feasible():
+    scenario = Scenario().replace({**NAMING["quiet-census"], "robots.count": 10, "tasks.count": 10})
+    found = [
+        same(scenario.replace({"arena.side": 10.0, "run.steps": 200, "sensing.misname": rate}))
+        for rate in (0.0, 0.01)
+    ]
+    assert [each.declared_infeasible.max() > 0 for each in found] == [False, True]
+
+
+@pytest.mark.parametrize("name", [name for name in STRATEGIES if name not in NAMING])
+def test_a_strategy_that_has_no_names_of_tasks_refuses_wrong_ones(name):
+    with pytest.raises(ScenarioError) as caught:
+        Scenario(decision={"strategy": name}, sensing={"misname": 0.1}, robots={"know_count": True})
+    (problem,) = caught.value.problems
+    assert (problem.path, problem.value) == ("sensing.misname", 0.1)
+    assert "name" in problem.rule
+
+
+def test_wrong_names_are_for_the_general_engine_and_change_nothing_at_rate_0():
+    scenario = Scenario().replace({**NAMING["quiet-census"], "run.steps": 50})
+    assert scenario == scenario.replace({"sensing.misname": 0.0})
+    assert Swarm(scenario.replace({"sensing.misname": 0.5}), seed=1).step == 0
