@@ -11,7 +11,8 @@ from feasibee.field.checks import FARTHEST, is_insight
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.scenario.field_types import Duration, Length, Share, Speed
-from feasibee.scenario.fields import Faults, Section
+from feasibee.scenario.fields import Faults
+from feasibee.scenario.section import Section
 from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies.contract import Setting, Strategy
 
