@@ -94,12 +94,42 @@ def test_the_quiet_time_is_c_over_the_rate_of_finding_a_task():
     assert steps_for(10.0, 20, setting) == 100
     assert steps_for(10.0, 10, setting) == 200
     assert steps_for(10.0, 20, setting._replace(exploration=10.0, dissemination=30.0)) == 200
-    assert steps_for(10.0, 20, setting._replace(width=80.0)) == 400
+    assert steps_for(10.0, 20, setting._replace(width=40.0, height=40.0)) == 400
     assert steps_for(10.0, 20, setting._replace(walled=True)) == 200
     assert steps_for(10.0, 20, setting._replace(sight=1.0, speed=0.5)) == 400
     assert steps_for(10.0, 20, setting._replace(exploration=30.0, dissemination=10.0)) == 200
     assert steps_for(10.0, 20, setting._replace(radio=1.0)) == 200
     assert steps_for(10.0, 20, setting._replace(speed=0.0)) == steps_for(math.inf, 20, setting) == NEVER
+
+
+@pytest.mark.parametrize(
+    ("changes", "steps"),
+    [
+        ({"width": 100.0, "height": 4.0}, 80 + 0.5 * (0.24 * 921.6 + 96)),
+        ({"width": 4.0, "height": 100.0}, 80 + 0.5 * (0.24 * 921.6 + 96)),
+        ({"width": 100.0, "height": 4.0, "speed": 0.5}, 160 + 0.5 * (0.24 * 3686.4 + 192)),
+        ({"width": 100.0, "height": 4.0, "dissemination": 30.0}, 160 + (0.24 * 921.6 + 96)),
+        ({"width": 100.0, "height": 4.0, "walled": True}, 160 + 0.5 * (0.96 * 921.6 + 0.3 * 96 * 26)),
+        ({"mean_run": 1.0}, 80 + 0.5 * 0.24 * 512),
+        ({"mean_run": 0.1}, 80 + 0.5 * 0.48 * 512),
+        ({"mean_run": 0.1, "sight": 4.0}, 80 + 0.5 * 0.48 * 512),
+        ({"mean_run": 100.0}, 100),
+    ],
+)
+def test_the_quiet_time_grows_where_a_robot_takes_long_to_get_anywhere(changes, steps):
+    """In arenas of 400 square units, swept in 10 steps: long ones, with walls, or by robots that turn often."""
+    assert steps_for(10.0, 20, robot_of().me.setting._replace(**changes)) == math.ceil(steps)
+
+
+@pytest.mark.parametrize(
+    ("strategy", "boundary"), [("quiet-census", "torus"), ("quiet-census", "walls"), ("turns", "torus")]
+)
+def test_robots_wait_long_enough_in_long_arenas(strategy, boundary):
+    """With the quiet time of a square arena, 0.28, 0.72 and 0.06 of these swarms are wrong."""
+    world = {"arena.side": [100, 4], "arena.boundary": boundary, "robots.know_count": True}
+    changes = {"decision.strategy": strategy, "tasks.count": 21, "run.steps": 500}
+    record = simulate_record(Scenario().replace(world | changes), Runs(100, 5))
+    assert (record.declared_feasible == 0).all()
 
 
 def test_more_robots_and_more_liars_take_more_patience():

@@ -43,7 +43,7 @@ FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Fun
 ROW: Final = types.Array(int32, 1, "C")
 MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
 SETTING: Final = of_types(
-    [int64] * 8 + [FLOATS, boolean, boolean, float64, float64, boolean] + [float64] * 5, Setting
+    [int64] * 8 + [FLOATS, boolean, boolean, float64, float64, boolean] + [float64] * 6, Setting
 )
 ME: Final = of_types([int64] * 4 + [FLOATS, SETTING, boolean, float64, float64], Me)
 THING: Final = of_types([boolean, int64, int64, int64, float64, float64], Thing)

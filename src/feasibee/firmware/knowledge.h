@@ -26,7 +26,7 @@ struct feasibee_setting {
     /* For what strategies compute in floating point, such as a quiet time that isn't given. */
     bool walled;
     double width, height, sight, radio, speed; /* in units, and units per step */
-    double exploration, dissemination;         /* mean durations, in steps */
+    double exploration, dissemination, mean_run; /* mean durations, in steps; mean_run: between two turns */
 #endif
 };
 

@@ -155,6 +155,8 @@ class Setting(NamedTuple):
     """Mean duration of exploration, in steps."""
     dissemination: float
     """Mean duration of dissemination for an opinion of quality 1, in steps."""
+    mean_run: float = 10.0
+    """Mean duration of a straight walk between two turns, in steps."""
 
 
 class Me(NamedTuple):
