@@ -40,7 +40,12 @@ VARIANTS = {
         "tolerates": [0.0, 0.0, 1.0, 2.0],
         "looks": [1.0, 2.0],
     },
-    "quiet-census": {"quiet": [0.0, 20.0, 33.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
+    "quiet-census": {
+        "quiet": [0.0, 20.0, 33.5],
+        "tolerates": [0.0, 0.0, 1.0, 2.0],
+        "hurry": [0.0, 0.3, 0.5, 2.0],
+        "lasts": [0.0, 2.5, 40.0],
+    },
     "totals": {"arrivals": [0.0, 1.0], "kappa": [1.19, 0.0, 1.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
     "fading": {
         "tau": [0.0, 0.0, 7.0, 60.0],

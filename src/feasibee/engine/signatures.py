@@ -35,6 +35,7 @@ STRATEGY: Final = Functions(
     decide=int64(MIND, INBOX),
     say=int64(MIND),
     value=float64(MIND),
+    lasting=float64(MIND, float64),
     update=UPDATE,
     change=types.void(PARAMS, STATE, types.FunctionType(UPDATE), int64),
 )

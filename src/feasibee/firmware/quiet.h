@@ -83,11 +83,10 @@ static inline double feasibee_spreading(const struct feasibee_setting *setting)
     return turning + straight;
 }
 
-/* Return the number of steps in which so many robots see a given place so often, on average. */
-static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots,
-                                          const struct feasibee_setting *setting)
+/* Return feasibee_steps_for for robots that explore in this share of their time. */
+static inline uint32_t feasibee_steps_with(double exploring, double sightings, uint32_t robots,
+                                           const struct feasibee_setting *setting)
 {
-    double exploring = feasibee_exploring(setting);
     double seen = setting->sight * exploring, heard = setting->radio * (1.0 - exploring);
     double each_step = feasibee_swept(seen < heard ? seen : heard, robots, setting);
     double area = feasibee_room(setting);
@@ -101,6 +100,13 @@ static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots,
     if (steps >= FEASIBEE_NEVER)
         return FEASIBEE_NEVER;
     return (uint32_t)steps + (steps > (double)(uint32_t)steps);
+}
+
+/* Return the number of steps in which so many robots see a given place so often, on average. */
+static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots,
+                                          const struct feasibee_setting *setting)
+{
+    return feasibee_steps_with(feasibee_exploring(setting), sightings, robots, setting);
 }
 
 /* Return c, the number of times that the swarm would find a task in the quiet time (quiet_census.patience).
