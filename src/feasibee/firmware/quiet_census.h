@@ -1,6 +1,7 @@
 /* Quiet census: robots count the tasks by name, and declare once nothing new has come for long enough.
  *
- * Parameters: quiet, tolerates, hurry, lasts. Without FEASIBEE_DOUBLE, quiet must be above 0: it isn't computed. */
+ * Parameters: quiet, tolerates, hurry, lasts. Without FEASIBEE_DOUBLE, quiet must be above 0: it isn't
+ * computed. */
 
 #include "quiet.h"
 #include "rules.h"
