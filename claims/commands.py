@@ -61,7 +61,7 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
             Path(folder, name).write_text(text, encoding="utf-8")
         environment = {
             **os.environ,
-            "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{os.environ.get('PYTHONPATH', '')}",
+            "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT), os.environ.get("PYTHONPATH", "")]),
         }
         arguments = [sys.executable, *_arguments(command)]
         done = subprocess.run(
@@ -108,7 +108,7 @@ def _sources(scripts: bool) -> str:
     folders = ["src/feasibee", "examples"] + ["claims/measure", "benchmarks"] * scripts
     digest = hashlib.sha256()
     for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.*")):
-        if path.suffix in (".py", ".toml", ".json", *[".c", ".h"] * scripts):
+        if path.suffix in (".py", ".toml", ".json", *[".c", ".csv", ".h"] * scripts):
             text = path.read_text(encoding="utf-8")
             digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0")
             digest.update((_without_docstrings(text) if path.suffix == ".py" else text).encode() + b"\0")

@@ -85,6 +85,13 @@ def test_every_target_that_contributors_are_told_of_exists():
         assert told <= targets, name
 
 
+def test_make_paper_computes_the_numbers_of_its_page():
+    (command,) = re.findall(r"^feasibee paper .*$", read("docs/paper.md"), re.MULTILINE)
+    assert "--seed" in command
+    assert f"{command} --out paper" in read("Makefile")
+    assert f"`{command}`" in read("README.md")
+
+
 def test_workflows_run_what_is_supported_and_pin_their_actions():
     ci = read(".github/workflows/ci.yml")
     for each in ("3.11", "3.12", "3.13", "3.14", "ubuntu-latest", "macos-latest", "windows-latest"):

@@ -133,8 +133,16 @@ def streaming() -> dict[str, Any]:
                 **track.to_dict(),
                 "never_changing": float(np.maximum(true := record.truth[:, 1:].mean(1), 1 - true).mean()),
                 "flips": float((np.diff(record.truth, axis=1) != 0).sum(1).mean()),
+                "taken_back": taken_back(record.truth, 50),
             }
     return found
+
+
+def taken_back(truth: np.ndarray, soon: int) -> float:
+    """Return the share of the changes of truth that the next one takes back within so many steps."""
+    changes = [np.flatnonzero(np.diff(each)) for each in truth.astype(np.int8)]
+    gaps = np.concatenate([np.diff(steps) for steps in changes])
+    return float((gaps < soon).sum() / sum(steps.size for steps in changes))
 
 
 def scenario_of(name: str, case: tuple[int, int, int], changes: dict[str, Any]) -> feasibee.Scenario:

@@ -23,6 +23,8 @@ from xml.etree import ElementTree
 
 COLUMNS = "tasks  runs  feasible (95 % interval)  undecided  median step  mean step  metres/step  meetings"
 
+WRITTEN = "seed,decision,decision_step,steps,metres_per_step,meetings_per_step,robots_in_sight,tasks_in_sight"
+
 
 def main() -> None:
     """Read the arguments, run, and print one line per number of tasks."""
@@ -41,7 +43,7 @@ def main() -> None:
     text = ElementTree.tostring(ElementTree.parse(given.file).getroot())
     print(COLUMNS)
     with (given.out or Path(os.devnull)).open("w") as out:
-        out.write("tasks,seed,decision,decision_step,steps,metres_per_step,meetings_per_step\n")
+        out.write(f"tasks,{WRITTEN}\n")
         for tasks in given.tasks.split(",") if given.tasks else [""]:
             print(summary(tasks, list(runs(text, tasks, given, out))), flush=True)
 

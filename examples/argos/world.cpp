@@ -66,7 +66,7 @@ void CFeasibeeWorld::PlaceAll() {
    for(size_t i = 0; i < m_vecRobots.size(); ++i) {
       Look(i);
    }
-   m_unMeetings = 0;
+   m_unMeetings = m_unRobotsInSight = m_unTasksInSight = 0;
 }
 
 CVector2 CFeasibeeWorld::DrawPosition(Real f_margin) {
@@ -155,11 +155,13 @@ void CFeasibeeWorld::Look(size_t un_robot) {
          i != un_robot && SquareDistance(cFrom, PositionOf(m_vecRobots[i])) <= Square(m_fSight);
       m_unMeetings += bInSight && !sRobot.InSight[i];
       sRobot.InSight[i] = bInSight;
+      m_unRobotsInSight += bInSight;
       nRobots += bInSight && !(m_fMiss > 0.0 && m_pcRandom->Bernoulli(m_fMiss));
    }
    for(const CVector2& cTask : m_vecTasks) {
-      nTasks += SquareDistance(cFrom, cTask) <= Square(m_fSight) &&
-                !(m_fMiss > 0.0 && m_pcRandom->Bernoulli(m_fMiss));
+      const bool bInSight = SquareDistance(cFrom, cTask) <= Square(m_fSight);
+      m_unTasksInSight += bInSight;
+      nTasks += bInSight && !(m_fMiss > 0.0 && m_pcRandom->Bernoulli(m_fMiss));
    }
    sRobot.Controller->See(nRobots, nTasks);
 }
@@ -209,7 +211,7 @@ bool CFeasibeeWorld::IsExperimentFinished() {
    return m_unStep >= m_unSteps || (m_bStopAtDecision && m_nDecision >= 0);
 }
 
-/* Append a line to the file of runs: seed, decision, its step, and how robots moved and met. */
+/* Append a line to the file of runs: seed, decision, its step, and how robots moved, met and saw. */
 void CFeasibeeWorld::PostExperiment() {
    if(m_strRunsFile.empty()) {
       return;
@@ -218,7 +220,8 @@ void CFeasibeeWorld::PostExperiment() {
    const Real fRobotSteps = static_cast<Real>(m_unRobots) * std::max<UInt32>(m_unStep, 1);
    std::ofstream cFile(m_strRunsFile, std::ios::app);
    cFile << GetSimulator().GetRandomSeed() << ',' << pchDecision << ',' << m_unDecisionStep << ','
-         << m_unStep << ',' << m_fWay / fRobotSteps << ',' << m_unMeetings / fRobotSteps << '\n';
+         << m_unStep << ',' << m_fWay / fRobotSteps << ',' << m_unMeetings / fRobotSteps << ','
+         << m_unRobotsInSight / fRobotSteps << ',' << m_unTasksInSight / fRobotSteps << '\n';
 }
 
 CVector2 CFeasibeeWorld::PositionOf(const SRobot& s_robot) const {

@@ -70,6 +70,8 @@ private:
    argos::UInt32 m_unDecisionStep = 0;
    argos::Real m_fWay = 0.0;            /* of all robots, metres */
    size_t m_unMeetings = 0;             /* robots that came into a robot's sight */
+   size_t m_unRobotsInSight = 0;        /* of all robots, summed over steps */
+   size_t m_unTasksInSight = 0;
 };
 
 #endif

@@ -58,7 +58,7 @@ def test_a_stopped_robot_that_goes_on_takes_part_again(tmp_path):
 def test_a_restarted_world_goes_on_where_it_was(tmp_path):
     scenario = small()
     faults = (Fault(1, "restart-world"), Fault(20, "restart-world"))
-    result, events, steps = run(a_plan(scenario, faults=faults), tmp_path)
+    result, events, steps = run(a_plan(scenario, faults=faults), tmp_path, key="a key of some length")
     assert opinions(steps) == simulated(scenario)[0]
     assert sum(event["event"] == "listening" for event in events) == 3
     assert result["lost"] == []
@@ -79,7 +79,8 @@ def test_a_field_of_all_faults_ends_and_its_logs_replay(tmp_path):
     scenario = small(robots=8, steps=200)  # 10 s: robots are lost after 1.5 and 2 s, and 3 s more
     faults = (Fault(20, "restart-world"), *planned(scenario, kill="3@30", pause="1@40", partition="2s@50"))
     clocks = {"hz": 20.0, "delay": 2.0, "drift": 0.05, "jitter": 0.2}
-    result, events, _ = run(a_plan(scenario, False, faults=faults, patience=BUSY, **clocks), tmp_path)
+    plan = a_plan(scenario, False, faults=faults, patience=BUSY, **clocks)
+    result, events, _ = run(plan, tmp_path, key="a key of some length")
     assert result["lost"] == [4, 5, 6, 7]
     happened = [event["kind"] for event in events if event["event"] == "fault"]
     assert happened == [fault.kind for fault in faults]

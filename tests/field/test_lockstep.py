@@ -124,10 +124,10 @@ def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
 
 def test_a_field_over_zenoh_equals_the_run(tmp_path):
     pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
-    check_equal(small(), tmp_path, transport="zenoh")
+    check_equal(small(), tmp_path, transport="zenoh", key="a key of some length")
 
 
-def test_a_field_whose_packets_are_signed_equals_the_run(tmp_path):
+def test_a_field_whose_packets_are_sealed_equals_the_run(tmp_path):
     check_equal(small(), tmp_path, key="a key of some length")
 
 

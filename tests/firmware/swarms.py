@@ -171,6 +171,7 @@ class Episode:
         self.steps = steps
         self.whole_numbers = whole_numbers
         self.strategy = strategy = STRATEGIES[name]
+        self.first_steps = (fixed or {}).get("first_steps", FIRST_STEPS)
         self.setting = setting = setting_of(strategy, draw, whole_numbers, fixed or {})
         self.commits = commits = not strategy.declares and draw.random() < 0.3
         self.wire = Wire(strategy, setting.id_bits, commits=commits, setting=setting)
@@ -187,7 +188,7 @@ class Episode:
 
     def _robot(self, number, commit):
         word, mark = self.draw.randrange(1, 2**32), self.draw.getrandbits(32)
-        opinion, step = self.draw.getrandbits(1), self.draw.choice(FIRST_STEPS)
+        opinion, step = self.draw.getrandbits(1), self.draw.choice(self.first_steps)
         self.stream += struct.pack("<IIIB", word, mark, step, opinion)
         draws = Draws(word, self.whole_numbers)
         return Controller(

@@ -46,6 +46,21 @@ def test_swarms_in_c_do_what_they_do_in_python(name, swarm):
     assert_same([swarm], name, 4_000)
 
 
+FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for before in (1, 20, 45)]
+"""First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
+
+
+@pytest.mark.parametrize("name", KNOWLEDGE)
+def test_clocks_that_pass_a_power_of_two_do_what_they_do_in_python(name, swarm):
+    assert_same([swarm], name, 4_000, fixed={"first_steps": FIRST_STEPS})
+
+
+@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
+def test_clocks_that_pass_a_power_of_two_in_whole_numbers(name, in_whole_numbers):
+    fixed = {"first_steps": FIRST_STEPS}
+    assert_same([in_whole_numbers], name, 3_000, whole_numbers=True, fixed=fixed)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_many_steps_in_c_are_those_in_python(name, swarm):

@@ -124,7 +124,7 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transpo
 
 def test_hardly_a_step_is_missed_while_the_world_starts_again(tmp_path, transport):
     faults = [Fault(20, "restart-world")]
-    with a_field(tmp_path, small(LONG), transport, faults=faults) as view:
+    with a_field(tmp_path, small(LONG), transport, "a key", faults=faults) as view:
         wait_for(view, 60)
         steps = [each.step for each in view.field.views]
     missed = set(range(steps[0], steps[-1])) - set(steps)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections import Counter
+
 import numpy as np
 import pytest
+from scipy.special import betaln
+from scipy.stats import binom
 
 from feasibee.results.crossing import Crossing, Finding, Rule, find_crossing, finding_at, most_tests
 from feasibee.results.statistics import Interval
@@ -71,17 +76,82 @@ def is_right(found: Crossing, first: int, places: int) -> bool:
     return found.possible <= first <= enough
 
 
-def test_an_answer_is_wrong_as_rarely_as_it_says():
-    """Of 300 searches at 80 %, 60 may be wrong; Wilson intervals at each look would fail in more than half.
+def test_a_value_is_looked_at_after_half_as_many_trials_more_up_to_the_most():
+    looks = []
+    finding_at(0, lambda trials: looks.append(trials) or round(0.8 * trials), Rule(0.8, 20, 100), 9)
+    finding_at(0, lambda trials: looks.append(trials) or 8, Rule(0.8, 20, 10), 9)
+    assert looks == [20, 30, 45, 68, 100, 10]
 
-    The rates rise slowly through the target, so that many tests are close.
-    """
-    rates = 1 / (1 + np.exp(-(np.arange(40) - 15.5) / 6))
-    target = 0.8
-    first = int(np.argmax(rates >= target))
-    rule = Rule(target, first=20, most=1000, confidence=0.8)
-    wrong = sum(not is_right(swarm_of(rates, seed)(rule), first, 40) for seed in range(300))
-    assert wrong <= 60
+
+def edges(trials, rule, tests):
+    """Return the most successes of so many trials that are too few, and the least that are enough."""
+
+    def answer(successes):
+        at = Rule(rule.target, trials, trials, rule.confidence)
+        return finding_at(0, lambda _: successes, at, tests).answer
+
+    numbers = range(trials + 1)
+    enough = bisect_left(numbers, True, key=lambda each: answer(each) == "enough")
+    return bisect_left(numbers, True, key=lambda each: answer(each) != "too few") - 1, enough
+
+
+@pytest.mark.parametrize("tests", [1, 2, 9, 18, 63])
+@pytest.mark.parametrize(("target", "confidence"), [(0.5, 0.9), (0.8, 0.8), (0.95, 0.95)])
+def test_each_look_stops_where_the_evidence_is_the_tests_share_of_the_error(target, confidence, tests):
+    """The evidence against a rate is a ratio of Beta functions; the bar is that of Bonferroni."""
+    for trials in (20, 30, 45, 68, 102, 1000):
+        numbers = np.arange(trials + 1)
+        evidence = betaln(numbers + 0.5, trials - numbers + 0.5) - betaln(0.5, 0.5)
+        evidence -= numbers * np.log(target) + (trials - numbers) * np.log(1 - target)
+        refuted = numbers[evidence >= np.log(tests / (1 - confidence))]
+        few, enough = refuted[refuted < target * trials], refuted[refuted > target * trials]
+        expected = max(few, default=-1), min(enough, default=trials + 1)
+        assert edges(trials, Rule(target, confidence=confidence), tests) == expected
+
+
+def chances(rate, rule, tests):
+    """Return the probability of each answer of a test of a value: a sum over all paths of its trials."""
+    path, before, found = np.ones(1), 0, Counter()
+    looks = []
+    finding_at(0, lambda trials: looks.append(trials) or round(rule.target * trials), rule, 10**9)
+    for trials in looks:
+        few, enough = edges(trials, rule, tests)
+        path = np.convolve(path, binom.pmf(np.arange(trials - before + 1), trials - before, rate))
+        found.update({"too few": path[: few + 1].sum(), "enough": path[enough:].sum()})
+        path[: few + 1] = path[enough:] = 0
+        before = trials
+    return {**found, "open": path.sum()}
+
+
+@pytest.mark.parametrize("tests", [2, 9, 18, 63])
+def test_a_test_is_wrong_at_most_with_its_share_of_the_error(tests):
+    """Exactly, at the rate that is hardest to tell; each test alone at 80 % would err more often."""
+    rule = Rule(0.8, first=20, most=500, confidence=0.8)
+    shared, alone = (chances(0.8, rule, number) for number in (tests, 1))
+    assert 0 < shared["too few"] + shared["enough"] < 0.2 / tests
+    if tests >= 9:
+        assert alone["too few"] + alone["enough"] > 0.2 / tests
+
+
+@pytest.mark.parametrize("rates", [[0.8] * 8, [0.7999] * 8, np.linspace(0.77, 0.83, 12)])
+def test_an_answer_is_wrong_as_rarely_as_it_says(rates):
+    """Exactly, over all answers of all values that a search may test; less probable ones count as wrong."""
+    places, first = len(rates), next((at for at, rate in enumerate(rates) if rate >= 0.8), len(rates))
+    rule = Rule(0.8, first=20, most=500, confidence=0.8)
+    laws = [chances(rate, rule, most_tests(places)) for rate in rates]
+
+    def wrong(known, chance):
+        try:
+            found = find_crossing(places, lambda at: Finding(at, 0, 1, UNKNOWN, known[at]))
+        except KeyError as asked:
+            (place,) = asked.args
+            return sum(
+                wrong({**known, place: answer}, chance * share) if chance * share > 1e-7 else chance * share
+                for answer, share in laws[place].items()
+            )
+        return 0.0 if is_right(found, first, places) else chance
+
+    assert 0 < wrong({}, 1.0) < 0.2
 
 
 def test_the_interval_shrinks_with_trials():

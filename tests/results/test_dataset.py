@@ -417,3 +417,24 @@ def test_no_flipped_bit_of_saved_results_changes_a_number(tmp_path):
         (tmp_path / "b.nc").write_bytes(damaged)
         with pytest.raises(FeasibeeError, match=r"b.nc: differs from what save_results wrote; name"):
             open_results(tmp_path / "b.nc")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda saved: saved.assign_attrs(recipe=saved.attrs["recipe"].replace('"runs": 2', '"runs": 3')),
+        lambda saved: saved.assign_coords(run=saved.run + 1),
+        lambda saved: saved.rename(bits_sent="bits_spent"),
+        lambda saved: saved.assign(decision=("robot", saved.decision.values)),
+        lambda saved: saved.assign(decision_step=saved.decision_step.astype(np.uint32)),
+        lambda saved: saved.drop_vars("bits_sent"),
+    ],
+)
+def test_what_is_saved_by_another_program_with_the_old_digest_is_told(tmp_path, change):
+    """Names, dimensions and types are part of the digest, as the values and the recipe are."""
+    save_results(to_dataset(RECORD, SCENARIO, 7), tmp_path / "a.nc")
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as saved:
+        changed = change(saved.load())
+    changed.to_netcdf(tmp_path / "b.nc", engine="h5netcdf")
+    with pytest.raises(FeasibeeError, match=r"b.nc: differs from what save_results wrote; name"):
+        open_results(tmp_path / "b.nc")

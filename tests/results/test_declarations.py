@@ -53,22 +53,24 @@ def test_a_run_is_right_at_the_end_if_enough_robots_hold_the_truth():
 
 
 def test_enough_is_more_than_the_threshold_exactly():
-    """0.7 of 10 robots are 7, and 7 are not more; with floats, 7 > 0.7 * 10 - 2e-16 would hold."""
-    scenario = Scenario(robots={"count": 10}, decision={"threshold": 0.7})
-    record = record_of(feasible_at_end=[7, 8])
+    """0.57 of 100 robots are 57, and 57 are not more; with floats, 0.57 * 100 is less than 57."""
+    scenario = Scenario(robots={"count": 100}, decision={"threshold": 0.57})
+    record = record_of(feasible_at_end=[57, 58])
     assert ended_right(record, scenario, True).tolist() == [False, True]
 
 
 def test_only_robots_that_count_at_the_end_of_a_run_are_asked():
     """4 of 20 robots lie, and 6 stop at step 50: 16 count before, 10 from then on."""
     faults = {"byzantine": 0.2, "stopped": 0.3, "stop_step": 50}
-    record = record_of(declared_feasible=[10, 9, 15, 10], decision_step=[-1, -1, 40, 40])
+    record = record_of(declared_feasible=[10, 9, 15, 10, 10], decision_step=[-1, -1, 40, 40, 0])
     whole = Scenario(faults=faults)
-    assert declared_right(record, whole, True).tolist() == [True, False, True, True]
+    assert declared_right(record, whole, True).tolist() == [True, False, True, True, True]
+    until = Scenario(faults=faults, run={"steps": 50})
+    assert declared_right(record, until, True).tolist() == [True, False, True, True, True]
     short = Scenario(faults=faults, run={"steps": 49})
-    assert declared_right(record, short, True).tolist() == [False, False, True, False]
+    assert declared_right(record, short, True).tolist() == [False, False, True, False, False]
     early = Scenario(faults=faults, run={"stop_at_decision": True})
-    assert declared_right(record, early, True).tolist() == [True, False, True, False]
+    assert declared_right(record, early, True).tolist() == [True, False, True, False, False]
 
 
 # --- Their statistics ---
@@ -131,6 +133,7 @@ def test_the_interval_covers_the_quantile():
 
 def test_half_of_the_runs_is_a_median_and_one_less_is_not():
     assert declare_times(np.array([7, -1])).median == 7
+    assert declare_times(np.array([0, 0])).median == 0
     assert declare_times(np.array([7, -1, -1])).median is None
     assert declare_times(np.array([5] * 19 + [-1])).p95 == 5
     assert declare_times(np.array([5] * 18 + [-1] * 2)).p95 is None

@@ -29,6 +29,13 @@ def test_a_decision_is_right_if_it_was_true_at_its_step():
     assert decided_right(changing(), CHANGING).tolist() == [True, False, False, False]
 
 
+def test_a_decision_of_the_start_is_judged_by_the_truth_before_any_change():
+    record = Record.empty(0, 2, 0, 4)
+    record.truth[:] = [1, 0, 0, 0]
+    record.decision[:], record.decision_step[:] = 1, [0, 1]
+    assert decided_right(record, CHANGING).tolist() == [True, False]
+
+
 def test_a_run_ends_right_if_it_holds_the_last_truth():
     assert ended_right(changing(), CHANGING).tolist() == [False, True, True, False]
     assert ended_right(changing(), CHANGING, True).tolist() == [True, False, False, False]
@@ -51,6 +58,7 @@ def test_in_a_world_that_stays_the_truth_is_that_of_the_scenario():
         assert ended_right(record, scenario).tolist() == right
         np.testing.assert_array_equal(ended_agreed(record, scenario), [True, True, False])
     assert mean_bits(record, Scenario()) == 1000 / (20 * 1000)
+    assert mean_bits(record, Scenario(run={"stop_at_decision": True})) == 3000 / (20 * (4 + 4 + 1000))
 
 
 def test_truths_of_too_many_runs_and_steps_are_refused_before_any_is_simulated():

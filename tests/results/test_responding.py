@@ -27,6 +27,19 @@ def test_the_least_fixed_number_is_enough_that_often(share, number):
     assert fixed_service(TASKS, number).feasible_share.estimate >= share
 
 
+def test_floats_just_above_a_share_of_the_steps_dont_ask_for_more():
+    """0.07 of 100 steps is 7.000000000000001 in floats."""
+    assert fixed_number(np.arange(101)[None], 0.07) == 7
+
+
+def test_the_oracle_keeps_one_robot_and_calls_no_more_than_there_may_be():
+    """Of the first 50 tasks 47 are missing; 7 come at step 4, so that 40 are. Two of three robots may go."""
+    scenario = SCENARIO.replace({"robots.most": 10, "response.margin": 0, "run.steps": 4})
+    found = oracle_service(np.array([[3, 50, 50, 50, 50]]), scenario)
+    assert (found.calls.estimate, found.too_many, found.too_few) == (1, 0, 40)
+    assert oracle_service(np.array([[3, 0, 0, 0, 0]]), scenario).idle.estimate == (3 + 1 + 1 + 1) / 4
+
+
 def test_the_oracle_calls_what_is_missing_and_the_margin():
     """Of the first run: 2 missing are seen at step 3, and 3 come at 5; 6 robots, so that 3 leave at 7.
 
@@ -42,9 +55,12 @@ def test_the_oracle_calls_what_is_missing_and_the_margin():
 
 
 def test_a_swarm_is_compared_with_the_number_that_has_enough_as_often():
-    """Five come at step 3 of the first run, one too many; one at step 4 of the second, and one lacks."""
+    """Five come at step 3 of the first run, one too many, and four leave at step 6.
+
+    One comes at step 4 of the second run, and one still lacks.
+    """
     record = Record.empty(0, 2, 0, 8)
-    record.robots_present[:] = [[3, 3, 3, 8, 8, 8, 3, 3], [2, 2, 2, 2, 3, 3, 4, 4]]
+    record.robots_present[:] = [[3, 3, 3, 8, 8, 8, 4, 4], [2, 2, 2, 2, 3, 3, 4, 4]]
     record.tasks_present[:] = TASKS
     record.calls[:] = 1, 2
     found = judgement(record, SCENARIO)

@@ -51,6 +51,8 @@ def test_the_interval_contains_the_estimate_and_has_a_width(case):
     interval = wilson(*case)
     assert 0 <= interval.low <= interval.estimate <= interval.high <= 1
     assert interval.high - interval.low > 1e-7
+    assert (interval.low == 0) == (case[0] == 0)
+    assert (interval.high == 1) == (case[0] == case[1])
 
 
 @given(st.integers(1, 10**6).flatmap(lambda trials: st.tuples(st.integers(0, trials), st.just(trials))))
@@ -323,6 +325,7 @@ def test_bits_beyond_64_bits_are_summed_exactly():
 def test_bits_of_runs_that_stop_at_step_0_are_none_a_step():
     assert bits_per_robot_and_step([0], [0], 10, 1000, True) == 0.0
     assert bits_per_robot_and_step([60], [2], 10, 1000, True) == 3.0
+    assert bits_per_robot_and_step([0, 60], [0, 2], 10, 1000, True) == 3.0
     assert bits_per_robot_and_step([60], [-1], 10, 1000, True) == 60 / 10_000
 
 

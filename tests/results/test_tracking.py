@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from feasibee import Scenario, decision_times, wilson
-from feasibee.results.replicates import Quartiles, event_rate, mean_share, quartiles
+from feasibee.results.replicates import (
+    Quartiles,
+    event_rate,
+    mean_difference,
+    mean_of,
+    mean_share,
+    quartiles,
+)
+from feasibee.results.statistics import paired_difference
 from feasibee.results.tracking import (
     changes_of,
     false_alarms_of,
+    measures_of_runs,
+    quartiles_of_present,
+    right_shares,
     right_steps_of,
     steps_of,
     tracking,
@@ -88,10 +101,18 @@ def test_a_swarm_that_was_never_right_has_no_changes():
 
 
 def test_a_run_that_ends_early_is_watched_until_its_end():
-    truth, held = steps("FFII..", "FFIIII"), steps("FFFF..", "FFFFFI")
-    assert [each.tolist() for each in changes_of(truth, held)] == [[0, 1], [2, 2], [-1, 3], [1, 3]]
-    assert steps_of(truth).tolist() == [3, 5]
-    assert right_steps_of(truth, held).tolist() == [1, 2]
+    truth, held = steps("FFII..", "FFIIII", "FFII.."), steps("FFFF..", "FFFFFI", "FFII..")
+    assert [each.tolist() for each in changes_of(truth, held)] == [
+        [0, 1, 2],
+        [2, 2, 2],
+        [-1, 3, 0],
+        [1, 3, 1],
+    ]
+    assert steps_of(truth).tolist() == [3, 5, 3]
+    assert right_steps_of(truth, held).tolist() == [1, 2, 3]
+    results, scenario = changing(truth=truth, held=held)
+    assert tracking(results, scenario, 5).right_share.estimate == 1  # of the one run that lasts so long
+    assert right_shares(results, 3).tolist() == [0, 1 / 3, 1]
 
 
 # --- False alarms, by hand ---
@@ -177,19 +198,42 @@ def test_the_measures_come_with_their_intervals():
     truth = np.repeat(steps("FFFFFIIIII"), 40, axis=0)
     held = truth.copy()
     held[:10, 5:7] = 1  # two steps late
-    held[10:15, 5:] = 1  # never
-    held[15:20, 2] = 0
+    held[10:20, 5:] = 1  # never
+    held[20:25, 2] = 0
+    held[25:27, 4] = -1  # not right before the change, so that it doesn't count
     measured = tracking(*changing(truth=truth, held=held))
-    assert measured.right_share.estimate == pytest.approx(1 - (10 * 2 + 5 * 5 + 5) / (40 * 9))
-    assert measured.detection_delay == Quartiles(0, 0, 2)
-    assert measured.missed == wilson(5, 40)
+    assert measured.right_share.estimate == pytest.approx(1 - (10 * 2 + 10 * 5 + 5 + 2) / (40 * 9))
+    assert measured.detection_delay == Quartiles(0, 2, None)
+    assert measured.missed == wilson(10, 38)
     assert measured.false_alarms.estimate == pytest.approx(1000 * 5 / 360)
     for name in ("right_share", "false_alarms"):
         estimate, low, high = getattr(measured, name)
         assert low < estimate < high
     table = measured.to_dict()
-    assert table["detection_delay"] == {"q25": 0, "median": 0, "q75": 2, "changes": 40}
+    assert table["detection_delay"] == {"q25": 0, "median": 2, "q75": None, "changes": 38}
     assert set(table) == {"right_share", "detection_delay", "missed", "false_alarms"}
+
+
+def test_the_measures_of_each_run_by_hand():
+    """Run 0 follows one change after a step and one at once; run 2 misses one, and so the next."""
+    results = SimpleNamespace(
+        truth=steps("FFIIIFF", "FFFFFFF", "FFIIIFF"),
+        held=steps("FFFIIFI", "FFFFFFF", "FFFFFFF"),
+        robots_present=np.array([[9, 3, 3, 3, 3, 3, 3], [9, 1, 2, 3, 4, 5, 6], [9, 0, 0, 0, 0, 0, 1]]),
+    )
+    assert {name: each.tolist() for name, each in measures_of_runs(results).items()} == {
+        "right_steps": [4, 6, 3],
+        "changes": [2, 0, 1],
+        "missed": [0, 0, 1],
+        "first_delay": [1, -1, -1],
+        "false_alarms": [1, 0, 0],
+        "robot_steps": [18, 21, 1],
+    }
+
+
+def test_the_quartiles_of_opinions_are_of_the_robots_present_at_each_step():
+    feasible, present = [[4, 5], [1, 2], [0, 0], [2, 8], [3, 1]], [[4, 10], [4, 10], [4, 0], [4, 8], [4, 1]]
+    np.testing.assert_allclose(quartiles_of_present(feasible, present), [[25, 20], [50, 50], [75, 100]])
 
 
 # --- The truth of all runs ---
@@ -214,6 +258,8 @@ def test_without_early_censoring_the_quartiles_are_those_of_decision_times():
     for size in (1, 2, 3, 4, 8, 97):
         times = np.where(draw.random(size) < 0.3, -1, draw.integers(0, 20, size))
         assert quartiles(times, np.full(size, 20)) == tuple(decision_times(times))
+    for size in (24, 28, 44):  # products of floats are just below a quarter, half or three quarters
+        assert quartiles(range(size), [99] * size) == tuple(decision_times(range(size)))
 
 
 def test_censored_durations_count_until_they_end():
@@ -242,6 +288,50 @@ def test_the_interval_of_a_share_is_that_of_wald_with_a_right_and_a_wrong_run_mo
         assert estimate == pytest.approx(np.mean(shares))
         assert low == pytest.approx(min(estimate, max(0.0, more.mean() - half)))
         assert high == pytest.approx(min(1.0, more.mean() + half))
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.95, 0.99])
+def test_the_intervals_over_runs_by_hand(confidence):
+    """Of events 0 and 4 in 1 step each, chi-squared is 4, and so the dispersion: 1 event in half a step."""
+    z = norm.ppf(0.5 + confidence / 2)
+    wald = z * math.sqrt((2.25 / 5 - 0.5**2) / 5)  # shares 0.5, 0, 1, and the runs added, of 0 and 1
+    assert mean_share([0.5, 0.0, 1.0], confidence) == pytest.approx(
+        (0.5, max(0, 0.5 - wald), min(1, 0.5 + wald))
+    )
+    half = z * math.sqrt(7 / 3)  # of 1, 2 and 6 the variance is 14 / (3 - 1)
+    assert mean_of([1, 2, 6], confidence) == pytest.approx((3, 3 - half, 3 + half))
+    assert mean_of([1, 3], confidence) == pytest.approx((2, 2 - z, 2 + z))
+    for events, total, time in (([0, 4], 1, 0.5), ([2, 2], 4, 2)):  # counts that vary less aren't divided
+        middle, half = total + z * z / 2, z * math.sqrt(total + z * z / 4)
+        expected = total / time, (middle - half) / time, (middle + half) / time
+        for found in (
+            event_rate(events, [1, 1], confidence),
+            event_rate([*events, 0], [1, 1, 0], confidence),
+        ):
+            assert found == pytest.approx(expected)
+
+
+def test_a_mean_of_less_than_two_runs_has_no_interval():
+    assert [mean_of([5]).estimate, *map(math.isnan, mean_of([5])[1:])] == [5, True, True]
+    assert all(map(math.isnan, mean_of([])))
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.95])
+def test_a_mean_difference_of_right_and_wrong_runs_is_a_paired_difference(confidence):
+    draw = np.random.default_rng(5).random((2, 40)) < 0.6
+    for one, other in (draw, draw[::-1], ([True] * 3, [False] * 3), ([False] * 3, [True] * 3)):
+        expected = paired_difference(one, other, confidence)
+        assert mean_difference(one, other, confidence) == pytest.approx(expected)
+    assert paired_difference([True] * 3, [False] * 3).high == 1
+    assert paired_difference([False] * 3, [True] * 3).low == -1
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_an_interval_of_little_confidence_holds_its_estimate(share):
+    """Without limits, those of 20 equal shares at 50 % would be 0.015 to 0.076 away from 0 or 1."""
+    estimate, low, high = mean_share([share] * 20, 0.5)
+    assert low <= estimate == share <= high
+    assert high - low == pytest.approx(1 / 22 + norm.ppf(0.75) * math.sqrt((1 / 22 - 1 / 22**2) / 22))
 
 
 def test_an_interval_over_runs_is_never_of_zero_width():

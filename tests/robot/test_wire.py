@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from zlib import crc32
 
 import pytest
@@ -221,6 +222,7 @@ FRAME = DMMD.encode(7, Message(1))
         (FRAME[:-1], "wrong checksum"),
         (FRAME[:3] + b"\x00" + FRAME[4:], "wrong checksum"),
         (sealed(b"\x02" + FRAME[1:-4]), "is of version 2; use robots of version 1"),
+        (sealed(b"\x00" + FRAME[1:-4]), "is of version 0; use robots of version 1"),
         (sealed(FRAME[:1] + b"\x00" + FRAME[2:-4]), "is of another strategy or setting"),
         (sealed(FRAME[:3]), "ends after 0 bytes"),
         (sealed(FRAME[:-4] + b"\x00"), "goes on after its end"),
@@ -257,22 +259,43 @@ def test_a_wire_says_what_it_needs():
         Wire(STRATEGIES["dmmd"], 0)
 
 
+def header(name, id_bits=5, tasks=5, classes=(0, 0), knows_count=True, **parameters):
+    strategy = STRATEGIES[name]
+    values = (strategy.parameters | parameters).values()
+    setting = setting_from((20, tasks), classes, False, 5, values, knows_count=knows_count)
+    wire = Wire(strategy, id_bits, setting=setting)
+    return wire.encode(1, Message(-1, knowledge=(0,) * strategy.row_lengths(setting)[1]))[:3]
+
+
 def test_a_setting_and_parameters_tell_swarms_apart():
-    def header(robots=20, **parameters):
-        values = (STRATEGIES["turns"].parameters | parameters).values()
-        setting = setting_from((robots, 5), (0, 0), False, 5, values)
-        wire = Wire(STRATEGIES["turns"], 5, setting=setting)
-        return wire.encode(1, Message(-1, knowledge=(0, 1)))[:3]
+    found = [header("turns", **{name: value}) for name, value in (("name_bits", 19.0), ("tolerates", 1.0))]
+    found += [
+        header("turns"),
+        header("turns", looks=2.0),
+        header("turns", quiet=100.5),
+        header("turns", quiet=100.0),
+    ]
+    found += [header("census"), header("census", id_bits=6), header("census", tasks=50)]
+    found += [header("census", classes=(2, 0)), header("census", classes=(0, 2))]
+    found += [header("census", knows_count=False)]
+    assert len(set(found)) == len(found)
+    assert header("turns") == header("turns", looks=1.0) == header("turns", looks=1 + 0.9 / 65536)  # as in C
 
-    assert header() == header()
-    assert len({header(), header(name_bits=19.0), header(tolerates=1.0), header(looks=2.0)}) == 4
+
+def test_the_text_of_a_strategy_tells_swarms_apart_and_not_the_name_of_its_file():
+    texts = [("own", "one"), ("own", "another"), ("mine", "one")]
+    wires = [Wire(replace(STRATEGIES["dmmd"], name=name, source=source), 5) for name, source in texts]
+    first, second, third = (wire.encode(1, Message(1))[:3] for wire in wires)
+    assert first == third != second
 
 
-def test_a_robot_whose_id_is_no_robots_is_rejected():
-    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
-    wire = Wire(STRATEGIES["totals"], 5, setting=setting)
+@pytest.mark.parametrize(("name", "commits"), [("totals", False), ("tally", True)])
+def test_a_robot_whose_id_is_no_robots_is_rejected(name, commits):
+    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES[name].parameters.values())
+    wire = Wire(STRATEGIES[name], 5, commits=commits, setting=setting)
+    words = STRATEGIES[name].row_lengths(setting)[1]
     with pytest.raises(WireError, match="has a number out of range"):
-        wire.decode(wire.encode(20, Message(-1, knowledge=(0,))))
+        wire.decode(wire.encode(20, Message(1 if commits else -1, knowledge=(0,) * words)))
 
 
 # --- Damaged frames ---
@@ -293,6 +316,16 @@ def mutated(frame, rng):
         return rng.randbytes(rng.randrange(2 * len(frame)))
     noise = rng.randbytes(rng.randint(1, len(frame) - place))
     return frame[:place] + noise + frame[place + len(noise) :]
+
+
+def test_a_frame_with_two_different_ids_is_rejected():
+    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
+    wire = Wire(STRATEGIES["totals"], 5, commits=True, setting=setting)
+    words = STRATEGIES["totals"].row_lengths(setting)[1]
+    frame = wire.encode(1, Message(1, knowledge=(0,) * words))
+    assert wire.decode(frame).sender == 1
+    with pytest.raises(WireError, match="has two different ids"):
+        wire.decode(sealed(frame[:3] + bytes([frame[3] ^ 0x80]) + frame[4:-4]))  # the first id is now 17
 
 
 def frames_of_all_strategies():

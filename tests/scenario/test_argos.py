@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
@@ -238,6 +239,11 @@ def test_the_example_builds_and_a_swarm_decides(tmp_path):
         True
     ] * 3
     assert {row[3] for name, row in ends.items() if name in STRATEGIES} == {"50"}
+    *_, way, meetings, robots, tasks = map(float, ends["torus"][2:])
+    assert way == pytest.approx(FOOTBOT_DIAMETER, rel=1e-3)
+    assert meetings < robots
+    in_range = math.pi * 2**2 / 20**2  # of a place on the torus, sight covers this share
+    assert (robots, tasks) == pytest.approx((19 * in_range, 20 * in_range), rel=0.4)
     step, feasible, infeasible, _ = (folder / "steps.csv").read_text().splitlines()[-1].split(",")
     assert step == ends["walls"][2]  # the last in order of names
     assert max(int(feasible), int(infeasible)) > 18

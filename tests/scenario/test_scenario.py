@@ -1366,3 +1366,11 @@ def test_faults_are_whole_robots_of_the_swarm_or_an_error_with_a_remedy_that_hol
     else:
         assert list(scenario.faulty) == rounded
         assert scenario.counted(0) == robots - rounded[0] - rounded[1]
+
+
+@pytest.mark.parametrize(
+    ("robots", "bits"),
+    [({"count": 1}, 1), ({"count": 20}, 5), ({"count": 20, "failure_rate": 0.1, "most": 40}, 6)],
+)
+def test_ids_take_a_bit_at_least_and_tell_all_robots_at_a_time_apart(robots, bits):
+    assert Scenario(robots=robots).setting.id_bits == bits

@@ -66,10 +66,17 @@ def test_a_total_that_rounds_up_to_64_units_takes_the_next_unit():
     assert [totals.robots_of(row(number, 0)[0]) for number in (125, 126, 127, 128)] == [126, 126, 128, 128]
 
 
-def test_totals_above_two_million_are_sent_as_the_largest_row():
-    (sent,) = row(2**31 - 1, 5)
-    assert sent == 2**16 - 2**6
-    assert (totals.robots_of(sent), totals.tasks_of(sent)) == (63 << 15, 0)
+def test_totals_that_outgrow_a_row_keep_their_ratio():
+    generator = np.random.default_rng(1)
+    for larger in [(63 << 15) + 1, 2**21, 2**31 - 1, *generator.integers(2**21, 2**31, 500).tolist()]:
+        smaller = int(generator.integers(0, larger))
+        for robots, tasks in ((larger, smaller), (smaller, larger)):
+            (sent,) = row(robots, tasks)
+            assert 0 <= sent < 2**16
+            assert max(totals.robots_of(sent), totals.tasks_of(sent)) == 63 << 15
+            assert abs(totals.robots_of(sent) * larger / (63 << 15) - robots) <= larger / 125
+            assert abs(totals.tasks_of(sent) * larger / (63 << 15) - tasks) <= larger / 125
+    assert row(2**31 - 1, 5) == (2**16 - 2**6,)
 
 
 def test_rounding_a_row_has_no_bias():
@@ -106,6 +113,43 @@ def test_the_tasks_are_feasible_up_to_as_many_as_robots():
         for other in range(1, 10):
             robot.merge(row(9 * 7, tasks * 7), other)
         assert decided(robot, 1 - opinion) == opinion, tasks
+
+
+@pytest.mark.parametrize("sightings", [10**4, 10**5, 63 << 15, 10**6, 10**7, 10**8])
+def test_robots_that_have_seen_much_are_right(sightings):
+    """Twenty robots each saw the others and the tasks as often as an even walk would."""
+    for tasks, opinion in ((1, 1), (16, 1), (19, 1), (22, 0), (24, 0), (60, 0)):
+        for tolerates in (0.0, 2.0):
+            robot = named(counts=(20, tasks), tolerates=tolerates)
+            robot.words[:2] = sightings, tasks * sightings // 19
+            for other in range(1, 20):
+                robot.merge(row(sightings, tasks * sightings // 19), other)
+            assert decided(robot, 1 - opinion) == opinion, tasks
+
+
+@pytest.mark.parametrize("sightings", [63 << 15, 63 << 17, 2**30])
+def test_robots_that_have_seen_much_weigh_the_same(sightings):
+    """Of five robots two saw tasks only and three robots only: the robot itself is one of the three."""
+    robot = named()
+    robot.words[0] = sightings
+    for other in range(1, 5):
+        robot.merge(row(0, sightings) if other < 3 else row(sightings, 0), other)
+    assert robot.counted() == ([21 * 3 * (63 << 15)], [18 * 2 * (63 << 15)])
+
+
+def test_both_totals_are_halved_when_one_fills_its_word():
+    for thing, kept in ((ROBOT, [2**30 - 1, 500]), (TASK, [500, 2**30 - 1])):
+        robot = named()
+        robot.words[:2] = [2 * number if number == 2**30 - 1 else 1001 for number in kept]
+        robot.observe([thing])
+        assert robot.words[:2] == kept
+
+
+def test_a_swarm_is_right_after_300_000_steps():
+    """In so dense a swarm totals outgrow their message by step 220,000."""
+    world = {"arena.side": 6.0, "sensing.range": 3.0, "robots.know_count": True, "tasks.count": 24}
+    scenario = Scenario().replace({**world, "decision.strategy": "totals", "run.steps": 300_000})
+    assert simulate_record(scenario, Runs(1, 1)).infeasible_at_end[0] == 20
 
 
 def test_a_tie_and_nothing_keep_the_opinion():

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from declaring import declaring
+from scipy import stats
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.crossing import Rule
 from feasibee.results.declarations import declarations
-from feasibee.results.statistics import paired_difference
+from feasibee.results.statistics import Interval, paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.advice import bias_in_words, sections
@@ -22,13 +24,14 @@ from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare
 from feasibee.studies.findings import Trial
 from feasibee.studies.needs import asked_of
+from feasibee.studies.objectives import Objective, Scored
 from feasibee.studies.report import write_report
-from feasibee.studies.sensitivity import latin_hypercube, sensitivities, spearman
+from feasibee.studies.sensitivity import Sensitivity, latin_hypercube, sensitivities, spearman
 from feasibee.studies.shares import percent, wait_for
 from feasibee.studies.size import band_within
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.suitable import suitable
-from feasibee.studies.tuning import tune
+from feasibee.studies.tuning import _judge, tune
 from feasibee.sweeps.sweep import Execution, Rounds
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
@@ -119,6 +122,16 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
     assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at[:4]})) is None
 
 
+def test_55_of_100_swarms_are_55_percent_of_them():
+    """In floats, 0.55 * 100 is 55.00000000000001; nothing else of an outcome is asked for."""
+    assert [
+        wait_for(SimpleNamespace(right_at=np.array([54, right]), runs=100), 0.55) for right in (54, 55)
+    ] == [
+        None,
+        1,
+    ]
+
+
 def test_words_json_and_page(assessment, tmp_path):
     text = text_of(assessment)
     assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
@@ -192,8 +205,39 @@ def test_a_latin_hypercube_has_one_point_in_each_slice():
         np.testing.assert_array_equal(np.sort((column * 50).astype(int)), np.arange(50))
 
 
+def test_points_of_a_hypercube_lie_anywhere_in_their_slices():
+    inside = latin_hypercube(200, 3, 1) * 200 % 1
+    assert np.abs(np.quantile(inside, (0.25, 0.5, 0.75)) - (0.25, 0.5, 0.75)).max() < 0.05
+
+
+def test_the_interval_of_a_rank_correlation_is_that_of_resampled_points(monkeypatch):
+    monkeypatch.setattr("feasibee.studies.sensitivity.RESAMPLES", 99)
+    pair = np.random.default_rng(4).integers(0, 9, (2, 60)).astype(float)
+    drawn = np.random.default_rng(5).integers(0, 60, (99, 60))
+    resampled = [stats.spearmanr(*pair[:, rows]).statistic for rows in drawn]
+    np.testing.assert_allclose(spearman(*pair, 5)[1:], np.quantile(resampled, (0.025, 0.975)))
+
+
+def test_fields_are_in_the_order_of_their_strength_and_each_point_has_runs_of_its_own(monkeypatch):
+    def scored(rounds, designs, runs, seed, objective):
+        assert [each.first_run for each in designs] == list(range(0, 4 * len(designs), 4))
+        share = {each.first_run: each.values for each in designs}
+        return [
+            Scored(np.array([1 - each["decision.gain"] / 50 + each["decision.exploration"] / 999]), 0.0)
+            for each in share.values()
+        ]
+
+    monkeypatch.setattr("feasibee.studies.sensitivity.scored", scored)
+    space = [Dimension(f"decision.{name}", 2, 50) for name in ("exploration", "gain")]
+    found, _, _ = sensitivities(HARD, space, 20, 4)
+    assert [each.path for each in found] == ["decision.gain", "decision.exploration"]
+    assert found[0].correlation.estimate < -0.9
+    assert [each.matters for each in found] == [True, False]
+    assert not Sensitivity("", Interval(0.1, 0.0, 0.2)).matters
+    assert not Sensitivity("", Interval(-0.1, -0.2, 0.0)).matters
+
+
 def test_rank_correlation_is_spearmans():
-    stats = pytest.importorskip("scipy.stats")
     random = np.random.default_rng(3)
     one, other = random.integers(0, 9, 60).astype(float), random.random(60)
     found = spearman(one, other + one / 9, 0)
@@ -219,6 +263,30 @@ def test_a_figure_that_cant_be_written_is_told_before_the_work(monkeypatch, argu
     told = CliRunner().invoke(main, [*arguments, "--over", "decision.gain"])
     assert told.exit_code == 2
     assert "which." in told.stderr
+
+
+def test_the_best_of_a_search_is_chosen_by_more_runs_and_judged_by_fresh_ones():
+    """Trial 3 was lucky; among the finalists trial 5 is best, with more false alarms than the start."""
+    shares = {None: 0.5, 0: 0.5, 1: 0.6, 2: 0.61, 3: 0.62, 4: 0.63, 5: 0.9, 6: 0.1}
+    asked = []
+
+    class Swarms:
+        objective = Objective("right_share", 2.0)
+
+        def scored(self, changes, runs, added=0):
+            asked.append((changes, runs, added))
+            shown = [each.get("x") for each in changes]
+            return [Scored(np.full(runs, shares[each]), 1.0 if each == 5 else 0.0) for each in shown]
+
+    tried = [({"x": trial}, score) for trial, score in enumerate((0.2, 0.7, 0.7, 0.99, 0.7, 0.8, 0.1))]
+    found = _judge(Swarms(), tried, 4)
+    assert asked == [
+        ([{"x": trial} for trial in (3, 5, 1, 2, 4, 0)], 20, 2**62),
+        ([{}, {"x": 5}], 40, 2**63),
+    ]
+    assert (found.values, found.false_alarms) == ({"x": 5}, 1.0)
+    assert (found.start.estimate, found.best.estimate) == pytest.approx((0.5, 0.9))
+    assert found.gain.estimate == pytest.approx(0.4)
 
 
 @pytest.mark.slow

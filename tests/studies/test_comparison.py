@@ -13,6 +13,7 @@ from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
+from feasibee.model.record import Record
 from feasibee.results.statistics import paired_difference, pareto
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -23,6 +24,7 @@ from feasibee.studies.comparison import (
     compare,
     contenders_of,
     mean_bits,
+    outcome_of,
     overall,
 )
 from feasibee.studies.comparison_files import write_comparison
@@ -102,6 +104,22 @@ def test_stopped_and_lying_robots_do_not_count():
     (found,) = compare({"it": scenario.replace({"tasks.count": 2})}, runs=30)
     record = simulate_record(scenario.replace({"tasks.count": 2}), Runs(30, 0), curves=True)
     assert found.right.sum() == (record.feasible_count[:, -1] >= 11).sum()
+
+
+def test_swarms_are_right_at_a_step_with_more_than_the_threshold_of_who_counts_then():
+    """29 of 50 are 58 %, in floats more. Of 20 robots 6 stop at step 2: 13 are enough from then on."""
+    half = Scenario(robots={"count": 50}, decision={"threshold": 0.58}, run={"steps": 1})
+    stopping = Scenario(faults={"stopped": 0.3, "stop_step": 2}, run={"steps": 3})
+    for scenario, holding, right in ((half, [29, 30], [0, 1]), (stopping, [18, 19, 13, 13], [0, 1, 1, 1])):
+        for more, name in ((0, "feasible_count"), (1, "infeasible_count")):
+            record = Record.empty(0, 1, len(holding))
+            getattr(record, name)[:] = holding
+            record.committed_feasible[:], record.committed_infeasible[:] = 7, 3
+            tasks = scenario.robots.count + more
+            found = outcome_of("", scenario.replace({"tasks.count": tasks}), record)
+            assert found.right_at.tolist() == right
+    assert found.committed == pytest.approx(10 / 14)
+    assert found.committed_wrong == pytest.approx(7 / 14)
 
 
 def test_sums_are_over_all_runs(outcomes):

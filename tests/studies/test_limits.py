@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,10 +12,9 @@ from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.figures.limits import LOOKS, draw_limits
-from feasibee.scenario.runs import Runs
-from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import census
-from feasibee.studies.limits import LIMITS, Limits, limits
+from feasibee.model.purposes import LOSS, MISS_TASK, PAIR
+from feasibee.reference.draws import philox
+from feasibee.studies.limits import LIMITS, Limits, _quorum_step, limits
 
 WALLED = {"arena.boundary": "walls", "arena.side": [12.0, 9.0], "robots.avoid_collisions": True}
 WORLDS = [
@@ -28,45 +27,30 @@ WORLDS = [
     {"faults.stopped": 0.4, "faults.stop_step": 25, "arena.side": 13.0, "tasks.count": 6},
     {"faults.byzantine": 0.2, "faults.byzantine_says": "colluding", "arena.side": 14.0},
     {"decision.listen": "dissemination", "decision.gain": 25.0, "decision.exploration": 4.0},
-    {"decision.dissemination_floor": 3, "robots.speed": 0.5, "arena.side": 10.0},
+    {"robots.speed": 0.5, "arena.side": 10.0, "radio.loss": 0.5, "sensing.miss": 0.4, "tasks.count": 9},
 ]
-
-SOUND = '''
-
-def declare(known, me):
-    """Declare infeasible by more names of tasks than robots."""
-    first = words_of(me.setting.robot_ids)
-    return 0 if members(known, first, len(known) - first) > me.setting.robots else -1
-'''
 
 
 class Oracle:
     """What robots can know, by numpy alone, with all pairs and all cells at each step.
 
-    The swarm is one with a census, whose dissemination lasts as long.
+    The places are those of the scenario's own swarm, whatever its phases.
     """
 
     def __init__(self, scenario, seed, run):
-        self.scenario = scenario.replace({"decision.strategy": "census"})
-        self.swarm = Swarm(self.scenario, seed, run)
+        self.scenario = scenario
+        self.swarm, self.run = Swarm(scenario, seed, run), (seed, run)
         self.size = np.array(scenario.arena.size)
         self.torus = scenario.arena.boundary == "torus"
         self.honest = self.swarm.counted
         sight = scenario.sensing.range
         across, down = (math.ceil(4 * side / sight) for side in scenario.arena.size)
-        x, y = np.linspace(0, self.size[0], across + 1), np.linspace(0, self.size[1], down + 1)
-        corners = np.stack([np.stack([a, b], -1) for a, b in self._sides(x, y)])
-        self.corners = corners  # (4, cells, 2)
+        places = ((np.arange(n) + 0.5) * side / n for n, side in zip((across, down), self.size, strict=True))
+        self.centres = np.stack([each.ravel() for each in np.meshgrid(*places)], axis=-1)
         robots = scenario.robots.count
         self.names = np.zeros((robots, scenario.tasks.count), bool)
         self.cells = np.zeros((robots, across * down), bool)
         self.own_names, self.own_cells = self.names.copy(), self.cells.copy()
-
-    @staticmethod
-    def _sides(x, y):
-        for columns in (x[:-1], x[1:]):
-            for rows in (y[:-1], y[1:]):
-                yield tuple(each.ravel() for each in np.meshgrid(columns, rows))
 
     def distance(self, one, other):
         apart = np.abs(one[:, None] - other[None])
@@ -74,24 +58,29 @@ class Oracle:
             apart = np.minimum(apart, self.size - apart)
         return np.hypot(apart[..., 0], apart[..., 1])
 
+    def happens(self, shape, purpose, probability):
+        """Return whether an event happens to each robot with each other, drawn as the reference does."""
+        found = np.zeros(shape, bool)
+        for i, k in np.ndindex(shape) if probability else ():
+            word = philox(*self.run, i, self.swarm.step, purpose + PAIR * k)[0]
+            found[i, k] = word < probability * 2**32
+        return found
+
     def step(self):
         swarm, scenario = self.swarm, self.scenario
-        telling = swarm.disseminating
         swarm.advance()
         working = np.ones(len(self.honest), bool)
         if scenario.faults.stopped and swarm.step >= scenario.faults.stop_step:
             working = swarm.counted | ~self.honest
-        looking, telling, at = ~telling & working, telling & working, swarm.positions
+        at = swarm.positions
         told = (self.names.copy(), self.cells.copy())
-        seen = (self.distance(at, swarm.tasks) <= scenario.sensing.range) & looking[:, None]
-        near = [self.distance(at, each) <= scenario.sensing.range for each in self.corners]
-        looked = np.logical_and.reduce(near) & looking[:, None]
+        seen = (self.distance(at, swarm.tasks) <= scenario.sensing.range) & working[:, None]
+        seen &= ~self.happens(seen.shape, MISS_TASK, scenario.sensing.miss)
+        looked = (self.distance(at, self.centres) <= scenario.sensing.range) & working[:, None]
         self.own_names |= seen
         self.own_cells |= looked
-        hears = (self.distance(at, at) <= scenario.radio.range) & (telling & self.honest)[None, :]
-        hears &= working[:, None]
-        if scenario.decision.listen == "dissemination":
-            hears &= telling[:, None]
+        hears = (self.distance(at, at) <= scenario.radio.range) & (working & self.honest)[None, :]
+        hears &= working[:, None] & ~self.happens(hears.shape, LOSS, scenario.radio.loss)
         for known, fresh, message in zip((self.names, self.cells), (seen, looked), told, strict=True):
             np.logical_or(known, fresh | (hears[:, :, None] & message[None]).any(axis=1), out=known)
 
@@ -174,29 +163,19 @@ def test_losses_and_missed_sightings_take_time():
     np.testing.assert_array_equal(missed["area"], usual["area"])
 
 
-@pytest.mark.parametrize("tasks", [21, 40])
-def test_a_census_that_declares_reaches_flooding_in_each_run(tasks, tmp_path):
-    path = tmp_path / "sound.py"
-    path.write_text(Path(census.__file__).read_text(encoding="utf-8") + SOUND, encoding="utf-8")
-    scenario = Scenario(tasks={"count": tasks}, decision={"strategy": str(path)})
-    record = simulate_record(scenario, Runs(30, 9))
-    np.testing.assert_array_equal(record.declare_step, limits(scenario, runs=30, seed=9).steps["flooding"])
+def test_phases_change_nothing():
+    one = limits(Scenario(), runs=6, seed=3)
+    other = {"decision.gain": 1.0, "decision.exploration": 40.0, "decision.listen": {"last": 1}}
+    two = limits(Scenario().replace(other), runs=6, seed=3)
+    for name, steps in one.steps.items():
+        np.testing.assert_array_equal(steps, two.steps[name])
 
 
-def test_a_map_proves_feasible_no_sooner_than_its_limit():
-    """The map has the same cells, and waits until a whole one of its own is seen by one robot."""
-    scenario = Scenario(robots={"know_count": True}, decision={"strategy": "map"})
-    record = simulate_record(scenario, Runs(30, 9))
-    late = record.declare_step - limits(scenario, runs=30, seed=9).steps["complete_map"]
-    assert late.min() >= 0
-    assert late.mean() < 20
-
-
-def test_smaller_cells_are_seen_sooner():
+def test_of_smaller_cells_there_is_more_to_see():
     coarse, fine = (limits(Scenario(), runs=20, seed=5, cells_per_range=cells) for cells in (4, 8))
     assert fine.cell == (0.25, 0.25)
-    assert (fine.steps["area"] <= coarse.steps["area"]).all()
-    assert fine.steps["complete_map"].mean() < coarse.steps["complete_map"].mean()
+    assert fine.steps["area"].mean() > coarse.steps["area"].mean()
+    assert fine.steps["complete_map"].mean() > coarse.steps["complete_map"].mean()
     np.testing.assert_array_equal(fine.steps["flooding"], coarse.steps["flooding"])
     with pytest.raises(FeasibeeError, match="cells_per_range = 0: must be a whole number from 1 to 64"):
         limits(cells_per_range=0)
@@ -213,6 +192,29 @@ def test_a_run_that_never_gets_there_counts_as_infinite():
     found = Limits(Scenario(), 0, dict.fromkeys(LIMITS, steps), (0.5, 0.5))
     assert (found.times["area"].median, found.times["area"].p95) == (6, None)
     assert found.to_dict()["area"]["p95"] is None
+
+
+@pytest.mark.parametrize(
+    ("knew", "step", "found"),
+    [
+        ([1, 1, 1, 49, 0, 0, 1, 1, 0, 0], 60, 49),
+        ([1, 1, 1, 0, 0, 0, 1, 1, 50, 0], 60, -1),  # the sixth knows only when it doesn't count any more
+        ([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 49, -1),
+        ([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 50, 50),
+        ([1, 1, 1, 55, 0, 0, 0, 0, 0, 0], 60, 55),
+    ],
+)
+def test_more_than_half_of_ten_robots_are_six_and_when_four_have_stopped_they_are_four(knew, step, found):
+    scenario = Scenario(decision={"threshold": 0.5}, faults={"stopped": 0.4, "stop_step": 50})
+    swarm = SimpleNamespace(scenario=scenario, step=step, counted=np.arange(10) < 6)
+    assert _quorum_step(swarm, np.ones(10, np.bool_), np.array(knew)) == found
+
+
+def test_29_of_50_robots_are_not_more_than_58_percent():
+    """In floats they are: 0.58 * 50 is less than 29."""
+    everyone = np.ones(50, np.bool_)
+    swarm = SimpleNamespace(scenario=Scenario(decision={"threshold": 0.58}), step=99, counted=everyone)
+    assert _quorum_step(swarm, everyone, np.arange(1, 51)) == 30
 
 
 @pytest.mark.parametrize(
@@ -279,4 +281,4 @@ def test_a_curve_rises_at_the_steps_of_the_runs():
         np.testing.assert_allclose(y, 100 * np.array([*range(reached.size + 1), reached.size]) / 4)
     assert {text.get_text() for text in ax.texts} == {look.label for look in LOOKS.values()}
     (ax,) = draw_limits({**steps, "area": np.full(4, -1)}, 100).axes
-    assert "area seen: never" in {text.get_text() for text in ax.texts}
+    assert "area: never" in {text.get_text() for text in ax.texts}

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
+from feasibee.results.crossing import Finding
+from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies.comparison import compare
-from feasibee.studies.recommend import opposite_of, recommend, world_of
-from feasibee.studies.recommendation import Constraints, Relaxation
+from feasibee.studies.recommend import _without_supersets, opposite_of, recommend, world_of
+from feasibee.studies.recommendation import Candidate, Constraints, Measured, Relaxation, ranked
 from feasibee.sweeps.sweep import Execution
 
 ROOM = Scenario(
@@ -52,6 +56,19 @@ def test_shares_are_those_of_a_comparison(free):
     for tasks, measured in worlds.items():
         (outcome,) = compare({"": best.scenario.replace({"tasks.count": tasks})}, (), measured.test.trials, 1)
         assert int(outcome.right.sum()) == measured.test.successes
+
+
+def test_the_tests_of_all_strategies_in_two_worlds_share_the_error(free):
+    """Four strategies, and so eight tests at 95 % together."""
+    for each in free.ranking:
+        for test in (measured.test for measured in each.worlds):
+            expected = confidence_sequence(test.successes, test.trials, 1 - 0.05 / 8)
+            assert test.interval == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_test_that_stays_open_ends_at_the_most_runs():
+    found = recommend(ROOM, Constraints(0.8), ["average"], 130, 1)
+    assert found.excluded["average"].endswith(" of 130, too close to tell")
 
 
 def test_what_a_strategy_bears_is_measured(with_a_liar):
@@ -98,6 +115,49 @@ def test_two_constraints_that_only_together_exclude_are_relaxed_together():
     relaxed = {each.constraint: each.candidate.strategy for each in found.relax}
     assert relaxed["--no-ids and --no-names"] == "census"
     assert "--no-ids" not in relaxed
+
+
+def test_the_fewest_constraints_to_relax_are_named_and_the_best_strategy_first():
+    shares = {"--a and --b": 0.99, "--c and --d": 0.9, "--d and --c": 0.8, "--a": 0.7, "--e": 0.95}
+    found = {
+        name: SimpleNamespace(worst=SimpleNamespace(right=Interval(share, 0, 1)))
+        for name, share in shares.items()
+    }
+    assert [each.constraint for each in _without_supersets(found)] == ["--e", "--c and --d", "--a"]
+
+
+def candidate(*shares, steps=(3, 5), bits=10.0, answer="enough"):
+    """Return a candidate that is right with a share in each world, from a step on."""
+    right_at = [np.array([0] * step + [100] * (9 - step)) for step in steps]
+    sent = ([bits - 1, bits + 1], [99.0])  # of the scenario's world the mean counts
+    outcomes = [
+        SimpleNamespace(bits=np.array(each), right_at=right, runs=100)
+        for each, right in zip(sent, right_at, strict=True)
+    ]
+    tests = [Finding(0, 0, 100, Interval(share, 0, 1), answer) for share in shares]
+    worlds = [Measured(20 + place, *each) for place, each in enumerate(zip(tests, outcomes, strict=False))]
+    return Candidate("", ROOM, worlds, 8, (), 0.95)
+
+
+def test_a_candidate_may_reach_its_limits_and_is_judged_in_the_worse_world():
+    found = candidate(0.99, 0.96)
+    assert found.reasons(Constraints(message_bits=8, bits=10.0)) == {}
+    assert list(found.reasons(Constraints(message_bits=7, bits=9.9))) == ["--message-bits", "--bits"]
+    assert list(candidate(0.99, 0.96, answer="open").reasons(Constraints())) == ["--right"]
+    assert (found.worst.tasks, found.step) == (21, 5)
+    assert candidate(0.99, 0.96, steps=(3, 9)).step is None
+    assert found.to_dict()["runs"] == 100
+
+
+def test_candidates_are_ranked_by_whole_percent_then_by_step_then_by_bits():
+    best, soon, cheap, dear, late = order = [
+        candidate(0.99, 0.97),
+        candidate(0.99, 0.956, steps=(3, 4)),
+        candidate(0.99, 0.964, bits=9.0),
+        candidate(0.99, 0.964),
+        candidate(0.99, 0.964, steps=(3, 9)),
+    ]
+    assert ranked([late, dear, cheap, soon, best]) == order
 
 
 def test_what_a_scenario_does_not_support_is_said():

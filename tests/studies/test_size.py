@@ -10,9 +10,10 @@ from click.testing import CliRunner
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.crossing import Crossing, Finding, Rule
-from feasibee.results.statistics import Interval
+from feasibee.results.statistics import Interval, confidence_sequence
+from feasibee.studies import size as size_module
 from feasibee.studies.comparison import compare
-from feasibee.studies.size import size
+from feasibee.studies.size import Swarms, size
 from feasibee.studies.sizing import Band, Edge, Sizing, band_sentence, edge_sentence
 from feasibee.studies.space import ladder
 from feasibee.sweeps.sweep import Execution
@@ -43,6 +44,16 @@ def test_the_blind_band_lies_on_both_sides_of_the_truth(sizing):
     assert min(value for value, _ in above.tested) == 7
     assert sizing.band.first <= 6
     assert sizing.band.last >= 7 or sizing.band.empty or above.enough == 7
+
+
+def test_all_tests_that_the_searches_could_make_share_the_error(sizing):
+    """They have 45, 6 and 42 values, so 3 tests for each of 6, 3 and 6 bits: 45 at 95 % together."""
+    band = sizing.band
+    assert [len(edge.values) for edge in (sizing.edge, band.below, band.above)] == [45, 6, 42]
+    for edge in (sizing.edge, band.below, band.above):
+        for _, found in edge.tested:
+            expected = confidence_sequence(found.successes, found.trials, 1 - 0.05 / 45)
+            assert found.interval == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_shorter_search_is_part_of_a_longer_one(tmp_path, sizing):
@@ -103,6 +114,68 @@ def test_a_band_without_an_end_goes_as_far_as_was_tried():
     assert band.lasts == (3, None)
 
 
+@pytest.mark.parametrize(
+    ("below", "above", "ends", "words"),
+    [
+        ([ENOUGH], [SHORT, ENOUGH], (21, 21), "with 21 tasks, they are not shown"),
+        ([OPEN, ENOUGH], [SHORT, ENOUGH], (20, 21), "lies between 20 and 21."),
+        ([OPEN, ENOUGH], [OPEN, ENOUGH], (20, 21), "It may be empty."),
+    ],
+)
+def test_a_band_that_may_be_empty_is_one_whose_ends_may_be_in_the_other_order(below, above, ends, words):
+    band = Band(edge_of("tasks.count", [20, 19], below), edge_of("tasks.count", [21, 22], above))
+    assert (band.first, band.last, band.empty) == (*ends, False)
+    assert words in band_sentence(band, 20, 0.95)
+    assert ("may be empty" in band_sentence(band, 20, 0.95)) == ("may be empty" in words)
+
+
+@pytest.fixture
+def exact(monkeypatch):
+    """Swarms that are always right from 10 robots on and else never; more than 9 tasks aren't valid."""
+
+    def right(swarms, design, runs):
+        return runs if design.scenario.robots.count >= 10 and design.scenario.tasks.count <= 6 else 0
+
+    monkeypatch.setattr(Swarms, "_right", right)
+    monkeypatch.setattr(size_module, "valid_values", lambda scenario, path, values: 4)
+
+
+def test_by_default_95_percent_must_be_right_of_up_to_8_times_as_many_robots_as_tasks(exact):
+    found = size(SMALL)
+    assert (found.rule.target, found.edge.interval) == (0.95, (10, 10))
+    few = size(SMALL.replace({"robots.count": 2, "tasks.count": 6}))
+    assert few.edge.values == list(range(6, 8 * 6 + 1))
+
+
+def test_gaps_within_the_resolution_are_left(exact):
+    """Places 0, 1, 3 and 7 are robots 4, 5, 7 and 11; the gap between the last two is half of place 7."""
+    found = size(SMALL, rule=Rule(0.95, resolution=0.6))
+    assert [value for value, _ in found.edge.tested] == [4, 5, 7, 11]
+    assert found.edge.interval == (8, 11)
+
+
+def test_numbers_of_tasks_that_are_not_valid_are_not_tried(exact):
+    """Of 6 to 10 tasks, four are valid: 6 to 9."""
+    found = size(SMALL.replace({"robots.count": 6}))
+    assert found.band.above.values == [7, 8, 9]
+
+
+def test_robots_for_tasks_of_classes_are_those_that_all_of_them_need():
+    scenario = Scenario(tasks={"classes": [{"name": "lift", "count": 5, "needs": {"arm": 2, "eye": 1}}]})
+    with pytest.raises(FeasibeeError, match=r"robots\.count=15:30"):
+        size(scenario, "robots.count=1:3", RULE)
+
+
+def test_an_answer_as_tables_has_the_runs_of_each_value_and_the_confidence():
+    edge = edge_of("radio.range", [1.0, 2.0], [SHORT, ENOUGH])
+    found = Sizing(SMALL, Rule(0.8, confidence=0.9), edge, None, 0).to_dict()
+    assert [(each["value"], each["runs"]) for each in found["radio.range"]["tested"]] == [
+        (1.0, 10),
+        (2.0, 10),
+    ]
+    assert found["confidence"] == 0.9
+
+
 def test_no_value_that_is_enough_is_said():
     edge = edge_of("radio.range", [1.0, 2.0], [SHORT, SHORT])
     assert edge.interval == (None, None)
@@ -153,6 +226,7 @@ def test_the_command_prints_the_answer_and_draws_it(tmp_path):
     done = CliRunner().invoke(main, [*command, "--plot", str(picture)])
     assert done.exit_code == 0, done.output
     assert "at step 100" in done.stdout
+    assert "if the share of right swarms doesn't fall as robots.count" in done.stdout.replace("\n", " ")
     assert "Blind band of 6 robots" in done.stdout
     assert "robots.count = 4: right in " in done.stderr
     assert picture.stat().st_size > 10_000
@@ -188,3 +262,25 @@ def test_another_field_is_named_in_the_answer():
     found = json.loads(done.stdout)
     assert found["over"] == "decision.exploration"
     assert "decision.exploration" in found
+
+
+def test_a_share_that_falls_again_has_no_least_value():
+    """With a longer radio range the opinions of `dmmd` agree sooner, and more often on the wrong answer."""
+    tasks = {"count": 2, "placement": "points", "points": [[3.0, 4.0], [10.0, 8.0]]}
+    scenario = Scenario(arena={"side": 14.0}, robots={"count": 10}, tasks=tasks, run={"steps": 400})
+    sizing = size(scenario, "radio.range=2:6.9", Rule(0.67, first=100, most=1500), 1)
+    (least, first), *_, (last, fallen) = sizing.edge.tested
+    assert (least, last) == (2.0, 6.9)
+    assert first.interval.low >= 0.67 > fallen.interval.high
+    assert sizing.edge.enough is None
+    words = edge_sentence(sizing)
+    assert "with radio.range = 2 units, but not with radio.range = 6.9 units: the share falls again" in words
+    assert "Search a shorter range, such as --over radio.range=2:3.69." in words
+    found = sizing.to_dict()
+    assert found["radio.range"]["least"] is None
+    assert found["assumes"]["refuted"]
+
+
+def test_an_answer_says_what_it_assumes(sizing):
+    text = "the share of right swarms doesn't fall as robots.count grows, nor as tasks.count goes away from 6"
+    assert sizing.to_dict()["assumes"] == {"text": text, "refuted": False}

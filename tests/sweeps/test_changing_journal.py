@@ -94,13 +94,14 @@ def test_runs_without_their_traces_are_missing(folder):
     assert changing["right_share"] is None
 
 
-def test_runs_that_have_kept_their_traces_are_still_read(records, tmp_path):
+@pytest.mark.parametrize("table", ["traces", "runs"])
+def test_runs_that_have_kept_their_traces_are_still_read(records, tmp_path, table):
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, CHANGING)], 7)
         journal.write([(number, records[1].part(0, 4))])
         journal.write([(number, records[1].part(4, 12))])
     with closing(sqlite3.connect(tmp_path / NAME, isolation_level=None)) as database:
-        database.execute("DELETE FROM traces WHERE run = 2")
+        database.execute(f"DELETE FROM {table} WHERE run = 2")
     with Journal(tmp_path, write=True, rescue=rescue) as journal:
         results = journal.results(1)
         assert journal.missing(1, 0, 12, False, True) == [(0, 4)]

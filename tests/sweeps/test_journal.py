@@ -76,6 +76,56 @@ def filled(tmp_path):
     return tmp_path
 
 
+# --- Digests ---
+
+
+def test_the_digest_of_a_chunk_is_that_of_its_kind_point_runs_and_all_values():
+    """Also of where one value ends and the next begins, and of the order of rows."""
+    row = list(range(len(PLACES)))
+    runs = [row, *([*row[:place], 99, *row[place + 1 :]] for place in range(len(PLACES)))]
+    chunks = [(Kind.RUNS, 1, [row, each]) for each in runs] + [(Kind.RUNS, 2, [row, row])]
+    for kind in (Kind.CURVES, Kind.TRACES):
+        first, second = (0, b"ab", b"cd"), (1, b"ef", b"gh")
+        chunks += [(kind, point, [first, second]) for point in (1, 2)]
+        chunks += [(kind, 1, rows) for rows in ([second, first], [first, (2, *second[1:])])]
+        chunks += [
+            (kind, 1, [first, (1, *blobs)]) for blobs in ((b"ex", b"gh"), (b"ef", b"gx"), (b"e", b"fgh"))
+        ]
+    assert len({checksums.of_rows(*each) for each in chunks}) == len(chunks)
+
+
+def test_the_digest_of_a_point_is_that_of_all_its_fields_and_of_both_versions(monkeypatch):
+    entry = Entry(1, "hash", "7", 1, "{}", "{}", None, None, None)
+    others = Entry(2, "other", "8", 0, '{"a": 1}', '{"b": 2}', "{}", 1, "text")
+    entries = [entry, *(entry._replace(**{name: value}) for name, value in others._asdict().items())]
+    digests = [checksums.of_entry(each) for each in entries]
+    for name in ("FORMAT", "MODEL_VERSION"):
+        with monkeypatch.context() as patch:
+            patch.setattr(checksums, name, 99)
+            digests.append(checksums.of_entry(entry))
+    assert len(set(digests)) == len(digests)
+
+
+def test_the_digest_of_what_a_journal_is_about_is_that_of_all_but_itself(filled):
+    with database(filled) as other:
+        about = dict(other.execute("SELECT key, value FROM about"))
+    assert checksums.of_about(about) == about.pop("digest")
+    found = {checksums.of_about(about)}
+    found |= {checksums.of_about({**about, name: "99"}) for name in about}
+    keys = list(about)
+    found.add(checksums.of_about(dict(zip(keys, [*list(about.values())[1:], about[keys[0]]], strict=True))))
+    assert len(found) == len(about) + 2
+    assert set(about) == {"format", "model_version", "version", "commits", "points", "chunks"}
+
+
+def test_a_seal_whose_digest_is_another_says_nothing(tmp_path):
+    checksums.write_seal(tmp_path, 12)
+    assert checksums.read_seal(tmp_path) == 12
+    text = (tmp_path / SEAL).read_text()
+    (tmp_path / SEAL).write_text(text.replace("12", "13", 1))
+    assert checksums.read_seal(tmp_path) == 0
+
+
 # --- In and out ---
 
 
@@ -122,6 +172,7 @@ def test_a_chunk_that_fails_leaves_nothing(filled):
         assert len(journal.columns(1)) == 30
         journal.write([(1, simulate_record(SMALL, Runs(5, 7, 30)))])
         assert len(journal.columns(1)) == 35
+        assert len(journal.entries()) == 1  # the totals are those of what was written
 
 
 def test_what_is_missing(tmp_path):
@@ -347,6 +398,19 @@ def test_what_is_computed_again_must_be_the_same(filled):
         record.account[3, 0] -= 1
         journal.write([(1, record)])
         assert len(list(journal.curves(1))) == 30
+        longer = simulate_record(SMALL, Runs(40, 7, 10))
+        longer.account[3, 0] += 1  # also where only some of the runs are there
+        with pytest.raises(FeasibeeError, match=r"run 13: bits_sent is \d+ in .* and \d+ in this sweep"):
+            journal.write([(1, longer)])
+
+
+def test_a_missing_point_without_runs_is_damage(tmp_path):
+    with Journal(tmp_path, write=True) as journal:
+        journal.add([point(), point({"tasks.count": 9})], 7)
+    with database(tmp_path) as other:
+        other.execute("DELETE FROM points WHERE id = 2")
+    with Journal(tmp_path) as journal, pytest.raises(FeasibeeError, match="damaged: points missing: 1; "):
+        journal.entries()
 
 
 # --- One writer ---

@@ -7,7 +7,9 @@ import pytest
 from pydantic import BaseModel
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.model.codes import RUN_LIMIT
 from feasibee.scenario import scenario as scenario_module
+from feasibee.sweeps import plan
 from feasibee.sweeps.plan import POINTS_LIMIT, StoppingRule, Study
 
 STRATEGY = """
@@ -84,7 +86,9 @@ def test_a_list_is_taken_as_it_stands(study):
         ("{linspace = [0, 1, 1]}", [0.0]),
         ("{range = [0.1, 0.5, 0.1]}", [0.1, 0.2, 0.3, 0.4, 0.5]),
         ("{range = [0.1, 0.45, 0.1]}", [0.1, 0.2, 0.3, 0.4]),
+        ("{range = [0, 0.38, 0.1]}", [0, 0.1, 0.2, 0.3]),
         ("{range = [0.5, 0, -0.25]}", [0.5, 0.25, 0.0]),
+        ("{range = [0, 0.7, 0.1]}", [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]),  # 0.7 / 0.1 is below 7
         ("{logspace = [0.01, 1, 3]}", [0.01, 0.1, 1.0]),
     ],
 )
@@ -97,6 +101,7 @@ def test_ranges_of_numbers(study, given, expected):
     [
         ("{linspace = [10, 40, 4]}", [10, 20, 30, 40]),
         ("{linspace = [1, 4, 7]}", [1, 2, 3, 4]),  # 1.5, 2.5, 3.5 are rounded to 2, 2, 4
+        ("{linspace = [1, 2.7, 2]}", [1, 3]),
         ("{range = [10, 40, 10]}", [10, 20, 30, 40]),
         ("{range = [1, 2, 0.5]}", [1, 2]),
         ("{logspace = [2, 200, 5]}", [2, 6, 20, 63, 200]),
@@ -271,6 +276,7 @@ def test_files_are_found_from_the_studys_folder(study, tmp_path, monkeypatch):
         ("{width = 0.05}", StoppingRule(0.05, None, 100_000)),
         ("{decided = 0.75}", StoppingRule(None, 0.75, 100_000)),
         ("{width = 0.1, most = 500}", StoppingRule(0.1, None, 500)),
+        (f"{{width = 0.1, most = {RUN_LIMIT}}}", StoppingRule(0.1, None, RUN_LIMIT)),
         ("{width = 0.1, most = 5}", StoppingRule(0.1, None, 100)),  # no fewer than the study's runs
     ],
 )
@@ -299,7 +305,7 @@ def test_other_forms_of_until_are_refused(refused, given):
     assert "{width = 0.05} or {decided = 0.75}" in line
 
 
-@pytest.mark.parametrize("most", ["0", "1.5", "true", '"many"', "99999999999"])
+@pytest.mark.parametrize("most", ["0", "1.5", "true", '"many"', RUN_LIMIT + 1])
 def test_an_impossible_number_of_most_runs(refused, most):
     (line,) = refused(f"until = {{width = 0.1, most = {most}}}")
     assert line.startswith("until.most = ")
@@ -389,6 +395,14 @@ def test_ranges_that_say_nothing(refused, given, rule):
 def test_more_points_than_there_is_room_for_are_refused_before_they_are_made(refused, text):
     (line,) = refused(f"[sweep]\n{text}")
     assert f"must be at most {POINTS_LIMIT}" in line
+
+
+def test_as_many_values_as_there_is_room_for_are_allowed():
+    given = {"linspace": [0, 1, POINTS_LIMIT]}
+    assert len(plan._values("radio.loss", given, Scenario())) == POINTS_LIMIT
+    plan._check_size(POINTS_LIMIT)
+    with pytest.raises(FeasibeeError, match=f"must be at most {POINTS_LIMIT}"):
+        plan._check_size(POINTS_LIMIT + 1)
 
 
 def test_all_problems_of_all_points_at_once(refused):

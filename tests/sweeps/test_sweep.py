@@ -32,7 +32,7 @@ from feasibee.sweeps.executors import WorkerPool
 from feasibee.sweeps.exports import KINDS
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
-from feasibee.sweeps.schedule import _piece_size, is_sure
+from feasibee.sweeps.schedule import Schedule, _piece_size, is_sure
 from feasibee.sweeps.schema import NAME, PLACES
 from feasibee.sweeps.sweep import Progress, sweep
 from feasibee.sweeps.table import share, share_of, shares_by_cell, shares_by_line, summaries
@@ -543,6 +543,44 @@ def test_parts_cant_be_sure(tmp_path):
     plan = replace(study(), until=StoppingRule(0.1, None, 1000))
     with pytest.raises(FeasibeeError, match="leave out either"):
         sweep(plan, tmp_path, executors.threads(1), shard=(0, 2))
+
+
+class Kept:
+    """A journal that keeps what it was asked, and of whose runs half are right."""
+
+    def __init__(self):
+        self.last, self.asked = 0, []
+
+    def missing(self, point, first, last, *kinds):
+        return [(max(first, self.last), last)]
+
+    def right(self, point, first, last):
+        self.asked.append((first, last))
+        return (last - first) // 2
+
+    def enter_runs(self, parts):
+        for _, piece in parts:
+            self.last = piece.first_run + piece.runs
+
+
+@pytest.mark.parametrize(
+    ("most", "ends"),
+    [(70, [120, 130, 145, 168, 170]), (68, [120, 130, 145, 168]), (20, [120])],
+)
+def test_a_point_that_stays_unsure_is_looked_at_after_half_as_many_runs_more(most, ends):
+    """Its runs begin with number 100; after the most runs there is no look."""
+    kept, seen = Kept(), []
+    points = [DesignPoint({}, Scenario.from_tables(SMALL), 100)]
+    schedule = Schedule(Study(points, 20, 0, until=StoppingRule(None, 0.5, most)), kept, [1])
+    schedule.begin()
+    while schedule.queue:
+        pieces = schedule.chunk(1e12)
+        seen.append(pieces[-1].first_run + pieces[-1].runs)
+        schedule.enter(pieces, pieces)
+    assert seen == ends
+    assert kept.asked == [(100, end) for end in ends[:-1]]
+    assert schedule.is_done
+    assert schedule.totals == (1, 1, most, most, most)
 
 
 @pytest.mark.parametrize(

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from feasibee.studies.limits import Limits
 
 NOTE = (
-    "By the median, half of the runs got there. No strategy with the same phases can soundly declare "
-    "infeasible before flooding, or feasible with a proof before complete map."
+    "By the median, half of the runs got there. Whatever their strategy, robots that are never wrong declare "
+    "infeasible no sooner than flooding, and feasible no sooner than complete map."
 )
 
 
@@ -44,7 +44,7 @@ NOTE = (
     type=click.IntRange(1, 64),
     default=4,
     show_default=True,
-    help="Number of cells per range of sight; with more, the area is seen sooner.",
+    help="Number of cells per range of sight; with more, the limits of the area are sharper.",
 )
 @click.option("--plot", type=file_type, metavar="FILE.png", help="Plot the share of runs at each step.")
 @json_option
@@ -60,8 +60,8 @@ def limits(
 ) -> None:
     """Compute how soon any strategy could be sure: when robots have seen enough, and can know enough.
 
-    FILE is a scenario in TOML; without one, the paper's defaults. Its strategy doesn't matter. Robots look
-    only while exploring. They broadcast all that they know while disseminating, for the gain on average.
+    FILE is a scenario in TOML; without one, the paper's defaults. Its strategy and its phases don't matter.
+    In every step, robots look, broadcast all that they know, and hear: no strategy lets them know more.
 
     \b
     Examples:

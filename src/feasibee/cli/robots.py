@@ -40,7 +40,7 @@ key_option = click.option(
     "--key-file",
     type=file_type,
     metavar="FILE",
-    help="File with the shared key that signs packets; by default that of FEASIBEE_FIELD_KEY, if set.",
+    help="File with the shared key of a field; by default that of FEASIBEE_FIELD_KEY, if set.",
 )
 
 

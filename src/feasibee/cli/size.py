@@ -90,7 +90,7 @@ def size(
     for these tasks, or the least value of another field. It also has the blind band: the numbers of tasks for
     which this swarm is not right often enough. The search tests few values, each by as many runs as it takes;
     the whole answer holds with a probability of 95 %. It assumes that the share of right swarms doesn't fall
-    as the field grows.
+    as the field grows. With a longer radio.range it may: the last value is tested, and a fall is reported.
 
     \b
     Examples:
@@ -128,6 +128,6 @@ def _print(found: Sizing, plot: Path | None) -> None:
 
     for sentence in sentences(found):
         click.echo(wrapped(sentence))
-    click.echo(f"Whole answer: {100 * found.rule.confidence:g} % confidence.")
+    click.echo(wrapped(f"Whole answer: {100 * found.rule.confidence:g} % confidence, if {found.assumption}."))
     if plot is not None:
         click.echo(f"The figure is {plot}")

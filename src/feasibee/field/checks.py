@@ -112,18 +112,13 @@ def _is_seen(body: dict[str, Any]) -> bool:
     )
 
 
-def _is_named(body: dict[str, Any]) -> bool:
-    return is_whole(body.get("nonce"), 0, 2**63)
+def _is_hello(body: dict[str, Any]) -> bool:
+    return is_whole(body.get("robot"), 0, 2**16 - 1) and is_whole(body.get("nonce"), 0, 2**63)
 
 
 def _is_welcome(body: dict[str, Any]) -> bool:
     clock = body.get("clock")
-    return (
-        _is_named(body)
-        and is_whole(body.get("session"), 1, 2**64 - 1)
-        and isinstance(body.get("settings"), dict)
-        and (clock is None or isinstance(clock, dict))
-    )
+    return isinstance(body.get("settings"), dict) and (clock is None or isinstance(clock, dict))
 
 
 def _are_whole(value: Any, least: int, most: int, length: int | None = None) -> bool:
@@ -148,8 +143,7 @@ def _is_scene(body: dict[str, Any]) -> bool:
         *(body.get(each, []) for each in ("size", "faults", "classes")),
     )
     return (
-        _is_named(body)
-        and _are_words([body.get("strategy")])
+        _are_words([body.get("strategy")])
         and all(is_whole(body.get(name), 0, 2**64 - 1) for name in ("seed", "run"))
         and is_whole(body.get("steps"), 1, 2**62)
         and (hz is None or (_is_length(hz) and hz > 0))
@@ -185,12 +179,8 @@ def _is_view(body: dict[str, Any]) -> bool:
     )
 
 
-def _is_asked(body: dict[str, Any]) -> bool:
-    return _is_named(body) and (type(body.get("has")) is bool or is_whole(body.get("session"), 1, 2**64 - 1))
-
-
 CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
-    HELLO: _is_named,
+    HELLO: _is_hello,
     WELCOME: _is_welcome,
     STEP: lambda body: _is_step(body) and _is_seen(body),
     SAID: _is_said,
@@ -198,11 +188,11 @@ CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
     SIGHT: _is_seen,
     HEARD: lambda body: is_heard(body.get("heard")),
     BYE: lambda body: True,
-    REFUSED: _is_named,
-    VIEW: _is_asked,
+    REFUSED: lambda body: _is_text(body.get("why")),
+    VIEW: lambda body: type(body.get("has")) is bool,
     SCENE: _is_scene,
     STATE: _is_view,
     END: lambda body: _is_step(body) and _is_list(body.get("heard"), is_heard),
-    WAIT: _is_named,
+    WAIT: lambda body: True,
 }
 """What a packet of each kind may hold."""

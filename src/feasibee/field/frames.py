@@ -1,29 +1,38 @@
-"""Packets between the world and the robots: a header, JSON, and a signature if both sides have a key.
-
-Whoever doesn't have the key can neither write a packet that is accepted nor send an old one again: each
-packet names its session and has a number above that of the sender's last one.
-"""
+"""Packets between the world, its robots and its viewers: a header and JSON, sealed if there is a key."""
 
 from __future__ import annotations
 
 import json
 import struct
-import time
-from collections import Counter
-from typing import Any, Final, NamedTuple
+from collections.abc import Hashable
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from feasibee.field.checks import CHECKS, HELLO, VIEW
+from feasibee.field.checks import CHECKS
 
-MAGIC: Final = b"fb1"
+if TYPE_CHECKING:
+    from feasibee.field.noise import Cipher
+
+MAGIC: Final = b"fb2"
 """First bytes of each packet, with the version of its format."""
-HEADER: Final = struct.Struct("!3sBHQQ")
-"""Magic and version, kind, robot, session, number of the packet."""
-SIGNATURE: Final = 16
-"""Length of a signature in bytes: the first half of an HMAC-SHA-256."""
+HEADER: Final = struct.Struct("!3sB8sQ")
+"""Magic and version, way, name of the connection, number of the packet."""
+ASK, TOKEN, ACCEPT, UP, DOWN = range(5)
+"""Ways of packets. A robot or viewer asks for a connection, the world sends it a token, and accepts it with
+that. Then packets go up to the world and down from it."""
 LARGEST: Final = 60_000
 """Largest packet in bytes; a datagram holds 65,507."""
 ROBOTS_LIMIT: Final = 65_535
 """Numbers of robots are smaller than this."""
+WINDOW: Final = 1024
+"""By how many packets one may be overtaken; later it is dropped as old."""
+
+
+class DroppedError(Exception):
+    """A packet that isn't accepted."""
+
+
+class ForeignError(DroppedError):
+    """A packet that isn't of the connection that it names."""
 
 
 class Frame(NamedTuple):
@@ -31,86 +40,90 @@ class Frame(NamedTuple):
 
     kind: int
     robot: int
-    session: int
-    number: int
+    """The robot that the connection belongs to; -1 for none."""
     body: dict[str, Any]
+    channel: Channel
 
 
-class _DroppedError(Exception):
-    """A packet that isn't accepted."""
-
-
-class Frames:
-    """Write and read the packets of one side.
+class Channel:
+    """One side of a connection between the world and a robot or viewer.
 
     Parameters
     ----------
-    session : int
-        Number of the session; 0 until a robot knows it.
-    key : bytes
-        The shared key; empty for none.
+    name : bytes
+        Eight random bytes that tell connections apart.
+    way : int
+        The way of the packets that are sent, `UP` or `DOWN`.
+    ciphers : pair of Cipher, optional
+        Those of the packets sent and received; None without a key.
+    peer : Hashable
+        Address of the other side.
     """
 
-    def __init__(self, session: int, key: bytes = b"") -> None:
-        self.session = session
-        self._key = key
-        # Numbers begin with the time, so that those of a restarted process are above its earlier ones.
-        self._number = time.time_ns()
-        self._last: dict[int, int] = {}
-        self.dropped: Counter[str] = Counter()
+    def __init__(
+        self, name: bytes, way: int, ciphers: tuple[Cipher, Cipher] | None = None, peer: Hashable = None
+    ) -> None:
+        self.name, self.peer = name, peer
+        self.robot = -1
+        self._way, self._ciphers = way, ciphers
+        self._sent, self._newest = 0, -1
+        self._seen = 0  # the newest packets received, a bit for each
 
-    def write(self, kind: int, robot: int, body: dict[str, Any]) -> bytes:
+    def write(self, kind: int, body: dict[str, Any]) -> bytes:
         """Return a packet; raise a ValueError if it is larger than `LARGEST`."""
-        self._number += 1
-        text = json.dumps(body, separators=(",", ":")).encode()
-        packet = HEADER.pack(MAGIC, kind, robot, self.session, self._number) + text
-        if self._key:
-            packet += self._signature(packet)
+        content = bytes([kind]) + json.dumps(body, separators=(",", ":")).encode()
+        number, self._sent = self._sent, self._sent + 1
+        if self._ciphers:
+            content = self._ciphers[0].seal(number, content)
+        packet = packed(self._way, self.name, content, number)
         if len(packet) > LARGEST:
             raise ValueError(f"a packet of {len(packet):,} bytes; at most {LARGEST:,} fit")
         return packet
 
-    def read(self, packet: bytes) -> Frame | None:
-        """Return an accepted packet; count and drop any other one."""
+    def read(self, number: int, content: bytes) -> Frame:
+        """Return what a packet says that was received.
+
+        Raises
+        ------
+        ForeignError
+            If it isn't sealed for this connection.
+        DroppedError
+            If it came before, or can't be.
+        """
+        if self._ciphers:
+            try:
+                content = self._ciphers[1].open(number, content)
+            except ValueError:
+                raise ForeignError("not sealed with the key") from None
+        ahead = number - self._newest
+        if ahead <= -WINDOW or (ahead <= 0 and self._seen >> -ahead & 1):
+            raise DroppedError("old")
+        if ahead > 0:
+            self._newest, self._seen = number, (self._seen << min(ahead, WINDOW)) % 2**WINDOW
+        self._seen |= 1 << max(0, -ahead)
         try:
-            return self._accepted(packet)
-        except _DroppedError as error:
-            self.dropped[str(error)] += 1
-            return None
+            kind, body = content[0], json.loads(content[1:])
+        except (IndexError, ValueError, RecursionError):
+            raise DroppedError("malformed") from None
+        if not (kind in CHECKS and isinstance(body, dict) and CHECKS[kind](body)):
+            raise DroppedError("malformed")
+        return Frame(kind, self.robot, body, self)
 
-    def _accepted(self, packet: bytes) -> Frame:
-        """Return the content of a packet, or raise an error that says why it is dropped."""
-        end = len(packet) - (SIGNATURE if self._key else 0)
-        if not HEADER.size <= end <= LARGEST:
-            raise _DroppedError("malformed")
-        magic, kind, robot, session, number = HEADER.unpack_from(packet)
-        if magic != MAGIC or kind not in CHECKS:
-            raise _DroppedError("malformed")
-        if self._key and not self._is_signed(packet, end):
-            raise _DroppedError("not signed with the key")
-        expected = 0 if kind == HELLO else self.session  # a robot that joins doesn't know the session
-        is_asking = kind == VIEW and not session  # nor does a viewer
-        if session != expected and self.session and not is_asking:
-            raise _DroppedError("of another session")
-        sender = -1 - robot if kind == VIEW else robot  # viewers' numbers are their own
-        if number <= self._last.get(sender, 0):
-            raise _DroppedError("old")
-        try:
-            body = json.loads(packet[HEADER.size : end])
-        except (ValueError, RecursionError):
-            raise _DroppedError("malformed") from None
-        if not (isinstance(body, dict) and CHECKS[kind](body)):
-            raise _DroppedError("malformed")
-        if kind != HELLO and not is_asking:
-            self._last[sender] = number
-        return Frame(kind, robot, session, number, body)
 
-    def _is_signed(self, packet: bytes, end: int) -> bool:
-        from hmac import compare_digest
+def packed(way: int, name: bytes, content: bytes, number: int = 0) -> bytes:
+    """Return a packet."""
+    return HEADER.pack(MAGIC, way, name, number) + content
 
-        return compare_digest(self._signature(packet[:end]), packet[end:])
 
-    def _signature(self, packet: bytes) -> bytes:
-        from hmac import digest
+def parsed(packet: bytes) -> tuple[int, bytes, int, bytes]:
+    """Return way, name of the connection, number and content of a packet.
 
-        return digest(self._key, packet, "sha256")[:SIGNATURE]
+    Raises
+    ------
+    DroppedError
+        If it has no such header.
+    """
+    if not HEADER.size <= len(packet) <= LARGEST or not packet.startswith(MAGIC):
+        raise DroppedError("malformed")
+    _, way, name, number = HEADER.unpack_from(packet)
+    return way, name, number, packet[HEADER.size :]

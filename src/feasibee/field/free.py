@@ -88,7 +88,7 @@ class FreeRunning:
         for receiver in self._bodies.bodies:
             if receiver.works(self._bodies.time) and world.reaches(sender, receiver):
                 if len(self._air) >= AIR_LIMIT:
-                    world.frames.dropped["too many messages"] += 1
+                    world.server.dropped["too many messages"] += 1
                     return
                 heard: list[object] = [sender.number, text]
                 heapq.heappush(self._air, (arrives, next(self._order), receiver.process, heard))

@@ -13,6 +13,7 @@ import select
 import signal
 import sys
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,6 +29,8 @@ LOOK = 0.1
 def main() -> None:
     """Start the robots of an order and those that come later, and wait until they have ended."""
     order = json.loads(sys.stdin.buffer.readline())
+    if os.environ.get(KEY_VARIABLE):
+        import_module("feasibee.field.noise")  # once for all robots
     strategy = None
     if order["strategy_file"] is not None:
         from feasibee.scenario.plugins import load

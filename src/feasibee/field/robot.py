@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import random
+import secrets
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +15,8 @@ from typing import Any, TextIO
 
 from feasibee.field.addresses import split_address
 from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
-from feasibee.field.frames import Frame, Frames
+from feasibee.field.connections import Client
+from feasibee.field.frames import Frame
 from feasibee.field.links import Link, open_link
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.strategies.contract import Strategy
@@ -38,8 +40,8 @@ class Robot:
     ----------
     link : Link
         To the world.
-    frames : Frames
-        Of this side, with the shared key.
+    key : bytes
+        The shared key; empty for none.
     number : int
         The robot's number.
     log : file, optional
@@ -53,13 +55,14 @@ class Robot:
     def __init__(
         self,
         link: Link,
-        frames: Frames,
+        key: bytes,
         number: int,
         log: TextIO | None = None,
         strategy: Strategy | None = None,
         patience: float = 20.0,
     ) -> None:
-        self._link, self._frames, self._number = link, frames, number
+        self._hello = HELLO, {"robot": number, "nonce": secrets.randbits(63)}
+        self._client = Client(link, key, lambda: self._hello)
         self._log, self._strategy, self._patience = log, strategy, patience
         self._heard_at = time.monotonic()
         self.why = ""
@@ -73,30 +76,26 @@ class Robot:
             return 0
         self._node = Node(orders, self._write if self._log else None, strategy=self._strategy)
         self._place = tuple(orders["settings"]["place"])
-        self._frames.session = orders["session"]
         self._first = orders["settings"]["step"]
         self._insight: Any = None
         self._ready = {"t": 0, "said": None, "was": list(self._node.status), "ends": False}
-        self._send(SAID, self._ready)
+        self._client.send(SAID, self._ready)
         return self._free(orders["clock"]) if orders["clock"] else self._lockstep()
 
     def _join(self) -> dict[str, Any] | None:
         """Ask the world for the robot's settings until it answers; return nothing if it has ended."""
-        nonce = random.SystemRandom().getrandbits(63)
         asked = 0.0
         while not self._is_alone():
             if time.monotonic() - asked > RETRY:
-                self._send(HELLO, {"nonce": nonce})
+                self._client.send(*self._hello)
                 asked = time.monotonic()
             frame = self._receive(RETRY)
             if frame is not None and frame.kind == BYE:
                 return {}
-            if frame is None or frame.body.get("nonce") != nonce:
-                continue
-            if frame.kind == REFUSED:
-                self.why = str(frame.body.get("why"))
+            if frame is not None and frame.kind == REFUSED:
+                self.why = frame.body["why"]
                 return None
-            if frame.kind == WELCOME:
+            if frame is not None and frame.kind == WELCOME:
                 return frame.body
         return None
 
@@ -113,7 +112,7 @@ class Robot:
                 self._obey(frame)
                 sent = time.monotonic()
             elif time.monotonic() - sent > IDLE:
-                self._send(SAID, self._answers[max(self._answers)])
+                self._client.send(SAID, self._answers[max(self._answers)])
                 sent = time.monotonic()
         return GONE
 
@@ -133,7 +132,7 @@ class Robot:
             while len(self._answers) > KEPT:
                 del self._answers[min(self._answers)]
         if order in self._answers:
-            self._send(SAID, self._answers[order])
+            self._client.send(SAID, self._answers[order])
 
     def _free(self, clock: Mapping[str, float]) -> int:
         """Step by the robot's own clock, with what it saw and heard last."""
@@ -162,7 +161,7 @@ class Robot:
             was = list(self._node.status)
             said = self._node.speak(step, self._place, self._insight)
             self._insight = None
-            self._send(TICK, {"t": step, "said": said, "was": was})
+            self._client.send(TICK, {"t": step, "said": said, "was": was})
             due += period * (1.0 + clock["jitter"] * (2.0 * noise.random() - 1.0))
             if time.monotonic() > due + period:  # it was stopped, or the machine is busy
                 due = time.monotonic()
@@ -174,7 +173,7 @@ class Robot:
             if frame is not None and frame.kind == SIGHT:
                 self._take(frame)
                 return True
-            self._send(SAID, self._ready)
+            self._client.send(SAID, self._ready)
         return False
 
     def _take(self, frame: Frame) -> None:
@@ -191,15 +190,10 @@ class Robot:
 
     def _receive(self, timeout: float) -> Frame | None:
         """Return the world's next packet, or None if none comes in so many seconds."""
-        received = self._link.receive(timeout)
-        frame = self._frames.read(received[0]) if received else None
-        if frame is None or frame.robot != self._number:
-            return None
-        self._heard_at = time.monotonic()
+        frame = self._client.receive(timeout)
+        if frame is not None:
+            self._heard_at = time.monotonic()
         return frame
-
-    def _send(self, kind: int, body: Mapping[str, Any]) -> None:
-        self._link.send(self._frames.write(kind, self._number, dict(body)))
 
     def _is_alone(self) -> bool:
         """Whether the world has been silent for too long."""
@@ -225,7 +219,7 @@ def take_part(
     link = open_link(transport, *split_address(connect), listens=False, name=str(number))
     file = log.open("w", encoding="utf-8") if log is not None else None
     try:
-        robot = Robot(link, Frames(0, key), number, file, strategy, patience)
+        robot = Robot(link, key, number, file, strategy, patience)
         return robot.run(), robot.why
     finally:
         link.close()

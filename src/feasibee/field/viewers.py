@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from feasibee.field.checks import MARKS, REFUSED, SCENE, STATE, VIEW
-from feasibee.field.frames import Frame, Frames
+from feasibee.field.checks import MARKS, REFUSED, SCENE, STATE
+from feasibee.field.frames import Channel, Frame
 from feasibee.reference.mind import BYZANTINE, HONEST, STUBBORN
 
 if TYPE_CHECKING:
     from feasibee.field.bodies import Bodies, Body
-    from feasibee.field.links import Link
+    from feasibee.field.connections import Server
     from feasibee.field.plan import Plan
 
 VIEWERS_LIMIT: Final = 10
@@ -31,8 +31,7 @@ class Watched(Protocol):
     """What viewers are shown of a world."""
 
     plan: Plan
-    link: Link
-    frames: Frames
+    server: Server
     bodies: Bodies
     decision: int
     decision_step: int
@@ -49,9 +48,6 @@ class Watched(Protocol):
 class Viewers:
     """Those who watch a field.
 
-    A viewer first asks for the session, and names it in all further packets. So nobody can have views sent to
-    an address that isn't their own.
-
     Parameters
     ----------
     world : Watched
@@ -60,42 +56,38 @@ class Viewers:
 
     def __init__(self, world: Watched) -> None:
         self._world = world
-        self._asked: dict[Hashable, tuple[float, int]] = {}
+        self._asked: dict[Channel, float] = {}
         self._latest: dict[str, Any] | None = None
         self._shown: tuple[int, Sequence[Sequence[int]]] | None = None
         self._scene: dict[str, Any] | None = None
         self._recent: deque[dict[str, Any]] = deque(maxlen=1 + RECENT // (1 + len(world.bodies.bodies)))
         self._recent_until = math.inf
 
-    def answer(self, frame: Frame, peer: Hashable) -> None:
-        """Answer a packet of a viewer: with the session, the scene, the latest view, or why it gets none."""
+    def answer(self, frame: Frame) -> None:
+        """Answer a packet of a viewer: with the scene, the latest view, or why it gets none."""
         now = time.monotonic()
-        name = {"nonce": frame.body["nonce"]}
-        if not frame.session:
-            self._send(VIEW, frame.robot, peer, {**name, "session": self._world.frames.session})
-            return
         self._forget(now)
-        before = self._asked.get(peer)
+        before = self._asked.get(frame.channel)
         if before is None and len(self._asked) >= VIEWERS_LIMIT:
             why = f"it has {VIEWERS_LIMIT} viewers, which is the limit; end one of them"
-            self._send(REFUSED, frame.robot, peer, {**name, "why": why})
-        elif before is not None and now - before[0] < PAUSE:
-            self._world.frames.dropped["of a hasty viewer"] += 1
+            self._send(REFUSED, frame.channel, {"why": why})
+        elif before is not None and now - before < PAUSE:
+            self._world.server.dropped["of a hasty viewer"] += 1
         else:
-            self._asked[peer] = now, frame.robot
-            self._inform(frame, peer, name, is_new=before is None)
+            self._asked[frame.channel] = now
+            self._inform(frame, is_new=before is None)
 
-    def _inform(self, frame: Frame, peer: Hashable, name: Mapping[str, int], *, is_new: bool) -> None:
+    def _inform(self, frame: Frame, *, is_new: bool) -> None:
         """Send a viewer the scene or the latest view; a new one that has the scene gets all kept."""
-        if frame.body.get("has") is not True or self._latest is None:
+        if not frame.body["has"] or self._latest is None:
             self._scene = self._scene or scene_of(self._world)
-            fits = self._send(SCENE, frame.robot, peer, {**name, **self._scene})
+            fits = self._send(SCENE, frame.channel, self._scene)
         else:
             views = [*self._recent] if is_new and self._recent else [self._latest]
-            fits = all(self._send(STATE, frame.robot, peer, view) for view in views)
+            fits = all(self._send(STATE, frame.channel, view) for view in views)
         if not fits:
             why = "it has too many robots or tasks to be watched; use feasibee watch without --field"
-            self._send(REFUSED, frame.robot, peer, {**name, "why": why})
+            self._send(REFUSED, frame.channel, {"why": why})
 
     def show(self, step: int, places: Sequence[Sequence[int]]) -> None:
         """Send a view of a step to all viewers; keep the first ones for those who ask soon."""
@@ -123,16 +115,16 @@ class Viewers:
 
     def _send_latest(self) -> None:
         if self._latest is not None:
-            for peer, (_, number) in self._asked.items():
-                self._send(STATE, number, peer, self._latest)
+            for channel in self._asked:
+                self._send(STATE, channel, self._latest)
 
     def _forget(self, now: float) -> None:
-        self._asked = {peer: asked for peer, asked in self._asked.items() if now - asked[0] < KEPT}
+        self._asked = {each: asked for each, asked in self._asked.items() if now - asked < KEPT}
 
-    def _send(self, kind: int, number: int, peer: Hashable, content: Mapping[str, Any]) -> bool:
+    def _send(self, kind: int, channel: Channel, content: dict[str, Any]) -> bool:
         """Send a packet; return whether it isn't too large."""
         try:
-            self._world.link.send(self._world.frames.write(kind, number, dict(content)), peer)
+            self._world.server.send(channel, kind, content)
         except ValueError:
             return False
         return True

@@ -6,16 +6,16 @@ import json
 import random
 import sys
 import time
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies, Body, Change
 from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, VIEW, WAIT, WELCOME
+from feasibee.field.connections import Server
 from feasibee.field.faults import PARTITION, PROCESS, Fault
-from feasibee.field.frames import ROBOTS_LIMIT, Frame, Frames
-from feasibee.field.links import Link
+from feasibee.field.frames import ROBOTS_LIMIT, Channel, Frame
 from feasibee.field.measures import tracked
 from feasibee.field.node import Status
 from feasibee.field.plan import Plan
@@ -31,10 +31,8 @@ class World:
     ----------
     plan : Plan
         What the field does.
-    link : Link
-        To the robots.
-    frames : Frames
-        Of this side, with session and key.
+    server : Server
+        The connections to robots and viewers.
     report : callable
         Takes events, as mappings, for whoever watches.
     log : Path
@@ -48,8 +46,7 @@ class World:
     def __init__(
         self,
         plan: Plan,
-        link: Link,
-        frames: Frames,
+        server: Server,
         report: Callable[[Mapping[str, Any]], None],
         log: Path,
         resumes: bool = False,
@@ -57,13 +54,13 @@ class World:
     ) -> None:
         if plan.scenario.most.robots > ROBOTS_LIMIT:
             raise FeasibeeError(f"robots: a field has at most {ROBOTS_LIMIT:,}; use fewer")
-        self.plan, self.link, self.frames, self.report = plan, link, frames, report
+        self.plan, self.server, self.report = plan, server, report
         self.bodies = Bodies(plan.scenario, plan.seed, plan.run)
         self.step = 0
         self.decision, self.decision_step = UNDECIDED, -1
         self._tracked: list[tuple[int, int]] = []
-        self._peers: dict[int, Hashable] = {}
-        self._waiting: dict[int, Hashable] = {}
+        self._channels: dict[int, Channel] = {}
+        self._waiting: dict[int, Channel] = {}
         self._nonces: dict[int, int] = {}
         self._wait_for_go = wait_for_go
         self._cut_until = -1.0
@@ -150,46 +147,44 @@ class World:
 
     def receive(self, timeout: float) -> Frame | None:
         """Return the next packet of a robot that has joined; answer those that join."""
-        received = self.link.receive(timeout)
-        frame = self.frames.read(received[0]) if received else None
-        if frame is None or received is None:
+        frame = self.server.receive(timeout)
+        if frame is None:
             return None
         if frame.kind == HELLO:
-            self._join(frame, received[1])
-            return None
-        if frame.kind == VIEW:
-            self._viewers.answer(frame, received[1])
-            return None
-        if frame.robot >= len(self.bodies.everyone):
-            self.frames.dropped["of no robot"] += 1
-            return None
-        self._peers[frame.robot] = received[1]
-        if self.body(frame).has_left:
+            self._join(frame)
+        elif frame.kind == VIEW:
+            self._viewers.answer(frame)
+        elif frame.robot < 0:
+            self.server.dropped["of no robot"] += 1
+        elif self.body(frame).has_left:
             self.send(self.body(frame), BYE, {})
-            return None
-        return frame
+        else:
+            return frame
+        return None
 
-    def _join(self, frame: Frame, peer: Hashable) -> None:
+    def _join(self, frame: Frame) -> None:
         """Welcome a robot with its settings, let it wait until it comes, or say why it can't join."""
-        count, nonce = len(self.bodies.everyone), frame.body["nonce"]
+        count, number, nonce = len(self.bodies.everyone), frame.body["robot"], frame.body["nonce"]
+        channel = frame.channel
         why = ""
-        if frame.robot >= count and self.plan.scenario.dynamic:
-            self._waiting[frame.robot] = peer
-            self.link.send(self.frames.write(WAIT, frame.robot, {"nonce": nonce}), peer)
+        if number >= count and self.plan.scenario.dynamic:
+            self._waiting[number] = channel
+            self.server.send(channel, WAIT, {})
             return
-        if frame.robot >= count:
+        if number >= count:
             why = f"this field has robots 0 to {count - 1}; use one of these as --id"
-        elif self.bodies.everyone[frame.robot].has_left:
+        elif self.bodies.everyone[number].has_left:
             why = "the robot of this number has left; use another --id"
-        elif self._nonces.setdefault(frame.robot, nonce) != nonce:
+        elif frame.robot not in (-1, number) or self._nonces.setdefault(number, nonce) != nonce:
             why = "a robot of this number has joined already; use another --id"
         if why:
-            packet = self.frames.write(REFUSED, frame.robot, {"nonce": nonce, "why": why})
-            self.link.send(packet, peer)
+            self.server.send(channel, REFUSED, {"why": why})
             return
-        self._waiting.pop(frame.robot, None)
-        self._peers[frame.robot] = peer
-        body = self.body(frame)
+        self._waiting.pop(number, None)
+        if self._channels.get(number, channel) is not channel:
+            self.server.end(self._channels[number])
+        channel.robot, self._channels[number] = number, channel
+        body = self.bodies.everyone[number]
         self.send(body, WELCOME, self._welcome(body))
 
     def _welcome(self, body: Body) -> dict[str, Any]:
@@ -197,24 +192,22 @@ class World:
         clock = None
         if not plan.lockstep:
             # Not a draw of the model: clocks differ between fields of the same seed.
-            drift = random.Random(f"{self.frames.session} {body.process}").uniform(-plan.drift, plan.drift)
+            drift = random.Random(f"{self.server.session} {body.process}").uniform(-plan.drift, plan.drift)
             clock = {"period": 1.0 / plan.hz, "drift": drift, "jitter": plan.jitter}
         orders = self.bodies.orders(body)
         orders["settings"]["step"] = max(0, self.step - 1)  # in free running, starting has taken some steps
-        nonce = self._nonces.get(body.process, 0)
-        return {"nonce": nonce, "session": self.frames.session, "clock": clock, **orders}
+        return {"clock": clock, **orders}
 
     def send(self, body: Body, kind: int, content: dict[str, Any]) -> None:
         """Send a packet to a robot, if it has joined."""
-        if body.process not in self._peers:
+        if body.process not in self._channels:
             return
         try:
-            packet = self.frames.write(kind, body.process, content)
+            self.server.send(self._channels[body.process], kind, content)
         except ValueError as error:
             raise FeasibeeError(
                 f"robot {body.process}: {error}; use shorter messages or fewer robots"
             ) from None
-        self.link.send(packet, self._peers[body.process])
 
     def body(self, frame: Frame) -> Body:
         """Return the body of the robot that sent a packet."""
@@ -312,8 +305,8 @@ class World:
         for _ in range(3):  # a packet may be lost; a robot that gets none leaves after its patience
             for body in self.bodies.bodies:
                 self.send(body, BYE, {})
-            for number, peer in self._waiting.items():
-                self.link.send(self.frames.write(BYE, number, {}), peer)
+            for channel in self._waiting.values():
+                self.server.send(channel, BYE, {})
         self._viewers.end()
         self.log.close()
         return {
@@ -324,7 +317,7 @@ class World:
             "feasible": self.bodies.feasible_count,
             "infeasible": self.bodies.infeasible_count,
             "lost": [body.process for body in self.bodies.bodies if body.lost],
-            "dropped": dict(self.frames.dropped),
+            "dropped": dict(self.server.dropped),
             **tracked(self.plan.scenario, self._tracked),
         }
 

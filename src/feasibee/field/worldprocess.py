@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError
+from feasibee.field.connections import Server
 from feasibee.field.faults import fault_from
-from feasibee.field.frames import Frames
 from feasibee.field.free import FreeRunning
 from feasibee.field.links import open_link
 from feasibee.field.lockstep import Lockstep
@@ -38,9 +38,9 @@ def _run(order: Mapping[str, Any]) -> dict[str, Any]:
     plan = plan_from(order["plan"])
     link = open_link(order["transport"], order["host"], order["port"], listens=True)
     try:
-        frames = Frames(order["session"], os.environ.get(KEY_VARIABLE, "").encode())
+        server = Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]
-        world = World(plan, link, frames, print_event, log, resumes, _wait_for_go)
+        world = World(plan, server, print_event, log, resumes, _wait_for_go)
         robots = [body.process for body in world.bodies.bodies]
         print_event({"event": "listening", "address": link.address, "robots": robots})
         if not resumes:

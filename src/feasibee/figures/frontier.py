@@ -22,8 +22,8 @@ BANDS: Final = ("pooled", "flooding", "complete_map")
 STRIP: Final = 2.4
 """Height of the strip above the rows, where the bands are named, in rows."""
 CAPTION: Final = (
-    "bits: mean over {most:,} steps; ok: share of swarms that are right by their own word by then; "
-    "filled: at least {reliable:g}; dot and line: half to 95 % of the swarms; bands: limits, likewise"
+    "bits: mean over {most:,} steps; ok: share that is right by its own word by then; "
+    "filled: at least {reliable:g}; dot and line: half to 95 % of the swarms; bands: limits of any strategy"
 )
 
 
@@ -135,7 +135,7 @@ def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
             ax.text(
                 place,
                 rows - 0.5 + STRIP,
-                name.replace("_", " "),
+                LOOKS[name].label,
                 color=text_colour(LOOKS[name].colour),
                 **label,
             )

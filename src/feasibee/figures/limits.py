@@ -27,10 +27,10 @@ class Look(NamedTuple):
 
 
 LOOKS: Final[Mapping[str, Look]] = {
-    "pooled": Look("pooled sightings", "#0072B2", "-", 0.62),
-    "area": Look("area seen", "#009E73", (0, (1, 1.2)), 0.4, "right"),
-    "flooding": Look("names flooded", "#D55E00", "-", 0.20),
-    "complete_map": Look("complete maps", "#CC79A7", "--", 0.62),
+    "pooled": Look("pooled", "#0072B2", "-", 0.62),
+    "area": Look("area", "#009E73", (0, (1, 1.2)), 0.4, "right"),
+    "flooding": Look("flooding", "#D55E00", "-", 0.20),
+    "complete_map": Look("complete map", "#CC79A7", "--", 0.62),
 }
 """The limits, in the order in which they are drawn."""
 SHOWN: Final = 0.995

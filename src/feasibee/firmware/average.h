@@ -37,6 +37,7 @@ static inline int8_t feasibee_average_decide(struct feasibee_robot *robot, const
     double x = sum / (1.0 + (double)heard);
     robot->memory.average.x = x;
     robot->memory.average.decided = true;
+    feasibee_bound_counts(robot);
     if (x == 0.0)
         return robot->opinion;
     return x > 0.0 ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;

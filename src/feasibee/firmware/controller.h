@@ -159,7 +159,7 @@ struct feasibee_me {
     void *context;   /* given to the callbacks */
     feasibee_id id;  /* from here on: for strategies that pass on knowledge */
     uint32_t hash;   /* 32 random bits, the same for all who see a robot of this id */
-    uint32_t step;   /* steps that have passed; above 0 if it joins robots that began earlier */
+    uint32_t step;   /* steps that have passed, modulo 2^32; not 0 if it joins robots that began earlier */
 };
 
 /* A robot or a task in sight, for strategies that pass on knowledge. */

@@ -204,7 +204,7 @@ static inline bool feasibee_fading_drop(struct feasibee_robot *robot, uint32_t p
     uint32_t came = robot->known[place + 1];
     if (came == 0)
         return false;
-    double left = feasibee_power(sums[FEASIBEE_FADE], robot->me.step + 1 - came);
+    double left = feasibee_power(sums[FEASIBEE_FADE], feasibee_stamp_of(robot->me.step) - came);
     feasibee_fading_add(sums, robot->known[place], -left);
     robot->known[place + 1] = 0;
     return true;
@@ -222,7 +222,7 @@ static inline void feasibee_fading_merge(struct feasibee_robot *robot, const uin
     bool had = feasibee_fading_drop(robot, place, sums);
     feasibee_fading_add(sums, row, 1.0);
     robot->known[place] = row;
-    robot->known[place + 1] = robot->me.step + 1;
+    robot->known[place + 1] = feasibee_stamp_of(robot->me.step);
     robot->known[0] += !fast && !had;
 }
 
@@ -262,7 +262,8 @@ static inline double feasibee_fading_estimate(const struct feasibee_robot *robot
 /* Return whether a row that came in a step, counted from 1, is from a robot that may have left since. */
 static inline bool feasibee_fading_is_old(const struct feasibee_robot *robot, uint32_t came)
 {
-    return came > 0 && robot->me.step + 1 - came > feasibee_steps_for(3.0, 1, robot->settings->setting);
+    uint32_t age = feasibee_stamp_of(robot->me.step) - came;
+    return came > 0 && age > feasibee_steps_for(3.0, 1, robot->settings->setting);
 }
 
 /* Return what the estimate says, and let all counts fade. */

@@ -54,7 +54,7 @@ static inline void feasibee_fading_votes_drop(struct feasibee_robot *robot, uint
     if (came == 0)
         return;
     memory[FEASIBEE_WEIGHTS + robot->known[place]] -=
-        feasibee_power(memory[FEASIBEE_FADE], robot->me.step + 1 - came);
+        feasibee_power(memory[FEASIBEE_FADE], feasibee_stamp_of(robot->me.step) - came);
     robot->known[place + 1] = 0;
     robot->known[0]--;
 }
@@ -67,7 +67,7 @@ static inline void feasibee_fading_votes_merge(struct feasibee_robot *robot, con
     feasibee_fading_votes_drop(robot, place);
     robot->memory.numbers[FEASIBEE_WEIGHTS + vote] += 1.0;
     robot->known[place] = vote;
-    robot->known[place + 1] = robot->me.step + 1;
+    robot->known[place + 1] = feasibee_stamp_of(robot->me.step);
     robot->known[0]++;
 }
 

@@ -79,6 +79,8 @@ static inline uint8_t feasibee_bit_length(uint32_t number)
     return bits;
 }
 
+#define FEASIBEE_FULL UINT32_C(0x7FFFFFFF) /* largest total in a word, as in Python */
+
 /* Return how many bits of so many words are 1. */
 static inline uint32_t feasibee_members(const uint32_t *words, uint32_t number)
 {

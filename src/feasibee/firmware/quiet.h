@@ -28,6 +28,18 @@ static inline bool feasibee_told_enough(uint32_t *list, uint16_t tolerates, feas
     return true;
 }
 
+/* Return whether a step has come that was less than 2^31 steps ahead when it was stored. */
+static inline bool feasibee_has_come(const struct feasibee_robot *robot, uint32_t deadline)
+{
+    return robot->me.step - deadline < UINT32_C(1) << 31;
+}
+
+/* Return a step, counted from 1, as a word that is never 0, which can then stand for no step. */
+static inline uint32_t feasibee_stamp_of(uint32_t step)
+{
+    return step + 1 > 0 ? step + 1 : 1;
+}
+
 /* Return a parameter as a number of steps, rounded up. */
 static inline uint32_t feasibee_steps_given(feasibee_number number)
 {

@@ -111,7 +111,7 @@ static inline int8_t feasibee_quiet_declare(struct feasibee_robot *robot)
         known[FEASIBEE_QUIET_NAMES] = robots + tasks;
         known[FEASIBEE_QUIET_UNTIL] = robot->me.step + feasibee_quiet_steps(robots, setting);
     }
-    if (robot->me.step < known[FEASIBEE_QUIET_UNTIL])
+    if (!feasibee_has_come(robot, known[FEASIBEE_QUIET_UNTIL]))
         return FEASIBEE_NONE;
     return robots >= tasks ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
 }

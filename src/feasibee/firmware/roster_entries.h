@@ -26,7 +26,8 @@ enum {
 };
 
 #define FEASIBEE_ROSTER_NO_ENTRY UINT32_MAX
-#define FEASIBEE_ROSTER_PAST (INT32_C(1) << 20)
+#define FEASIBEE_ROSTER_PAST (UINT32_C(1) << 20)
+#define FEASIBEE_ROSTER_FORGOTTEN (UINT32_C(1) << 30) /* steps: the words of states count modulo 2^31 */
 
 static inline uint8_t feasibee_roster_name_bits(const struct feasibee_setting *setting)
 {
@@ -67,15 +68,23 @@ static inline uint32_t feasibee_three_words(const struct feasibee_setting *setti
     return 3;
 }
 
-/* Return the state of a robot that was there at a step, or of one given up: the younger, the larger. */
-static inline int32_t feasibee_roster_state(int32_t step, int32_t present)
+/* Return the state of a robot that is there in this step; of one given up it is larger by 1. */
+static inline uint32_t feasibee_roster_now(const struct feasibee_robot *robot)
 {
-    return 2 * (step + FEASIBEE_ROSTER_PAST) + present;
+    return 2 * (robot->me.step + FEASIBEE_ROSTER_PAST) + 1;
 }
 
-static inline int32_t feasibee_roster_now(const struct feasibee_robot *robot)
+/* Return twice the age of a state in steps, and 1 if there, 2 if given up; the largest number for none. */
+static inline uint32_t feasibee_roster_age(const struct feasibee_robot *robot, uint32_t state)
 {
-    return feasibee_roster_state((int32_t)robot->me.step, 1);
+    return state != 0 ? feasibee_roster_now(robot) + 1 - state : UINT32_MAX;
+}
+
+/* Return a state, or that of an age if this is younger. */
+static inline uint32_t feasibee_roster_younger(const struct feasibee_robot *robot, uint32_t state,
+                                               uint32_t age)
+{
+    return age < feasibee_roster_age(robot, state) ? feasibee_roster_now(robot) + 1 - age : state;
 }
 
 /* Store the quiet time and the timeout for so many robots. */
@@ -96,7 +105,7 @@ static inline void feasibee_roster_meet(struct feasibee_robot *robot, uint32_t i
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     if (!setting->knows_count)
-        robot->known[feasibee_roster_robot(setting, id)] = (uint32_t)feasibee_roster_now(robot);
+        robot->known[feasibee_roster_robot(setting, id)] = feasibee_roster_now(robot);
 }
 
 static inline void feasibee_roster_turns_start(struct feasibee_robot *robot)
@@ -156,17 +165,20 @@ static inline uint32_t feasibee_roster_latest_news(const struct feasibee_robot *
 {
     const uint32_t *known = robot->known;
     uint32_t latest = FEASIBEE_ROSTER_NO_ENTRY, before = FEASIBEE_ROSTER_NO_ENTRY;
-    int64_t oldest = (int64_t)robot->me.step - 2 * (int64_t)known[FEASIBEE_ROSTER_QUIET];
+    uint32_t youngest = 2 * known[FEASIBEE_ROSTER_QUIET], second_youngest = youngest;
     for (uint32_t k = 0; k < known[FEASIBEE_ROSTER_NUMBER]; k++) {
         uint32_t entry = feasibee_roster_entry(robot->settings->setting, k);
-        uint32_t news = known[entry + FEASIBEE_ROSTER_NEWS];
-        if (known[entry + FEASIBEE_ROSTER_VERSION] == 0 || (int64_t)news < oldest)
+        uint32_t age = robot->me.step - known[entry + FEASIBEE_ROSTER_NEWS];
+        if (known[entry + FEASIBEE_ROSTER_VERSION] == 0 || age > second_youngest)
             continue;
-        if (latest == FEASIBEE_ROSTER_NO_ENTRY || news >= known[latest + FEASIBEE_ROSTER_NEWS]) {
+        if (age <= youngest) {
             before = latest;
             latest = entry;
-        } else if (before == FEASIBEE_ROSTER_NO_ENTRY || news >= known[before + FEASIBEE_ROSTER_NEWS]) {
+            second_youngest = youngest;
+            youngest = age;
+        } else {
             before = entry;
+            second_youngest = age;
         }
     }
     return second && before != FEASIBEE_ROSTER_NO_ENTRY ? before : latest;

@@ -59,7 +59,7 @@ static inline void feasibee_roster_write_robot(struct feasibee_robot *robot, uin
     for (uint32_t k = 0; k < setting->robot_ids; k++) {
         *turn = *turn + 1 < setting->robot_ids ? *turn + 1 : 0;
         uint32_t state = robot->known[feasibee_roster_robot(setting, *turn)];
-        uint32_t age = ((uint32_t)feasibee_roster_now(robot) - state) / 2;
+        uint32_t age = feasibee_roster_age(robot, state) / 2;
         if (*turn != robot->me.id && state % 2 == 1 && age <= 4095) {
             words[FEASIBEE_ROSTER_WHAT] = *turn + 1;
             words[FEASIBEE_ROSTER_VALUE] = age;
@@ -110,26 +110,27 @@ static inline void feasibee_roster_hear_task(struct feasibee_robot *robot, const
 }
 
 /* Store a neighbour's report in a list of states, then of one more than the ids of those that reported them;
- * return the oldest of the latest reports, 0 if there are too few. */
-static inline uint32_t feasibee_roster_oldest(uint32_t *list, uint32_t reports, uint32_t state,
-                                              feasibee_id sender)
+ * return the age of the oldest of the latest reports, the largest number if there are too few. */
+static inline uint32_t feasibee_roster_oldest(const struct feasibee_robot *robot, uint32_t *list,
+                                              uint32_t reports, uint32_t age, feasibee_id sender)
 {
-    uint32_t place = 0, oldest;
+    uint32_t place = 0, oldest = 0;
     for (uint32_t k = 0; k < reports; k++) {
         if (list[k + reports] == (uint32_t)sender + 1) {
             place = k;
             break;
         }
-        if (list[k] < list[place])
+        if (feasibee_roster_age(robot, list[k]) > feasibee_roster_age(robot, list[place]))
             place = k;
     }
-    if (state > list[place]) {
-        list[place] = state;
+    if (age < feasibee_roster_age(robot, list[place])) {
+        list[place] = feasibee_roster_younger(robot, list[place], age);
         list[place + reports] = (uint32_t)sender + 1;
     }
-    oldest = list[0];
-    for (uint32_t k = 1; k < reports; k++)
-        oldest = list[k] < oldest ? list[k] : oldest;
+    for (uint32_t k = 0; k < reports; k++) {
+        age = feasibee_roster_age(robot, list[k]);
+        oldest = age > oldest ? age : oldest;
+    }
     return oldest;
 }
 
@@ -139,12 +140,11 @@ static inline void feasibee_roster_hear_robot(struct feasibee_robot *robot, cons
 {
     const struct feasibee_setting *setting = robot->settings->setting;
     uint16_t tolerates = feasibee_tolerated(setting, 3);
-    int32_t seen = (int32_t)robot->me.step - (int32_t)words[FEASIBEE_ROSTER_VALUE];
-    uint32_t state = (uint32_t)feasibee_roster_state(seen, 1);
+    uint32_t age = 2 * words[FEASIBEE_ROSTER_VALUE] + 1;
     uint32_t *known = robot->known + feasibee_roster_robot(setting, words[FEASIBEE_ROSTER_WHAT] - 1);
-    if (state > known[0] && tolerates > 0)
-        state = feasibee_roster_oldest(known + 1, (uint32_t)tolerates + 1, state, sender);
-    known[0] = state > known[0] ? state : known[0];
+    if (age < feasibee_roster_age(robot, known[0]) && tolerates > 0)
+        age = feasibee_roster_oldest(robot, known + 1, (uint32_t)tolerates + 1, age, sender);
+    known[0] = feasibee_roster_younger(robot, known[0], age);
 }
 
 /* Store that the sender is there, and take what is newer in its message. */
@@ -173,15 +173,17 @@ static inline void feasibee_roster_turns_count(struct feasibee_robot *robot, uin
         *tasks += feasibee_roster_is_there(robot, feasibee_roster_entry(setting, k));
 }
 
-/* Give up robots that were not there for too long, until there is younger news. */
+/* Give up robots that were not there for too long, until there is younger news, and forget them at last. */
 static inline void feasibee_roster_expire(struct feasibee_robot *robot)
 {
     const struct feasibee_setting *setting = robot->settings->setting;
-    int32_t timeout = (int32_t)robot->known[FEASIBEE_ROSTER_TIMEOUT];
-    int64_t oldest = 2 * ((int64_t)robot->me.step - timeout + FEASIBEE_ROSTER_PAST);
+    uint32_t oldest = 2 * robot->known[FEASIBEE_ROSTER_TIMEOUT] + 2;
     for (uint32_t k = 0; k < setting->robot_ids && !setting->knows_count; k++) {
         uint32_t *state = &robot->known[feasibee_roster_robot(setting, k)];
-        *state += (int64_t)*state < oldest && *state % 2 == 1;
+        uint32_t age = feasibee_roster_age(robot, *state);
+        *state += age > oldest && *state % 2 == 1;
+        if (age > 2 * FEASIBEE_ROSTER_FORGOTTEN)
+            *state = 0;
     }
 }
 

@@ -13,7 +13,9 @@ static inline uint32_t feasibee_tally_words(const struct feasibee_setting *setti
 
 static inline void feasibee_tally_observe(struct feasibee_robot *robot, const struct feasibee_thing *thing)
 {
-    robot->known[2 * (uint32_t)robot->me.id + (thing->is_robot ? 0 : 1)]++;
+    uint32_t *row = &robot->known[2 * (uint32_t)robot->me.id];
+    if (row[0] < FEASIBEE_FULL && row[1] < FEASIBEE_FULL) /* to count one alone would change their ratio */
+        row[thing->is_robot ? 0 : 1]++;
 }
 
 static inline void feasibee_tally_encode(struct feasibee_robot *robot, uint32_t *words)

@@ -34,27 +34,38 @@ static inline void feasibee_totals_observe(struct feasibee_robot *robot, const s
         (uint32_t)thing->id < (thing->is_robot ? setting->robots : setting->tasks)) {
         uint32_t place = FEASIBEE_TOTALS_ROWS + setting->robots + (uint32_t)thing->id;
         uint32_t *since = &robot->known[place + (thing->is_robot ? 0 : setting->robots)];
-        bool stays = *since == robot->me.step && robot->me.step > 0;
-        *since = robot->me.step + 1;
+        bool stays = *since == feasibee_stamp_of(robot->me.step - 1);
+        *since = feasibee_stamp_of(robot->me.step);
         if (stays)
             return;
     }
-    robot->known[thing->is_robot ? 0 : 1]++;
+    uint32_t *total = &robot->known[thing->is_robot ? 0 : 1];
+    if (++*total == FEASIBEE_FULL) {
+        robot->known[0] /= 2;
+        robot->known[1] /= 2;
+    }
+}
+
+/* Return one of two totals, of which the larger is given, as if that were at most the largest of a message. */
+static inline uint32_t feasibee_totals_scaled(uint32_t total, uint32_t larger)
+{
+    const uint32_t largest = UINT32_C(63) << 15;
+    return larger <= largest ? total : (uint32_t)((uint64_t)total * largest / larger);
 }
 
 /* Return two totals as 16 bits: 4 of the exponent, 6 of the robots, 6 of the tasks. */
 static inline uint32_t feasibee_totals_row_of(uint32_t robots, uint32_t tasks)
 {
-    uint32_t most = robots > tasks ? robots : tasks, half;
-    uint8_t bits = feasibee_bit_length(most), units = bits > 6 ? (uint8_t)(bits - 6) : 0;
+    uint32_t larger = robots > tasks ? robots : tasks, half;
+    robots = feasibee_totals_scaled(robots, larger);
+    tasks = feasibee_totals_scaled(tasks, larger);
+    larger = feasibee_totals_scaled(larger, larger);
+    uint8_t bits = feasibee_bit_length(larger), units = bits > 6 ? (uint8_t)(bits - 6) : 0;
     half = UINT32_C(1) << units >> 1;
-    if ((most + half) >> units > 63)
+    if ((larger + half) >> units > 63)
         units++;
-    units = units > 15 ? 15 : units;
     half = UINT32_C(1) << units >> 1;
-    robots = (robots + half) >> units;
-    tasks = (tasks + half) >> units;
-    return (uint32_t)units << 12 | (robots > 63 ? 63 : robots) << 6 | (tasks > 63 ? 63 : tasks);
+    return (uint32_t)units << 12 | (robots + half) >> units << 6 | (tasks + half) >> units;
 }
 
 static inline uint32_t feasibee_totals_robots_of(uint32_t row)
@@ -147,14 +158,16 @@ static inline void feasibee_totals_count(struct feasibee_robot *robot, uint32_t 
             tasks_seen -= feasibee_totals_tasks_of(robot->known[place]);
         }
     }
-    uint64_t product = (2 * (uint64_t)setting->robots + 1) * (robot->known[0] + robots_seen);
+    uint32_t larger = robot->known[0] > robot->known[1] ? robot->known[0] : robot->known[1];
+    robots_seen += feasibee_totals_scaled(robot->known[0], larger);
+    tasks_seen += feasibee_totals_scaled(robot->known[1], larger);
+    uint64_t product = (2 * (uint64_t)setting->robots + 1) * robots_seen;
 #ifdef FEASIBEE_DOUBLE
     product = (uint64_t)((double)product / feasibee_totals_kappa(setting));
 #else
     product = product * (uint64_t)FEASIBEE_NUMBER(1) / (uint64_t)feasibee_totals_kappa(setting);
 #endif
-    feasibee_write_counts(product, 2 * ((uint64_t)setting->robots - 1) * (robot->known[1] + tasks_seen),
-                          robots, tasks);
+    feasibee_write_counts(product, 2 * ((uint64_t)setting->robots - 1) * tasks_seen, robots, tasks);
 }
 
 /* An id, and a number of 16 bits: messages of totals. */

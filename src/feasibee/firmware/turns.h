@@ -113,7 +113,8 @@ static inline uint32_t feasibee_turns_quiet_steps(const struct feasibee_setting 
 
 static inline void feasibee_turns_start(struct feasibee_robot *robot)
 {
-    robot->known[FEASIBEE_TURNS_UNTIL] = feasibee_turns_quiet_steps(robot->settings->setting);
+    uint32_t quiet = feasibee_turns_quiet_steps(robot->settings->setting);
+    robot->known[FEASIBEE_TURNS_UNTIL] = robot->me.step + quiet;
 }
 
 /* Return the place of the first name that counts and is not below this one. */
@@ -247,7 +248,8 @@ static inline int8_t feasibee_turns_declare(struct feasibee_robot *robot)
 {
     if (robot->known[FEASIBEE_TURNS_ALARM])
         return FEASIBEE_INFEASIBLE;
-    return robot->me.step >= robot->known[FEASIBEE_TURNS_UNTIL] ? FEASIBEE_FEASIBLE : FEASIBEE_NONE;
+    bool over = feasibee_has_come(robot, robot->known[FEASIBEE_TURNS_UNTIL]);
+    return over ? FEASIBEE_FEASIBLE : FEASIBEE_NONE;
 }
 
 /* Return how many low bits of a gap Rice's code writes as they are, for so many names. */

@@ -5,12 +5,13 @@ from __future__ import annotations
 import secrets
 import time
 from threading import Condition, Thread
-from typing import Final
+from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.addresses import split_address
 from feasibee.field.checks import REFUSED, SCENE, STATE, VIEW
-from feasibee.field.frames import Frame, Frames
+from feasibee.field.connections import Client
+from feasibee.field.frames import Frame
 from feasibee.field.links import Link, open_link
 from feasibee.live.fieldsteps import FieldSteps
 
@@ -109,26 +110,23 @@ class FieldView:
         if self._has_scene and (self.field.has_ended or self.is_silent):
             self._look()
         if now - self._asked_at > (ASKING if self._has_scene and self.field.views else RETRY):
-            self._ask(now)
-        received = self._link.receive(RETRY)
-        frame = self._frames.read(received[0]) if received else None
+            self._client.send(*self._request())
+            self._asked_at = now
+        frame = self._client.receive(RETRY)
         if frame is not None:
             self._take(frame)
 
     def _look(self) -> None:
-        """Ask from now on which field is there, by another number: a second viewer may have the same one."""
-        self._frames, self._nonce = Frames(0, self._key), secrets.randbits(63)
-        self._number = secrets.randbelow(2**16)
+        """Ask from now on which field is there."""
+        self._client = Client(self._link, self._key, self._request)
 
-    def _ask(self, now: float) -> None:
-        body = {"nonce": self._nonce, "has": self._has_scene}
-        self._link.send(self._frames.write(VIEW, self._number, body))
-        self._asked_at = now
+    def _request(self) -> tuple[int, dict[str, Any]]:
+        return VIEW, {"has": self._has_scene}
 
     @property
     def _has_scene(self) -> bool:
         """Whether the scene that is kept is that of the field that answers."""
-        return self._steps is not None and self._frames.session == self._session
+        return self._steps is not None and self._client.session == self._session
 
     def _take(self, frame: Frame) -> None:
         body = frame.body
@@ -136,18 +134,11 @@ class FieldView:
             with self._changed:
                 self.field.keep(body)
                 self._changed.notify_all()
-        elif body.get("nonce") != self._nonce:
-            return
-        elif frame.kind == VIEW and "session" in body:
-            if self._steps is not None and self._steps.has_ended and body["session"] == self._session:
-                return  # its world is about to end
-            self._frames.session = body["session"]
-            self._asked_at = 0.0
         elif frame.kind == SCENE and body["faults"] and not self._has_scene:
             with self._changed:
-                self._steps, self._session = FieldSteps(body), self._frames.session
+                self._steps, self._session = FieldSteps(body), self._client.session
                 self._changed.notify_all()
         elif frame.kind == REFUSED:
-            self._why = one_line(str(body.get("why")))[:300]
+            self._why = one_line(body["why"])[:300]
             return
         self._heard_at = time.monotonic()

@@ -75,6 +75,13 @@ class Crossing:
     enough: int | None
     possible: int
 
+    @property
+    def refuted(self) -> Finding | None:
+        """Tested place beyond ``enough`` whose rate is shown to be below the target: the rate falls again."""
+        last = self.tested[-1]
+        falls = self.enough is not None and last.place > self.enough and last.answer == "too few"
+        return last if falls else None
+
 
 def most_tests(places: int) -> int:
     """Return the largest number of values that `find_crossing` tests of so many."""
@@ -112,7 +119,9 @@ def _answer(interval: Interval, target: float) -> Answer:
     return "too few" if interval.high < target else "open"
 
 
-def find_crossing(places: int, test: Callable[[int], Finding], resolution: float = 0.0) -> Crossing:
+def find_crossing(
+    places: int, test: Callable[[int], Finding], resolution: float = 0.0, look_last: bool = False
+) -> Crossing:
     """Find the first of the places ``0 ... places - 1`` from which on the rate reaches the target.
 
     The first place is tested, then places at twice the distance each until one reaches the target. The gap
@@ -127,6 +136,8 @@ def find_crossing(places: int, test: Callable[[int], Finding], resolution: float
         Tests the value at a place; see `finding_at`.
     resolution : float
         Gaps of at most this share of their upper place are left.
+    look_last : bool
+        Whether to test the last place in any case, since the rate may fall again.
     """
     found: dict[int, Finding] = {}
     place: int | None = 0
@@ -139,6 +150,8 @@ def find_crossing(places: int, test: Callable[[int], Finding], resolution: float
         else:
             low, high = _gap(found, below, enough, places)
             place = (low + high) // 2 if high - low > max(1, resolution * high) else None
+    if look_last and places - 1 not in found:
+        found[places - 1] = test(places - 1)
     return Crossing(tuple(found[at] for at in sorted(found)), enough, below + 1)
 
 

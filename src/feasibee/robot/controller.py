@@ -110,7 +110,7 @@ class Controller:
     setting : Setting, optional
         The numbers that strategies that pass on knowledge need.
     step : int
-        Number of steps that have passed, if it joins robots that began earlier.
+        Number of steps that have passed, if it joins robots that began earlier: 0 to 2**32 - 1.
     """
 
     def __init__(

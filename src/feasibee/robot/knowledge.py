@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from feasibee.strategies.clock import LAST
 from feasibee.strategies.contract import Me, Strategy, Thing
 from feasibee.strategies.words import Words
 
@@ -91,4 +92,4 @@ class Knowledge:
 
     def end_step(self, explores: bool) -> None:
         """End a step; say whether the robot explores in the next one."""
-        self.me = self.me._replace(step=self.me.step + 1, explores=explores)
+        self.me = self.me._replace(step=(self.me.step + 1) & LAST, explores=explores)

@@ -166,7 +166,7 @@ class Me(NamedTuple):
     hash: int
     """32 random bits, the same for all who see a robot of this id."""
     step: int
-    """Number of steps that have passed before this one, by its own clock."""
+    """Number of steps that have passed before this one, by its own clock, modulo 2**32."""
     memory: Any
     """As many floats as ``MEMORY`` says: the same as `Mind.memory`."""
     setting: Setting

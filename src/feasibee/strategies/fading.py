@@ -49,6 +49,7 @@ import math
 
 from feasibee.strategies import tally
 from feasibee.strategies.certified import room, steps_for, swept
+from feasibee.strategies.clock import stamp_of, steps_since
 
 NEEDS_IDS = True
 ONE_CLASS = True
@@ -212,7 +213,7 @@ def merge(known, message, sender, me):
     drop(known, place, first, me)
     add(row, first, 1.0, me)
     known[place] = row
-    known[place + 1] = me.step + 1
+    known[place + 1] = stamp_of(me.step)
     known[HEARD] += 1 if first == 0 else 0
 
 
@@ -247,8 +248,9 @@ def add(row, first, weight, me):
 
 def drop(known, place, first, me):
     """Subtract what is left of the row of an id from the sums."""
-    if known[place + 1] > 0:
-        add(known[place], first, -power(me.memory[first + FADE], me.step + 1 - known[place + 1]), me)
+    if known[place + 1] != 0:
+        age = steps_since(known[place + 1], stamp_of(me.step))
+        add(known[place], first, -power(me.memory[first + FADE], age), me)
         known[place + 1] = 0
         known[HEARD] -= 1 if first == 0 else 0
 
@@ -299,7 +301,7 @@ def judge(known, me):
 
 def is_old(came, me):
     """Return whether a row that came in a step, counted from 1, is from a robot that may have left since."""
-    return came > 0 and me.step + 1 - came > steps_for(3.0, 1, me.setting)
+    return came != 0 and steps_since(came, stamp_of(me.step)) > steps_for(3.0, 1, me.setting)
 
 
 def gap(known, me):

@@ -19,6 +19,7 @@ Our own.
 """
 
 from feasibee.strategies import fading
+from feasibee.strategies.clock import stamp_of, steps_since
 from feasibee.strategies.fading import is_old, power, robots_of, share_in_sight, tau_of, uses_ratio
 
 NEEDS_IDS = True
@@ -79,14 +80,16 @@ def merge(known, message, sender, me):
     drop(known, place, me)
     me.memory[WEIGHTS + vote] += 1.0
     known[place] = vote
-    known[place + 1] = me.step + 1
+    known[place + 1] = stamp_of(me.step)
     known[HEARD] += 1
 
 
 def drop(known, place, me):
     """Subtract what is left of the vote of an id."""
-    if known[place + 1] > 0:
-        me.memory[WEIGHTS + known[place]] -= power(me.memory[FADE], me.step + 1 - known[place + 1])
+    if known[place + 1] != 0:
+        me.memory[WEIGHTS + known[place]] -= power(
+            me.memory[FADE], steps_since(known[place + 1], stamp_of(me.step))
+        )
         known[place + 1] = 0
         known[HEARD] -= 1
 

@@ -41,6 +41,7 @@ from feasibee.strategies.certified import (
     told_enough,
     tolerated,
 )
+from feasibee.strategies.clock import has_come
 
 BY_NAME = True
 NEEDS_IDS = True
@@ -217,7 +218,7 @@ def declare(known, me):
     if robots + tasks != known[NAMES]:
         known[NAMES] = robots + tasks
         known[UNTIL] = me.step + quiet_steps(robots, me.setting)
-    if me.step < known[UNTIL]:
+    if not has_come(known[UNTIL], me.step):
         return -1
     return 1 if robots >= tasks else 0
 

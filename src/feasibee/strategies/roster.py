@@ -36,6 +36,7 @@ commutative replicated data types", 2011. What f + 1 neighbours report: see `cer
 
 from feasibee.strategies import census
 from feasibee.strategies.certified import steps_for, steps_given, tolerated
+from feasibee.strategies.clock import LAST, steps_since
 from feasibee.strategies.quiet_census import patience
 
 BY_NAME = True
@@ -54,7 +55,9 @@ SIDE = 2**16
 CERTAIN = 0.95
 """Share of the range of sight within which a task that isn't seen is taken for absent."""
 PAST = 2**20
-"""Steps that may have passed before the robot's own first one."""
+"""Largest timeout, in steps. So many may have passed before the robot's own first one."""
+FORGOTTEN = 2**30
+"""Age at which a state is given up, in steps: the words of states count steps modulo 2**31."""
 STATES = 2
 """Place of the first state of a robot, and then of a task, in what is known.
 
@@ -94,8 +97,26 @@ def report_words(tolerates):
 
 
 def state_at(step, present):
-    """Return the state of a name that was seen (1) or found absent (0) at a step: the younger, the larger."""
+    """Return the state of a name that was seen (1) or found absent (0) at a step."""
     return 2 * (step + PAST) + present
+
+
+def entry_of(state, me):
+    """Return a state as in a message: twice its age in steps, and 1 if there, 2 if absent."""
+    return steps_since(state, state_at(me.step + 1, 0)) if state != 0 else LAST
+
+
+def younger(state, entry, me):
+    """Return a state, or that of an entry of a message if this is younger."""
+    return state_at(me.step + 1, 0) - entry if 0 < entry < entry_of(state, me) else state
+
+
+def expired(state, timeout, me):
+    """Return a state, absent if it is older than a timeout, and 0 if it is forgotten."""
+    entry = entry_of(state, me)
+    if entry > 2 * FORGOTTEN:
+        return 0
+    return state + (entry > 2 * timeout + 2 and state % 2 == 1)
 
 
 def own_timeout(setting, place, quiets, robots):
@@ -185,9 +206,8 @@ def encode(message, known, me):
     message[0] = longest.bit_length()
     if robots > 0:
         known[STATES + me.id] = state_at(me.step, 1)
-    latest = state_at(me.step, 1) + 1
     for k in range(robots + tasks):
-        entry = latest - known[STATES + k]  # twice the age, and 1 if it is there, 2 if absent
+        entry = entry_of(known[STATES + k], me)
         oldest = 2 * known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT] + 2
         gone = k < robots and entry % 2 == 0
         message[ENTRIES + k] = 0 if gone or entry > oldest else entry
@@ -215,8 +235,8 @@ def lie(message, feasible, me):
             message[ENTRIES + robot] = 1
 
 
-def oldest_of(known, first, reports, state, sender):
-    """Store a neighbour's report; return the oldest of the latest reports, 0 if there are too few.
+def oldest_of(known, first, reports, entry, sender, me):
+    """Store a neighbour's report; return the oldest of the latest reports, `LAST` if there are too few.
 
     The words from ``first`` on list the latest states, as many as needed, of different senders; then one
     more than their ids.
@@ -226,13 +246,13 @@ def oldest_of(known, first, reports, state, sender):
         if known[k + reports] == sender + 1:
             place = k
             break
-        if known[k] < known[place]:
+        if entry_of(known[k], me) > entry_of(known[place], me):
             place = k
-    if state > known[place]:
-        known[place], known[place + reports] = state, sender + 1
-    oldest = known[first]
-    for k in range(first + 1, first + reports):
-        oldest = min(oldest, known[k])
+    if entry < entry_of(known[place], me):
+        known[place], known[place + reports] = younger(known[place], entry, me), sender + 1
+    oldest = 0
+    for k in range(first, first + reports):
+        oldest = max(oldest, entry_of(known[k], me))
     return oldest
 
 
@@ -242,10 +262,11 @@ def weigh(known, message, sender, me):
     reports = tolerated(me.setting, TOLERATES) + 1
     first = STATES + robots + 3 * tasks
     for k in range(robots + tasks):
-        state = state_at(me.step, 1) + 1 - message[ENTRIES + k]
-        if message[ENTRIES + k] != 0 and state > known[STATES + k]:
-            place = first + 2 * reports * (2 * k + state % 2)
-            known[STATES + k] = max(known[STATES + k], oldest_of(known, place, reports, state, sender))
+        entry = message[ENTRIES + k]
+        if 0 < entry < entry_of(known[STATES + k], me):
+            place = first + 2 * reports * (2 * k + entry % 2)
+            oldest = oldest_of(known, place, reports, entry, sender, me)
+            known[STATES + k] = younger(known[STATES + k], oldest, me)
     if robots > 0:
         known[STATES + sender] = state_at(me.step, 1)
 
@@ -256,10 +277,8 @@ def merge(known, message, sender, me):
     if tolerated(me.setting, TOLERATES) > 0:
         weigh(known, message, sender, me)
     else:
-        latest = state_at(me.step, 1) + 1
         for k in range(robots + tasks):
-            entry = message[ENTRIES + k]
-            known[STATES + k] = max(known[STATES + k], latest - entry if entry != 0 else 0)
+            known[STATES + k] = younger(known[STATES + k], message[ENTRIES + k], me)
     for k in range(robots + tasks, robots + 2 * tasks):
         known[STATES + k] |= message[ENTRIES + k]
 
@@ -271,8 +290,8 @@ def expire(known, me):
     """
     robots = robot_entries(me.setting)
     for k in range(robots + me.setting.task_ids):
-        oldest = state_at(me.step - known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT], 0)
-        known[STATES + k] += known[STATES + k] < oldest and known[STATES + k] % 2 == 1
+        timeout = known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT]
+        known[STATES + k] = expired(known[STATES + k], timeout, me)
 
 
 def present(known, first, number):

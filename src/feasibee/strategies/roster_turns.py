@@ -35,9 +35,10 @@ causal lengths", 2020. Numbers that wrap: Elz and Bush, "Serial number arithmeti
 
 from feasibee.strategies import census, roster
 from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
+from feasibee.strategies.clock import steps_since
 from feasibee.strategies.grid import is_near, name_of
 from feasibee.strategies.quiet_census import patience
-from feasibee.strategies.roster import oldest_of, state_at
+from feasibee.strategies.roster import entry_of, expired, oldest_of, state_at, younger
 
 BY_NAME = True
 NEEDS_IDS = True
@@ -212,15 +213,17 @@ def encode(message, known, me):
 
 def latest_news(known, second, me):
     """Return the entry with the latest news, or with the second latest if any; -1 if nothing is news."""
-    latest, before, oldest = -1, -1, me.step - NEWS_QUIETS * known[QUIET]
+    latest, before = -1, -1
+    youngest = second_youngest = NEWS_QUIETS * known[QUIET]
     for k in range(known[NUMBER]):
         entry = ENTRIES + k * entry_words(me.setting)
-        news = known[entry + NEWS]
-        if known[entry + VERSION] > 0 and news >= oldest:
-            if latest < 0 or news >= known[latest + NEWS]:
+        age = steps_since(known[entry + NEWS], me.step)
+        if known[entry + VERSION] > 0 and age <= second_youngest:
+            if age <= youngest:
                 latest, before = entry, latest
-            elif before < 0 or news >= known[before + NEWS]:
-                before = entry
+                youngest, second_youngest = age, youngest
+            else:
+                before, second_youngest = entry, age
     return before if second and before >= 0 else latest
 
 
@@ -231,7 +234,8 @@ def next_in_turn(known, me):
         entry = ENTRIES + known[TURN] * entry_words(me.setting)
         if is_there(known, entry):
             return entry
-        if known[entry + VERSION] > 0 and me.step - known[entry + NEWS] <= VANISHED_QUIETS * known[QUIET]:
+        age = steps_since(known[entry + NEWS], me.step)
+        if known[entry + VERSION] > 0 and age <= VANISHED_QUIETS * known[QUIET]:
             return entry
     return -1
 
@@ -243,7 +247,7 @@ def write_robot(message, known, me):
     for _ in range(robots):
         known[ROBOT_TURN] = known[ROBOT_TURN] + 1 if known[ROBOT_TURN] + 1 < robots else 0
         state = known[first + known[ROBOT_TURN] * robot_words(me.setting)]
-        age = (state_at(me.step, 1) - state) // 2
+        age = entry_of(state, me) // 2
         if known[ROBOT_TURN] != me.id and state % 2 == 1 and age <= OLDEST:
             message[WHAT], message[VALUE] = known[ROBOT_TURN] + 1, age
             return
@@ -284,11 +288,11 @@ def hear_task(known, message, sender, me):
 def hear_robot(known, message, sender, me):
     """Adopt the younger age of a robot."""
     tolerates = tolerated(me.setting, TOLERATES)
-    state = state_at(me.step - message[VALUE], 1)
-    entry = first_robot(me.setting) + (message[WHAT] - 1) * robot_words(me.setting)
-    if state > known[entry] and tolerates > 0:
-        state = oldest_of(known, entry + 1, tolerates + 1, state, sender)
-    known[entry] = max(known[entry], state)
+    entry = 2 * message[VALUE] + 1
+    place = first_robot(me.setting) + (message[WHAT] - 1) * robot_words(me.setting)
+    if entry < entry_of(known[place], me) and tolerates > 0:
+        entry = oldest_of(known, place + 1, tolerates + 1, entry, sender, me)
+    known[place] = younger(known[place], entry, me)
 
 
 def merge(known, message, sender, me):
@@ -312,9 +316,8 @@ def robots_of(known, me):
 
 def expire(known, me):
     """Give up robots that were not there for too long, as in `roster`, until there is younger news."""
-    oldest = state_at(me.step - known[TIMEOUT], 0)
     for place in range(first_robot(me.setting), len(known), robot_words(me.setting)):
-        known[place] += known[place] < oldest and known[place] % 2 == 1
+        known[place] = expired(known[place], known[TIMEOUT], me)
 
 
 def tasks_of(known, me):

@@ -4,7 +4,8 @@ Each robot keeps a table of every robot's totals, n_j sightings of robots and m_
 its own row when it explores, broadcasts the table for g steps on average, and keeps the newest of each row
 that it hears: as totals only grow, that is the larger. At the end of each dissemination it decides on the
 sums: feasible if sum n_j > sum m_j, infeasible if less, for the scarcest set of skills; a tie keeps the
-opinion. No sighting is counted twice. A robot never takes its own row from others.
+opinion. No sighting is counted twice. A robot never takes its own row from others. It stops counting once a
+total fills its word: 2**31 - 1 sightings.
 
 A Byzantine robot calls all that it saw robots, or tasks. A colluding one forges the rows of all robots, with
 a million sightings of robots, or of tasks, each: others keep the larger of each total, and pass it on.
@@ -20,6 +21,8 @@ data types", 2011.
 
 FORGED = 2**20 - 1
 """Total in a forged row; an honest robot with 20 things in sight reaches it after 50,000 steps."""
+FULL = 2**31 - 1
+"""Largest number of a word."""
 WIDTH_BITS = 5
 """Bits for the width of a total."""
 
@@ -51,7 +54,12 @@ def words(setting):
 def observe(known, thing, me):
     """Count a robot or task in sight in the robot's own row."""
     column = thing.kind if thing.is_robot else me.setting.robot_classes + thing.kind
-    known[me.id * (me.setting.robot_classes + me.setting.task_classes) + column] += 1
+    classes = me.setting.robot_classes + me.setting.task_classes
+    first = me.id * classes
+    for k in range(first, first + classes):
+        if known[k] == FULL:  # to go on with the other totals would change their ratio
+            return
+    known[first + column] += 1
 
 
 def lie(message, feasible, me):
@@ -67,7 +75,7 @@ def lie(message, feasible, me):
     for k in range(first, first + classes):
         total += message[k]
         message[k] = 0
-    message[first if feasible == 1 else first + me.setting.robot_classes] = total
+    message[first if feasible == 1 else first + me.setting.robot_classes] = min(total, FULL)
 
 
 def merge(known, message, sender, me):

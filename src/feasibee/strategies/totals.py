@@ -9,6 +9,10 @@ n - 1 others as often as each task, so that the number of tasks is about
 At the end of each dissemination it decides feasible if this is less than n + 1/2, halfway to the first number
 that isn't, infeasible if it is more; a tie keeps the opinion. It must know n.
 
+In a long life totals outgrow the message. A robot then sends and weighs both as if the larger one were the
+largest of a message: their ratio stays, and all such robots weigh the same. It halves both when the larger
+one fills its word.
+
 With ``arrivals`` = 1 a thing counts only when it comes into view, that is if it wasn't in sight in the step
 before: sightings of one visit depend on each other. As robots move, they come into view more often than
 tasks, so their number is divided by ``kappa``. In an exploration of L steps, in an arena without walls, a
@@ -22,7 +26,7 @@ for *infeasible*: f false rows can't outweigh the others.
 
 A Byzantine robot calls all that it saw robots, or tasks. A colluding one sends the largest total there is.
 
-Message: id, and 16 bits: both totals in units of 2**e, 6 bits each, and e in 4 bits; up to 2 million.
+Message: id, and 16 bits: both totals in units of 2**e, 6 bits each, and e in 4 bits; up to 2,064,384.
 
 Memory: the two totals, 16 bits for each robot; with ``arrivals`` also what was in sight in the step before.
 
@@ -39,6 +43,8 @@ import math
 
 from feasibee.strategies import tally
 from feasibee.strategies.certified import tolerated
+from feasibee.strategies.clock import LAST, stamp_of
+from feasibee.strategies.tally import FULL
 
 NEEDS_COUNT = True
 NEEDS_IDS = True
@@ -50,6 +56,8 @@ MOST = 63
 """Largest number of 6 bits."""
 UNITS = 15
 """Largest exponent of 4 bits."""
+LARGEST = MOST << UNITS
+"""Largest total of a message."""
 ROW_BITS = 16
 ROWS = 2
 """Place of the first row heard; its own totals stand before."""
@@ -75,22 +83,28 @@ def observe(known, thing, me):
     """Count a robot or task in sight, with ``arrivals`` only if it wasn't in sight in the step before."""
     if me.setting.parameters[0] == 1 and thing.id >= 0:
         place = ROWS + me.setting.robots + thing.id + (0 if thing.is_robot else me.setting.robots)
-        stays = known[place] == me.step and me.step > 0
-        known[place] = me.step + 1
+        stays = known[place] & LAST == stamp_of(me.step - 1)
+        known[place] = stamp_of(me.step)
         if stays:
             return
-    known[0 if thing.is_robot else 1] += 1
+    total = 0 if thing.is_robot else 1
+    known[total] += 1
+    if known[total] == FULL:
+        known[0], known[1] = known[0] // 2, known[1] // 2
+
+
+def scaled(total, larger):
+    """Return one of two totals, of which the larger is given, as if that were at most the largest."""
+    return total if larger <= LARGEST else total * LARGEST // larger
 
 
 def row_of(robots, tasks):
     """Return two totals as 16 bits: 4 of the exponent, 6 of the robots, 6 of the tasks."""
-    units = max(0, max(robots, tasks).bit_length() - DIGITS)
-    if (max(robots, tasks) + half(units)) >> units > MOST:
-        units += 1
-    units = min(units, UNITS)
-    robots = min(MOST, (robots + half(units)) >> units)
-    tasks = min(MOST, (tasks + half(units)) >> units)
-    return units << 2 * DIGITS | robots << DIGITS | tasks
+    larger = max(robots, tasks)
+    robots, tasks, larger = scaled(robots, larger), scaled(tasks, larger), scaled(larger, larger)
+    units = max(0, larger.bit_length() - DIGITS)
+    units += (larger + half(units)) >> units > MOST
+    return units << 2 * DIGITS | (robots + half(units)) >> units << DIGITS | (tasks + half(units)) >> units
 
 
 def half(units):
@@ -177,8 +191,10 @@ def count(known, counts, me):
             place = next_extreme(known, me, sign, place)
             robots -= robots_of(known[place])
             tasks -= tasks_of(known[place])
-    counts[0] = int((2 * me.setting.robots + 1) * (known[0] + robots) / kappa(me))
-    counts[1] = 2 * (me.setting.robots - 1) * (known[1] + tasks)
+    larger = max(known[0], known[1])
+    robots, tasks = robots + scaled(known[0], larger), tasks + scaled(known[1], larger)
+    counts[0] = int((2 * me.setting.robots + 1) * robots / kappa(me))
+    counts[1] = 2 * (me.setting.robots - 1) * tasks
 
 
 def describe(known, me):

@@ -31,6 +31,7 @@ import math
 
 from feasibee.strategies import census
 from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
+from feasibee.strategies.clock import has_come
 from feasibee.strategies.quiet_census import patience
 
 NEEDS_COUNT = True
@@ -90,7 +91,7 @@ def words(setting):
 
 def start(known, me):
     """Begin the quiet time."""
-    known[UNTIL] = quiet_steps(me.setting)
+    known[UNTIL] = me.step + quiet_steps(me.setting)
 
 
 def place_of(row, first, last, name):
@@ -296,7 +297,7 @@ def declare(known, me):
     """Return infeasible after an alarm, feasible after the quiet time."""
     if known[ALARM] == 1:
         return 0
-    return 1 if me.step >= known[UNTIL] else -1
+    return 1 if has_come(known[UNTIL], me.step) else -1
 
 
 def low_bits(number, length):

@@ -1,7 +1,8 @@
 """Physical limits of a swarm: how soon robots have seen, and can know, enough to be sure.
 
-In each run an oracle's robots broadcast all that they saw (``feasibee.studies.oracle``), on the trajectories
-that the scenario's swarm has with that seed. No strategy with the same phases can know more.
+In each run an oracle's robots look, broadcast all that they saw and hear in every step
+(``feasibee.studies.oracle``), on the trajectories that the scenario's swarm has with that seed. No robot of
+any strategy knows more at any step: docs/limits.md has the proof.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_scenario, processors
 from feasibee.simulation.loading import load_engine
+from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.studies import oracle
 from feasibee.studies.suitable import check_stays
@@ -31,16 +33,16 @@ from feasibee.studies.suitable import check_stays
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
     "flooding": "enough robots to decide can know those names",
-    "area": "all robots together have seen the whole area",
-    "complete_map": "enough robots to decide can have a complete map",
+    "area": "all robots together have seen the centre of each cell of the area",
+    "complete_map": "enough robots to decide can know that all of these were seen",
 }
 """What has happened by the step of each limit."""
 BOUNDS: Final[Mapping[str, str]] = {"infeasible": "flooding", "proved_feasible": "complete_map"}
-"""Which limit bounds the step by which a swarm declares: infeasible soundly, or feasible with a proof."""
+"""Which limit bounds the step by which a swarm of any strategy declares, if none of its robots ever errs."""
 ROOM: Final = 2**28
 """Largest memory in bytes of what an oracle's robots know."""
-STRIDE: Final = 40
-"""Number of steps between two looks at what robots know; runs of the paper's world take about 120."""
+STRIDE: Final = 20
+"""Number of steps between two looks at what robots know; runs of the paper's world take about 70."""
 NEVER: Final = -1
 
 
@@ -57,7 +59,7 @@ class Limits:
     steps : mapping of str to int64 array, shape (runs,)
         First step of each of `LIMITS`; -1 if never within the steps of a run.
     cell : tuple of float
-        Width and height in units of a cell of the area, which is seen when all of it is in range.
+        Width and height in units of a cell of the area, which is seen when its centre is in range.
     """
 
     scenario: Scenario
@@ -104,10 +106,9 @@ def limits(
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Limits:
-    """Compute the physical limits of a scenario, whatever its strategy.
+    """Compute the physical limits of a scenario, for any strategy.
 
-    Robots look only while exploring. They broadcast only while disseminating, which lasts g steps on average.
-    They hear as the scenario says, by default always.
+    Robots look, broadcast all that they know and hear in every step, as no robot of a strategy can.
 
     Parameters
     ----------
@@ -116,7 +117,7 @@ def limits(
     runs, seed : int
         Number of runs, and their seed; the trajectories are those of `feasibee.simulate`.
     cells_per_range : int
-        How finely the area is divided, from 1 to 64: with smaller cells, it is seen sooner.
+        How finely the area is divided, from 1 to 64: with smaller cells, there is more to see.
     threads : int, optional
         Number of threads, by default one per processor. It changes no result.
     progress : callable, optional
@@ -131,7 +132,7 @@ def limits(
     --------
     >>> from feasibee.studies.limits import limits
     >>> limits(runs=100, seed=1).times["flooding"].median
-    69
+    42
     """
     scenario, which = check_scenario(scenario), Runs(runs, seed)
     check_stays(scenario, "limits")
@@ -178,6 +179,7 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
             "decision.strategy": str(Path(oracle.__file__)),
             "decision.parameters": {"cells_per_range": float(cells_per_range)},
             "decision.commit": None,
+            "decision.listen": "always",
             "decision.quality_floor": 0,
             "sensing.false_robots": 0.0,
             "sensing.false_tasks": 0.0,
@@ -194,9 +196,23 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
     return world
 
 
+class Tireless(Swarm):
+    """A swarm whose robots explore, broadcast and hear in every step, as no robot of the model can.
+
+    The engine lets a robot broadcast that is in the set of those that speak, whatever its phase.
+    """
+
+    def _begin(self, room: Any) -> None:
+        super()._begin(room)
+        layout, state, robots = self._layout, self._state, slice(self._params.robots.count)
+        state.robots[layout.Robot.PHASE_LEFT] = np.iinfo(np.int32).max
+        state.sets[layout.Set.SPEAKING] = state.sets[layout.Set.WORKING]
+        state.robots[layout.Robot.LABEL, robots] |= members(state.sets[layout.Set.WORKING])[robots]
+
+
 def limits_of_run(world: Scenario, seed: int, run: int) -> list[int]:
     """Return the first step of each limit in one run of an oracle's world; -1 if never."""
-    swarm = Swarm(world, seed, run)
+    swarm = Tireless(world, seed, run)
     honest, setting = swarm.counted, world.setting
     enough = min(setting.tasks, setting.robots + 1)
     flooding = complete_map = NEVER

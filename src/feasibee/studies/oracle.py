@@ -1,10 +1,9 @@
-"""Oracle: robots that broadcast all that they saw, and record when, for `feasibee.studies.limits`.
+"""Oracle: robots that look, broadcast all that they saw and hear in every step, and record when they knew it.
 
-Each robot keeps the names of the tasks and the set of the parts of the area, the cells, that it knows. It
-broadcasts both for g steps on average, whatever it knows. A cell is at most as wide and high as the range of
-sight divided by ``cells_per_range``. It is seen when all of it is within range of an exploring robot. What a
-robot knows so is the most that any strategy can know with these phases, however many bits its messages have.
-The oracle never decides anything.
+`feasibee.studies.limits` runs it in a swarm whose robots do all three in every step. Each robot keeps the
+names of the tasks and the set of the parts of the area, the cells, that it knows. A cell is at most as wide
+and high as the range of sight divided by ``cells_per_range``. It is seen when its centre is in range. No
+robot of any strategy can know more, however many bits its messages have. The oracle never decides anything.
 
 A Byzantine robot's messages are empty, since nobody can rely on them.
 
@@ -31,7 +30,7 @@ def quality(robots_known, tasks_known):
 
 
 def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
+    """Return any duration: the swarm's robots stay in their first phase."""
     return gain
 
 
@@ -115,8 +114,7 @@ def bits(message, me):
 def declare(known, me):
     """Record the cells in sight, and when the robot knows enough tasks and all cells; then declare."""
     setting = me.setting
-    if me.explores:
-        look(known, me)
+    look(known, me)
     start, names = names_start(setting), name_words(setting)
     enough = min(setting.tasks, setting.robots + 1)
     if known[NAMES_STEP] == 0 and members(known, start, start + names) >= enough:
@@ -135,7 +133,7 @@ def members(known, start, stop):
 
 
 def look(known, me):
-    """Record the cells that are wholly in sight, and when they first were."""
+    """Record the cells whose centres are in sight, and when they first were."""
     setting = me.setting
     wide, high = columns(setting), rows(setting)
     width, height = setting.width / wide, setting.height / high
@@ -144,12 +142,12 @@ def look(known, me):
     first_column = math.floor((me.x - setting.sight) / width)
     last_column = math.floor((me.x + setting.sight) / width)
     for row in range(first_row, last_row + 1):
-        far_y = abs((row + 0.5) * height - me.y) + 0.5 * height
-        left = setting.sight * setting.sight - far_y * far_y
+        way_y = (row + 0.5) * height - me.y
+        left = setting.sight * setting.sight - way_y * way_y
         if left >= 0.0 and (not setting.walled or 0 <= row < high):
             for column in range(first_column, last_column + 1):
-                far_x = abs((column + 0.5) * width - me.x) + 0.5 * width
-                if far_x * far_x <= left and (not setting.walled or 0 <= column < wide):
+                way_x = (column + 0.5) * width - me.x
+                if way_x * way_x <= left and (not setting.walled or 0 <= column < wide):
                     record_cell(known, (row % high) * wide + column % wide, me)
 
 

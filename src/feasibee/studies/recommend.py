@@ -42,8 +42,8 @@ def recommend(
     A strategy meets ``right`` if it is shown to be right often enough at the last step, in this world and in
     one of the opposite truth, since one that always gave the same answer would be right in all worlds of one
     truth. All runs have the faulty robots of the constraints. If ids may be mistaken, robots draw them at
-    random, in as many bits as the number of robots takes. What holds for all tests together has a probability
-    of 95 %.
+    random, in as many bits as the number of robots takes. All intervals of the ranked and the excluded
+    strategies hold together with a probability of 95 %. Relaxed constraints are tested in addition.
 
     Parameters
     ----------

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
 
+from feasibee.model.codes import exact
 from feasibee.results.statistics import Interval
 from feasibee.studies.comparison import Outcome
 
@@ -15,7 +17,7 @@ SURE: Final = 0.95
 
 def wait_for(outcome: Outcome, share: float = SURE) -> int | None:
     """Return the first step from which a share of the swarms is right until the end; None without one."""
-    short = np.flatnonzero(outcome.right_at < share * outcome.runs)
+    short = np.flatnonzero(outcome.right_at < math.ceil(exact(share) * outcome.runs))
     step = int(short[-1]) + 1 if short.size else 0
     return step if step < outcome.right_at.size else None
 

@@ -38,7 +38,8 @@ def size(
 
     Right means right at the last step. The share of right swarms is assumed not to fall as the field grows,
     nor with the distance of the number of tasks from the largest feasible one. If so, all intervals of
-    the answer hold together with the probability ``rule.confidence`` at least.
+    the answer hold together with the probability ``rule.confidence`` at least. Of a field other than the
+    number of robots, the largest value is tested, too. If the share has fallen there, no value is the least.
 
     Parameters
     ----------
@@ -113,7 +114,11 @@ class Swarms:
     tell: Tell | None
 
     def search(self, path: str, values: Sequence[Any]) -> Edge:
-        """Search where along the values the swarm becomes right often enough."""
+        """Search where along the values the swarm becomes right often enough.
+
+        The last value of other fields is tested, too. That of robots or tasks is 8 times the first, and costs
+        as much.
+        """
 
         def test(place: int) -> Finding:
             changes = {path: values[place]}
@@ -123,7 +128,8 @@ class Swarms:
                 self.tell(f"{path} = {values[place]}: {in_words(found)}")
             return found
 
-        return Edge(path, values, find_crossing(len(values), test, self.rule.resolution))
+        look_last = path not in (ROBOTS, TASKS)
+        return Edge(path, values, find_crossing(len(values), test, self.rule.resolution, look_last))
 
     def _right(self, design: DesignPoint, runs: int) -> int:
         (right,) = right_at_end(self.rounds, [design], runs, self.seed)

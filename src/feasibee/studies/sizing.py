@@ -37,9 +37,9 @@ class Edge:
 
     @property
     def enough(self) -> Any:
-        """First value from which on the swarm is shown to be right often enough; None if none is."""
+        """First value from which on the swarm is right often enough; None if none is, or the share falls."""
         place = self.crossing.enough
-        return None if place is None else self.values[place]
+        return None if place is None or self.crossing.refuted else self.values[place]
 
     @property
     def interval(self) -> tuple[Any, Any]:
@@ -125,6 +125,14 @@ class Sizing:
     band: Band | None
     seed: int
 
+    @property
+    def assumption(self) -> str:
+        """What the answer takes for granted, in words."""
+        text = f"the share of right swarms doesn't fall as {self.edge.path} grows"
+        if self.band is None:
+            return text
+        return f"{text}, nor as tasks.count goes away from {self.scenario.robots.count}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return the answer as plain tables, for programs."""
         name = "robots" if self.edge.path == ROBOTS else self.edge.path
@@ -140,6 +148,7 @@ class Sizing:
             "by": self.scenario.run.steps,
             "strategy": self.scenario.decision.strategy,
             "confidence": self.rule.confidence,
+            "assumes": {"text": self.assumption, "refuted": self.edge.crossing.refuted is not None},
             "seed": self.seed,
             "scenario_hash": self.scenario.hash,
             "version": version("feasibee"),
@@ -182,6 +191,8 @@ def edge_sentence(sizing: Sizing) -> str:
     when = step_in_words(sizing.scenario, step)
     right = f"{100 * sizing.rule.target:g} % of the swarms are right at {when}"
     start = f"With {sizing.scenario.decision.strategy}, "
+    if edge.crossing.refuted:
+        return f"{start}at least {right} {_fall(sizing)}"
     if edge.enough is None:
         tried = f"from {first} to {last} robots" if of_robots else f"{edge.path} from {first} to {last}"
         return f"{start}nothing that was tried is shown to be enough ({tried}), so that {right}."
@@ -191,6 +202,20 @@ def edge_sentence(sizing: Sizing) -> str:
     if of_robots and edge.enough == first:
         text += " Fewer robots could not do all tasks."
     return text if least == edge.enough else f"{text} The least that is enough is {least} to {edge.enough}."
+
+
+def _fall(sizing: Sizing) -> str:
+    """Return in words where the share reaches the target and where it falls again, and a shorter range."""
+    edge, found = sizing.edge, sizing.edge.crossing
+    first, last = found.enough or 0, found.tested[-1].place
+    reached, fallen = (
+        value_in_words(sizing.scenario, edge.path, edge.values[place]) for place in (first, last)
+    )
+    shorter = edge.values[max(1, (first + last) // 2)]
+    return (
+        f"with {reached}, but not with {fallen}: the share falls again, so that there is no least value. "
+        f"Search a shorter range, such as --over {edge.path}={edge.values[0]:g}:{shorter:g}."
+    )
 
 
 def band_sentence(band: Band, robots: int, target: float) -> str:

@@ -1,0 +1,240 @@
+"""Connections of robots and viewers to their world.
+
+Who asks for a connection gets a token for its address, and must send it back. Until then, the world sends an
+address no more bytes than come from it. With a key, both sides also prove that they have the key.
+"""
+
+from __future__ import annotations
+
+import secrets
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Hashable
+from hashlib import blake2b, sha256
+from hmac import compare_digest
+from typing import TYPE_CHECKING, Any, Final
+
+from feasibee.field.frames import (
+    ACCEPT,
+    ASK,
+    DOWN,
+    MAGIC,
+    ROBOTS_LIMIT,
+    TOKEN,
+    UP,
+    Channel,
+    DroppedError,
+    ForeignError,
+    Frame,
+    packed,
+    parsed,
+)
+
+if TYPE_CHECKING:
+    from feasibee.field.links import Link
+    from feasibee.field.noise import Handshake
+
+TOKEN_SIZE: Final = 8
+"""Bytes of a token: with its header it is shorter than each packet of a robot or viewer."""
+TOKEN_KEPT: Final = 60.0
+"""Seconds for which a token is good, at least; at most twice as many."""
+SESSION_SIZE: Final = 8
+"""Bytes of a field's number."""
+CONNECTIONS_LIMIT: Final = ROBOTS_LIMIT + 1_000
+"""Most connections of a world; of more, the one that has been silent for longest ends."""
+AGAIN: Final = 0.2
+"""Least seconds between two connections of a robot or viewer."""
+
+
+class Client:
+    """A robot's or viewer's side of its connection to a world, which is a new one if the world starts again.
+
+    Parameters
+    ----------
+    link : Link
+        To the world.
+    key : bytes
+        The shared key; empty for none.
+    greet : callable
+        Returns kind and body of the first packet of each connection.
+    """
+
+    def __init__(self, link: Link, key: bytes, greet: Callable[[], tuple[int, dict[str, Any]]]) -> None:
+        self._link, self._key, self._greet = link, key, greet
+        self.session = 0
+        """Number of the field; 0 before it has answered."""
+        self.dropped: Counter[str] = Counter()
+        self._channels: deque[Channel] = deque(maxlen=2)
+        """The present connection and the one before, which the world uses until it hears from this one."""
+        self._begin(bytes(TOKEN_SIZE))
+
+    def send(self, kind: int, body: dict[str, Any]) -> None:
+        """Send a packet by the connection; ask for one while it is missing or the world has lost it."""
+        if self._is_asking:
+            self._ask()
+        if self._channels:
+            self._link.send(self._channels[0].write(kind, body))
+
+    def receive(self, timeout: float) -> Frame | None:
+        """Return the world's next packet, or None if none comes in so many seconds."""
+        received = self._link.receive(timeout)
+        try:
+            return self._taken(received[0]) if received else None
+        except DroppedError as error:
+            self.dropped[str(error)] += 1
+            return None
+
+    def _begin(self, token: bytes) -> None:
+        """Begin to ask for a connection."""
+        self._began_at, self._is_asking = time.monotonic(), True
+        self._token, self._name = token, secrets.token_bytes(8)
+        self._handshake = _handshake(self._key, self._name)
+        self._message = self._handshake.write(b"") if self._handshake else b""
+
+    def _ask(self) -> None:
+        self._link.send(packed(ASK, self._name, self._token + self._message))
+
+    def _taken(self, packet: bytes) -> Frame | None:
+        """Return what a packet of a connection says; act on one that leads to a connection."""
+        way, name, number, content = parsed(packet)
+        known = [channel for channel in self._channels if channel.name == name]
+        if way == DOWN and known:
+            return known[0].read(number, content)
+        if way == TOKEN and len(content) == TOKEN_SIZE:
+            self._return(content, name)
+        elif way == ACCEPT and self._is_asking and name == self._name:
+            self._connect(content)
+        else:
+            raise ForeignError("of no connection")
+        return None
+
+    def _return(self, token: bytes, name: bytes) -> None:
+        """Ask with the token that came for a connection; begin another one if the world has lost that."""
+        if self._is_asking and name == self._name and token != self._token:
+            self._token = token
+            self._ask()
+        elif self._channels and name == self._channels[0].name and time.monotonic() > self._began_at + AGAIN:
+            self._begin(token)
+            self._ask()
+
+    def _connect(self, content: bytes) -> None:
+        """Use a connection that the world has accepted, unless it is to another field than before."""
+        ciphers = None
+        if self._handshake:
+            try:
+                handshake, content = self._handshake.read(content)
+            except ValueError:
+                raise ForeignError("not sealed with the key") from None
+            ciphers = handshake.ciphers()
+        session = int.from_bytes(content)
+        if len(content) != SESSION_SIZE or self.session not in (0, session):
+            raise ForeignError("of another field")
+        self.session, self._is_asking = session, False
+        self._channels.appendleft(Channel(self._name, UP, ciphers))
+        self.send(*self._greet())
+
+
+class Server:
+    """The world's side of all connections.
+
+    Parameters
+    ----------
+    link : Link
+        To robots and viewers.
+    session : int
+        Number of the field.
+    key : bytes
+        The shared key; empty for none.
+    """
+
+    def __init__(self, link: Link, session: int, key: bytes = b"") -> None:
+        self._link, self.session, self._key = link, session, key
+        self.dropped: Counter[str] = Counter()
+        self._secret = secrets.token_bytes(32)
+        self._known: dict[tuple[Hashable, bytes], tuple[Channel, bytes]] = {}
+        """Channels by address and name, with the packets that accepted them; the last was heard last."""
+
+    def send(self, channel: Channel, kind: int, body: dict[str, Any]) -> None:
+        """Send a packet; raise a ValueError if it is too large."""
+        self._link.send(channel.write(kind, body), channel.peer)
+
+    def end(self, channel: Channel) -> None:
+        """Accept no more packets of a connection."""
+        self._known.pop((channel.peer, channel.name), None)
+
+    def receive(self, timeout: float) -> Frame | None:
+        """Return the next packet of a connection, or None if none comes in so many seconds."""
+        received = self._link.receive(timeout)
+        try:
+            return self._taken(*received) if received else None
+        except DroppedError as error:
+            self.dropped[str(error)] += 1
+            return None
+
+    def _taken(self, packet: bytes, peer: Hashable) -> Frame | None:
+        """Return what a packet of a connection says; answer any other one."""
+        way, name, number, content = parsed(packet)
+        asked = peer, name
+        if way == ASK:
+            if not self._is_there(peer, content[:TOKEN_SIZE]):
+                self._challenge(asked, len(packet))
+            else:
+                if asked not in self._known:
+                    self._accept(asked, content[TOKEN_SIZE:])
+                self._link.send(self._known[asked][1], peer)
+            return None
+        if way != UP:
+            raise ForeignError("of no connection")
+        try:
+            if asked not in self._known:
+                raise ForeignError("of no connection")
+            frame = self._known[asked][0].read(number, content)
+        except ForeignError:
+            self._challenge(asked, len(packet))
+            raise
+        self._known[asked] = self._known.pop(asked)
+        return frame
+
+    def _tokens(self, peer: Hashable) -> list[bytes]:
+        """Return the present token of an address, and the one before."""
+        now = int(time.monotonic() / TOKEN_KEPT)
+        texts = [f"{part} {peer}".encode() for part in (now, now - 1)]
+        return [blake2b(text, key=self._secret, digest_size=TOKEN_SIZE).digest() for text in texts]
+
+    def _is_there(self, peer: Hashable, token: bytes) -> bool:
+        """Return whether a token was sent to an address."""
+        return any(compare_digest(token, each) for each in self._tokens(peer))
+
+    def _challenge(self, asked: tuple[Hashable, bytes], size: int) -> None:
+        """Send an address its token, if that is no longer than its packet, which has so many bytes."""
+        peer, name = asked
+        packet = packed(TOKEN, name, self._tokens(peer)[0])
+        if len(packet) <= size:
+            self._link.send(packet, peer)
+
+    def _accept(self, asked: tuple[Hashable, bytes], message: bytes) -> None:
+        """Accept a connection, if its side has the same key or neither has one."""
+        peer, name = asked
+        handshake, ciphers = _handshake(self._key, name), None
+        content = self.session.to_bytes(SESSION_SIZE)
+        if handshake:
+            try:
+                handshake, _ = handshake.read(message)
+                content = handshake.write(content)
+            except ValueError:
+                raise ForeignError("not sealed with the key") from None
+            ciphers = handshake.ciphers()[::-1]
+        elif message:
+            raise ForeignError("not sealed with the key")
+        self._known[asked] = Channel(name, DOWN, ciphers, peer), packed(ACCEPT, name, content)
+        if len(self._known) > CONNECTIONS_LIMIT:
+            del self._known[next(iter(self._known))]
+
+
+def _handshake(key: bytes, name: bytes) -> Handshake | None:
+    """Return a handshake for a connection; None without a key."""
+    if not key:
+        return None
+    from feasibee.field.noise import Handshake  # heavy: only with a key
+
+    return Handshake(sha256(key).digest(), MAGIC + name)
