@@ -107,7 +107,7 @@ def macros_of(strategy: str, setting: Setting) -> dict[str, int]:
 def setting_in_c(setting: Setting) -> str:
     """Return a definition of ``setting`` in C."""
     names = ("robots", "count", "tasks", "robot_ids", "task_ids", "id_bits", "knows_count")
-    reals = ("width", "height", "sight", "radio", "speed", "exploration", "dissemination")
+    reals = ("width", "height", "sight", "radio", "speed", "exploration", "dissemination", "mean_run")
     numbers = ", ".join(f"FEASIBEE_NUMBER({value!r})" for value in setting.parameters) or "0"
     return "\n".join(
         [

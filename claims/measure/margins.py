@@ -12,7 +12,7 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies.fading import tau_of
 
 RUNS, STILL = 300, 1000
-WORLDS = (
+WORLDS: tuple[tuple[str, int, float | list[float], tuple[int, int], float], ...] = (
     ("20 robots, side 20", 20, 20.0, (19, 22), 0.073),
     ("20 robots, side 20", 20, 20.0, (18, 23), 0.115),
     ("20 robots, side 20", 20, 20.0, (16, 25), 0.2),
@@ -23,6 +23,7 @@ WORLDS = (
     ("10 robots, side 14.1", 10, 14.1, (8, 13), 0.2),
     ("50 robots, side 31.6", 50, 31.6, (41, 62), 0.2),
     ("100 robots, side 44.7", 100, 44.7, (82, 123), 0.2),
+    ("20 robots, 100 by 4", 20, [100.0, 4.0], (16, 25), 0.2),
 )
 """Name, number of robots, side, numbers of tasks about as far from n + 1/2 as the margin, and the margin."""
 

@@ -80,7 +80,7 @@ static uint8_t read_setting(void)
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();
     bool walled = read_byte();
-    double numbers[13];
+    double numbers[14];
     take(numbers, sizeof numbers);
 #ifdef FEASIBEE_DOUBLE
     setting.walled = walled;
@@ -91,11 +91,12 @@ static uint8_t read_setting(void)
     setting.speed = numbers[4];
     setting.exploration = numbers[5];
     setting.dissemination = numbers[6];
+    setting.mean_run = numbers[7];
 #else
     (void)walled;
 #endif
     for (uint8_t k = 0; k < 6; k++)
-        setting.parameters[k] = FEASIBEE_NUMBER(numbers[7 + k]);
+        setting.parameters[k] = FEASIBEE_NUMBER(numbers[8 + k]);
     settings = feasibee_defaults(strategies[strategy]);
     settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
     settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);

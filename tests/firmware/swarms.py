@@ -40,7 +40,12 @@ VARIANTS = {
         "tolerates": [0.0, 0.0, 1.0, 2.0],
         "looks": [1.0, 2.0],
     },
-    "quiet-census": {"quiet": [0.0, 20.0, 33.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
+    "quiet-census": {
+        "quiet": [0.0, 20.0, 33.5],
+        "tolerates": [0.0, 0.0, 1.0, 2.0],
+        "hurry": [0.0, 0.3, 0.5, 2.0],
+        "lasts": [0.0, 2.5, 40.0],
+    },
     "totals": {"arrivals": [0.0, 1.0], "kappa": [1.19, 0.0, 1.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
     "fading": {
         "tau": [0.0, 0.0, 7.0, 60.0],
@@ -139,6 +144,7 @@ def setting_of(strategy, draw, whole_numbers, fixed):
         radio=draw.choice([1.5, 2.0]),
         speed=draw.choice([1.0, 8.0, 100.0]),  # the faster, the shorter are quiet times
         phases=(draw.choice([1.0, 4.0, 10.0]), draw.choice([0.0, 3.0, 10.0])),
+        mean_run=draw.choice([0.2, 3.0, 100.0]),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
@@ -146,13 +152,13 @@ def setting_of(strategy, draw, whole_numbers, fixed):
 def setting_bytes(name, setting, commits):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
-    numbers += [setting.exploration, setting.dissemination, *setting.parameters]
+    numbers += [setting.exploration, setting.dissemination, setting.mean_run, *setting.parameters]
     return struct.pack(
-        "<BHHHHHBBB13dBB",
+        "<BHHHHHBBB14dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.id_bits, setting.knows_count, setting.walled),
-        *(*numbers, *[0.0] * (13 - len(numbers))),
+        *(*numbers, *[0.0] * (14 - len(numbers))),
         *(COMMIT.rounds if commits else 0, STRATEGIES[name].memory),
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import inspect
+import re
 import subprocess
 import sys
 
@@ -71,6 +72,24 @@ def test_a_file_runs_and_is_equal_in_engine_and_reference(write):
     assert scenario.decision.parameters == {"weight": 2.0}
     assert_same(scenario, scenario)
     assert Swarm(scenario).opinions.size == 20
+
+
+def test_what_a_robot_knows_may_set_for_how_long_it_broadcasts(write):
+    lasting = "def lasting(mind, gain):\n    return gain * mind.parameters[0] * mind.feasible_quality\n"
+    scenario = scenario_of(write(f"{MINE}\n\n{lasting}"))
+    assert_same(scenario, scenario)
+    shorter = scenario.replace({"decision.parameters": {"weight": 0.0}})
+    assert mean_bits(shorter) < mean_bits(scenario) / 3
+
+
+def mean_bits(scenario):
+    return simulate_record(scenario, Runs(5, 1)).bits_sent.mean()
+
+
+def test_a_broadcast_of_an_impossible_length_is_told(write):
+    text = f"{MINE}\n\ndef lasting(mind, gain):\n    return -1.0\n"
+    said = told_when_run(write(text))
+    assert re.fullmatch(r"mine.py, line \d+: lasting\(.*\) returns -1.0; must be a number of steps .*", said)
 
 
 def test_a_path_in_a_file_is_from_the_scenarios_folder(write, tmp_path, monkeypatch):

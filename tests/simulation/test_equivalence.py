@@ -32,6 +32,8 @@ PARAMETERS = {
     "positive_feedback": st.sampled_from([0.0, 1.0]),
     "quiet": st.one_of(st.just(0.0), st.floats(0, 30)),
     "tolerates": st.sampled_from([-1.0, 0.0, 1.0, 2.0, 1e300]),
+    "hurry": st.sampled_from([-1.0, 0.0, 0.3, 1.0, 1e300]),
+    "lasts": st.sampled_from([-1.0, 0.0, 0.5, 20.0, 1e300]),
     "names": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 6.0]),
     "cell": st.floats(0.9, 9),
     "rows": st.sampled_from([-1.0, 0.0, 1.0, 2.5, 1e300]),

@@ -32,6 +32,13 @@ def _dissemination(quality, gain):
     return result
 
 
+def _lasting(mind, gain):
+    result = own(mind, gain)
+    if not 0.0 <= result <= LONGEST:
+        raise ValueError("lasting must return a number of steps from 0 to 2**30")
+    return result
+
+
 def _decide(mind, inbox):
     result = own(mind, inbox)
     if result != 1 and result != 0 and result != -1:  # noqa: PLR1714  # numba compiles this to comparisons
@@ -59,6 +66,7 @@ GUARDS: Final = {
     "decide": _decide,
     "say": _say,
     "value": _value,
+    "lasting": _lasting,
 }
 
 

@@ -349,6 +349,7 @@ class Functions(NamedTuple):
     decide: Any
     say: Any
     value: Any
+    lasting: Any
     update: Any  # see `feasibee.engine.knowledge`
     change: Any  # see `feasibee.engine.dynamics`
 

@@ -35,6 +35,7 @@ STRATEGY: Final = Functions(
     decide=int64(MIND, INBOX),
     say=int64(MIND),
     value=float64(MIND),
+    lasting=float64(MIND, float64),
     update=UPDATE,
     change=types.void(PARAMS, STATE, types.FunctionType(UPDATE), int64),
 )
@@ -43,7 +44,7 @@ FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Fun
 ROW: Final = types.Array(int32, 1, "C")
 MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
 SETTING: Final = of_types(
-    [int64] * 8 + [FLOATS, boolean, boolean, float64, float64, boolean] + [float64] * 5, Setting
+    [int64] * 8 + [FLOATS, boolean, boolean, float64, float64, boolean] + [float64] * 6, Setting
 )
 ME: Final = of_types([int64] * 4 + [FLOATS, SETTING, boolean, float64, float64], Me)
 THING: Final = of_types([boolean, int64, int64, int64, float64, float64], Thing)

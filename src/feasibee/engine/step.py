@@ -215,6 +215,8 @@ def end_exploration(params, state, functions, i, phase):
     set_member(state.sets, Set.DISSEMINATING, i, True)
     length, _, _ = phase
     mean = functions.dissemination(mind.quality, params.decision.gain)
+    if params.strategy.lasts:
+        mean = functions.lasting(mind, params.decision.gain)
     lasts = phase_duration(params, state, i, length, mean)
     enter_phase(state, i, lasts + int32(params.decision.dissemination_floor))
 

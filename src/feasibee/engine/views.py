@@ -101,6 +101,7 @@ def setting_of(params, passing):
         params.robots.speed,
         params.decision.exploration,
         params.decision.gain + params.decision.dissemination_floor,
+        params.walk.mean_run,
     )
 
 

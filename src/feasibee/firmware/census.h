@@ -82,6 +82,7 @@ static const struct feasibee_knowledge feasibee_census_knowledge = {
     feasibee_census_count,
     NULL,
     NULL,
+    NULL,
     feasibee_census_words,
     feasibee_census_words,
     feasibee_census_pack,

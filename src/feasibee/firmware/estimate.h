@@ -19,8 +19,19 @@ static inline void feasibee_estimate_count(struct feasibee_robot *robot, uint32_
 }
 
 static const struct feasibee_knowledge feasibee_estimate_knowledge = {
-    NULL, feasibee_tally_observe, feasibee_tally_encode, feasibee_tally_merge, feasibee_estimate_count, NULL,
-    NULL, feasibee_tally_words,   feasibee_tally_words,  feasibee_tally_pack,  feasibee_tally_unpack,   0,
+    NULL,
+    feasibee_tally_observe,
+    feasibee_tally_encode,
+    feasibee_tally_merge,
+    feasibee_estimate_count,
+    NULL,
+    NULL,
+    NULL,
+    feasibee_tally_words,
+    feasibee_tally_words,
+    feasibee_tally_pack,
+    feasibee_tally_unpack,
+    0,
 };
 
 static const struct feasibee_strategy feasibee_estimate = {

@@ -313,10 +313,19 @@ static inline int32_t feasibee_fading_unpack(uint32_t *words, struct feasibee_re
 }
 
 static const struct feasibee_knowledge feasibee_fading_knowledge = {
-    feasibee_fading_start, feasibee_fading_observe, feasibee_fading_encode,
-    feasibee_fading_merge, feasibee_fading_count,   NULL,
-    feasibee_fading_judge, feasibee_fading_words,   feasibee_one_word,
-    feasibee_fading_pack,  feasibee_fading_unpack,  6,
+    feasibee_fading_start,
+    feasibee_fading_observe,
+    feasibee_fading_encode,
+    feasibee_fading_merge,
+    feasibee_fading_count,
+    NULL,
+    feasibee_fading_judge,
+    NULL,
+    feasibee_fading_words,
+    feasibee_one_word,
+    feasibee_fading_pack,
+    feasibee_fading_unpack,
+    6,
 };
 
 static const struct feasibee_strategy feasibee_fading = {

@@ -113,10 +113,19 @@ static inline int32_t feasibee_fading_votes_unpack(uint32_t *words, struct feasi
 }
 
 static const struct feasibee_knowledge feasibee_fading_votes_knowledge = {
-    feasibee_fading_votes_start, feasibee_fading_votes_observe, feasibee_fading_votes_encode,
-    feasibee_fading_votes_merge, feasibee_fading_votes_count,   NULL,
-    feasibee_fading_votes_judge, feasibee_fading_votes_words,   feasibee_one_word,
-    feasibee_fading_votes_pack,  feasibee_fading_votes_unpack,  4,
+    feasibee_fading_votes_start,
+    feasibee_fading_votes_observe,
+    feasibee_fading_votes_encode,
+    feasibee_fading_votes_merge,
+    feasibee_fading_votes_count,
+    NULL,
+    feasibee_fading_votes_judge,
+    NULL,
+    feasibee_fading_votes_words,
+    feasibee_one_word,
+    feasibee_fading_votes_pack,
+    feasibee_fading_votes_unpack,
+    4,
 };
 
 static const struct feasibee_strategy feasibee_fading_votes = {

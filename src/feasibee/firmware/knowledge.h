@@ -26,7 +26,7 @@ struct feasibee_setting {
     /* For what strategies compute in floating point, such as a quiet time that isn't given. */
     bool walled;
     double width, height, sight, radio, speed; /* in units, and units per step */
-    double exploration, dissemination;         /* mean durations, in steps */
+    double exploration, dissemination, mean_run; /* mean durations, in steps; mean_run: between two turns */
 #endif
 };
 
@@ -40,6 +40,8 @@ struct feasibee_knowledge {
     void (*count)(struct feasibee_robot *robot, uint32_t *robots, uint32_t *tasks); /* what is rated */
     int8_t (*declare)(struct feasibee_robot *robot); /* NULL: it doesn't; -1: it isn't sure */
     int8_t (*judge)(struct feasibee_robot *robot);   /* NULL: it doesn't; -1: it keeps its opinion */
+    /* For how long to broadcast on average; NULL: as the strategy says for the opinion. */
+    feasibee_steps (*lasting)(struct feasibee_robot *robot);
     /* How many words it needs: at most FEASIBEE_WORDS, and FEASIBEE_MESSAGE_WORDS for a message. */
     uint32_t (*words)(const struct feasibee_setting *setting);
     uint32_t (*message_words)(const struct feasibee_setting *setting);

@@ -83,6 +83,10 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
         robot->value = strategy->value ? strategy->value(robot) : feasibee_value_of(robot->feasible_quality);
 #endif
     struct feasibee_mean mean = feasibee_dissemination(robot);
+#if FEASIBEE_WORDS > 0
+    if (strategy->knowledge && strategy->knowledge->lasting)
+        mean.steps = strategy->knowledge->lasting(robot);
+#endif
     robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
     robot->phase_left += robot->settings->dissemination_floor;
 }

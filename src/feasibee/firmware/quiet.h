@@ -79,18 +79,46 @@ static inline double feasibee_exploring(const struct feasibee_setting *setting)
     return setting->exploration / (setting->exploration + setting->dissemination);
 }
 
-/* Return the number of steps in which so many robots see a given place so often, on average. */
-static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots,
-                                          const struct feasibee_setting *setting)
+/* Return the time in which a robot comes into range of a place, wherever it began, in steps. */
+static inline double feasibee_spreading(const struct feasibee_setting *setting)
 {
-    double exploring = feasibee_exploring(setting);
+    bool wide = setting->width > setting->height;
+    double longer = wide ? setting->width : setting->height, shorter = wide ? setting->height : setting->width;
+    double in_range = 2.0 * (setting->sight < setting->radio ? setting->sight : setting->radio);
+    double across = (longer > in_range ? longer - in_range : 0.0) / setting->speed;
+    double along = (shorter > in_range ? shorter - in_range : 0.0) / setting->speed;
+    double straight = (longer - shorter) / setting->speed;
+    double turning = 0.24 * (across * across + along * along);
+    turning /= setting->mean_run > 0.5 ? setting->mean_run : 0.5;
+    if (setting->walled)
+        return 4.0 * turning + 0.3 * straight * (longer + shorter) / shorter;
+    return turning + straight;
+}
+
+/* Return feasibee_steps_for for robots that explore in this share of their time. */
+static inline uint32_t feasibee_steps_with(double exploring, double sightings, uint32_t robots,
+                                           const struct feasibee_setting *setting)
+{
     double seen = setting->sight * exploring, heard = setting->radio * (1.0 - exploring);
     double each_step = feasibee_swept(seen < heard ? seen : heard, robots, setting);
     double area = feasibee_room(setting);
     if (each_step * FEASIBEE_NEVER <= sightings * area)
         return FEASIBEE_NEVER;
     double steps = sightings * area / each_step;
+    double rarer = 2.0 * (exploring < 0.5 ? exploring : 1.0 - exploring);
+    double apart = 0.8 * steps + sightings * feasibee_spreading(setting) / (rarer * (double)robots);
+    if (apart > steps)
+        steps = apart;
+    if (steps >= FEASIBEE_NEVER)
+        return FEASIBEE_NEVER;
     return (uint32_t)steps + (steps > (double)(uint32_t)steps);
+}
+
+/* Return the number of steps in which so many robots see a given place so often, on average. */
+static inline uint32_t feasibee_steps_for(double sightings, uint32_t robots,
+                                          const struct feasibee_setting *setting)
+{
+    return feasibee_steps_with(feasibee_exploring(setting), sightings, robots, setting);
 }
 
 /* Return c, the number of times that the swarm would find a task in the quiet time (quiet_census.patience).

@@ -1,6 +1,7 @@
 /* Quiet census: robots count the tasks by name, and declare once nothing new has come for long enough.
  *
- * Parameters: quiet, tolerates. Without FEASIBEE_DOUBLE, quiet must be above 0: it isn't computed. */
+ * Parameters: quiet, tolerates, hurry, lasts. Without FEASIBEE_DOUBLE, quiet must be above 0: it isn't
+ * computed. */
 
 #include "quiet.h"
 #include "rules.h"
@@ -87,7 +88,11 @@ static inline uint32_t feasibee_quiet_steps(uint32_t robots, const struct feasib
     if (setting->parameters[0] > 0)
         return feasibee_steps_given(setting->parameters[0]);
 #ifdef FEASIBEE_DOUBLE
-    return feasibee_steps_for(feasibee_patience(robots, feasibee_tolerated(setting, 1)), robots, setting);
+    double half = (setting->parameters[3] < FEASIBEE_NEVER ? setting->parameters[3] : FEASIBEE_NEVER) / 2.0;
+    double lasts = half > setting->dissemination ? half : setting->dissemination;
+    double exploring = setting->exploration / (setting->exploration + lasts);
+    return feasibee_steps_with(exploring, feasibee_patience(robots, feasibee_tolerated(setting, 1)), robots,
+                               setting);
 #else
     (void)robots;
     return FEASIBEE_NEVER;
@@ -141,6 +146,25 @@ static inline int8_t feasibee_quiet_say(struct feasibee_robot *robot)
     return robot->opinion == FEASIBEE_FEASIBLE ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
 }
 
+/* Return for how long to broadcast on average: one step in a hurry, then as given, or g. */
+static inline feasibee_steps feasibee_quiet_lasting(struct feasibee_robot *robot)
+{
+    const feasibee_number *parameters = robot->settings->setting->parameters;
+    feasibee_number hurry = parameters[2], lasts = parameters[3];
+    struct feasibee_ratio quality = robot->feasible_quality;
+#ifdef FEASIBEE_DOUBLE
+    double feasible = (double)quality.part / (double)quality.whole;
+    if (1.0 - feasible < hurry * feasible - 1e-9)
+        return 0;
+    if (lasts > FEASIBEE_NEVER)
+        lasts = FEASIBEE_NEVER;
+#else
+    if ((int64_t)(quality.whole - quality.part) * 65536 < (int64_t)hurry * quality.part)
+        return 0;
+#endif
+    return lasts > 0 ? (feasibee_steps)lasts : robot->settings->gain;
+}
+
 static const struct feasibee_knowledge feasibee_quiet_census_knowledge = {
     feasibee_quiet_start,
     feasibee_quiet_observe,
@@ -149,11 +173,12 @@ static const struct feasibee_knowledge feasibee_quiet_census_knowledge = {
     feasibee_quiet_count,
     feasibee_quiet_declare,
     NULL,
+    feasibee_quiet_lasting,
     feasibee_quiet_words,
     feasibee_quiet_message_words,
     feasibee_quiet_pack,
     feasibee_quiet_unpack,
-    2,
+    4,
 };
 
 static const struct feasibee_strategy feasibee_quiet_census = {

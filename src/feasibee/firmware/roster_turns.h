@@ -255,10 +255,19 @@ static inline int32_t feasibee_roster_turns_unpack(uint32_t *words, struct feasi
 }
 
 static const struct feasibee_knowledge feasibee_roster_turns_knowledge = {
-    feasibee_roster_turns_start, feasibee_roster_turns_observe, feasibee_roster_turns_encode,
-    feasibee_roster_turns_merge, feasibee_roster_turns_count,   NULL,
-    feasibee_roster_turns_judge, feasibee_roster_turns_words,   feasibee_three_words,
-    feasibee_roster_turns_pack,  feasibee_roster_turns_unpack,  4,
+    feasibee_roster_turns_start,
+    feasibee_roster_turns_observe,
+    feasibee_roster_turns_encode,
+    feasibee_roster_turns_merge,
+    feasibee_roster_turns_count,
+    NULL,
+    feasibee_roster_turns_judge,
+    NULL,
+    feasibee_roster_turns_words,
+    feasibee_three_words,
+    feasibee_roster_turns_pack,
+    feasibee_roster_turns_unpack,
+    4,
 };
 
 static const struct feasibee_strategy feasibee_roster_turns = {

@@ -90,8 +90,19 @@ static inline int32_t feasibee_tally_unpack(uint32_t *words, struct feasibee_rea
 }
 
 static const struct feasibee_knowledge feasibee_tally_knowledge = {
-    NULL, feasibee_tally_observe, feasibee_tally_encode, feasibee_tally_merge, feasibee_tally_count,  NULL,
-    NULL, feasibee_tally_words,   feasibee_tally_words,  feasibee_tally_pack,  feasibee_tally_unpack, 0,
+    NULL,
+    feasibee_tally_observe,
+    feasibee_tally_encode,
+    feasibee_tally_merge,
+    feasibee_tally_count,
+    NULL,
+    NULL,
+    NULL,
+    feasibee_tally_words,
+    feasibee_tally_words,
+    feasibee_tally_pack,
+    feasibee_tally_unpack,
+    0,
 };
 
 static const struct feasibee_strategy feasibee_tally = {

@@ -191,6 +191,7 @@ static const struct feasibee_knowledge feasibee_totals_knowledge = {
     feasibee_totals_count,
     NULL,
     NULL,
+    NULL,
     feasibee_totals_words,
     feasibee_one_word,
     feasibee_totals_pack,

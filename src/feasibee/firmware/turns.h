@@ -309,6 +309,7 @@ static const struct feasibee_knowledge feasibee_turns_knowledge = {
     feasibee_turns_count,
     feasibee_turns_declare,
     NULL,
+    NULL,
     feasibee_turns_words,
     feasibee_turns_message_words,
     feasibee_turns_pack,

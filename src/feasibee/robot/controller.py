@@ -265,6 +265,8 @@ class Controller:
         if self.strategy.value_bits:
             self._value = sent(self.strategy.value(mind), self.strategy.value_bits)
         mean = self.strategy.dissemination(mind.quality, self.gain)
+        if "lasting" in self.strategy.functions:
+            mean = self.strategy.lasting(mind, self.gain)
         self.phase_left = self.dissemination_floor + self._draw_duration(mean)
 
     def _rate(self) -> None:

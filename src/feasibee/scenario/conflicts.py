@@ -240,6 +240,7 @@ def _knowledge_memory(explicit: Explicit, strategy: Manifest) -> Iterator[Proble
         radio=explicit["radio"]["range"],
         speed=explicit["robots"]["speed"],
         phases=(decision["exploration"], decision["gain"] + decision["dissemination_floor"]),
+        mean_run=explicit["walk"]["mean_run"],
     )
     problem = excess(setting, *strategy.row_lengths(setting))
     if problem:

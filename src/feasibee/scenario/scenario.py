@@ -240,6 +240,7 @@ class Scenario(BaseModel):
             radio=self.radio.range,
             speed=self.robots.speed,
             phases=(self.decision.exploration, self.decision.gain + self.decision.dissemination_floor),
+            mean_run=self.walk.mean_run,
         )
 
     def counted(self, step: int) -> int:

@@ -31,6 +31,7 @@ def setting_from(
     radio: float = 2.0,
     speed: float = 1.0,
     phases: tuple[float, float] = (10.0, 10.0),
+    mean_run: float = 10.0,
 ) -> Setting:
     """Return the numbers of a scenario that a strategy's knowledge may depend on.
 
@@ -46,7 +47,7 @@ def setting_from(
         Those of the strategy.
     count : int, optional
         Number of robots at the start; by default all that have ids.
-    knows_count, colluding, size, walled, sight, radio, speed, phases
+    knows_count, colluding, size, walled, sight, radio, speed, phases, mean_run
         See `Setting`; by default the paper's world. Phases are exploration and dissemination.
     """
     robots, tasks = counts
@@ -70,6 +71,7 @@ def setting_from(
         speed=float(speed),
         exploration=float(phases[0]),
         dissemination=float(phases[1]),
+        mean_run=float(mean_run),
     )
 
 

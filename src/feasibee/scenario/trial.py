@@ -31,14 +31,13 @@ from feasibee.strategies.contract import (
 )
 from feasibee.strategies.words import Words
 
+STEPS: Final = f"must be a number of steps from 0 to {LONGEST}"
 OPINIONS: Final = "must be 1, 0, or -1 for none"
 ROWS: Final = "must return nothing: it writes into"
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "quality": ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
-    "dissemination": (
-        f"must be a number of steps from 0 to {LONGEST}",
-        lambda value: _is_number(value) and 0 <= value <= LONGEST,
-    ),
+    "dissemination": (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST),
+    "lasting": (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST),
     "decide": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     "say": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     "value": ("must be a number", lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
@@ -164,6 +163,7 @@ def _try(strategy: Strategy) -> None:
             mind = _mind(strategy, opinion, quality, feasible_quality, own_vote)
             strategy.say(mind)
             strategy.value(mind)
+            strategy.lasting(mind, 10.0)
             strategy.decide(mind, inbox)
 
 

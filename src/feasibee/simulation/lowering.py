@@ -186,6 +186,7 @@ def _strategy(strategy: Strategy, setting: Setting) -> StrategyParams:
         declares=strategy.declares,
         judges=strategy.judges,
         says=strategy.say is not contract.say,
+        lasts="lasting" in strategy.functions,
         value_scale=float(2**strategy.value_bits - 1),
         knowledge=_knowledge(strategy, setting),
     )

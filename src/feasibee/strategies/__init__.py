@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import Final
 
 from feasibee.strategies import (
@@ -29,7 +30,15 @@ from feasibee.strategies import (
     voter,
 )
 from feasibee.strategies import map as map_
-from feasibee.strategies.contract import Strategy, strategy_of_module
+from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, Strategy
+
+
+def strategy_of_module(name: str, module: ModuleType) -> Strategy:
+    """Return the strategy that an imported module of this package defines."""
+    functions = {each: getattr(module, each) for each in ARGUMENTS if hasattr(module, each)}
+    constants = {field: getattr(module, each) for each, field in CONSTANTS.items() if hasattr(module, each)}
+    return Strategy(name=name, functions=frozenset(functions), **functions, **constants)
+
 
 STRATEGIES: Final[dict[str, Strategy]] = {
     name: strategy_of_module(name, module)

@@ -44,15 +44,45 @@ def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 
     A robot sweeps a strip of twice its range of sight while it explores, and one of twice its range of radio
-    while it disseminates; the rarer counts. Within walls robots wait twice as long.
+    while it disseminates; the rarer counts. Within walls robots wait twice as long. So it is where a robot is
+    soon anywhere: in arenas about as wide as high, if robots walk straight for long enough. Elsewhere it must
+    get to the place first, which counts in addition to most of the time of sweeping.
     """
     exploring = setting.exploration / (setting.exploration + setting.dissemination)
+    return steps_with(exploring, sightings, robots, setting)
+
+
+def steps_with(exploring, sightings, robots, setting):
+    """Return `steps_for` for robots that explore in this share of their time."""
     reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
     each_step = swept(reach, robots, setting)
     area = room(setting)
     if each_step * NEVER <= sightings * area:
         return NEVER
-    return math.ceil(sightings * area / each_step)
+    sweeping = sightings * area / each_step
+    rarer = 2.0 * min(exploring, 1.0 - exploring)
+    steps = max(sweeping, 0.8 * sweeping + sightings * spreading(setting) / (rarer * robots))
+    return NEVER if steps >= NEVER else math.ceil(steps)
+
+
+def spreading(setting):
+    """Return the time in which a robot comes into range of a place, wherever it began, in steps.
+
+    A walk with turns spreads like heat: the time grows with the square of the longer side. Without turns, it
+    grows with the longer side. A wall at either end makes the way at most twice as long, and the time four
+    times; walls on both sides of a corridor end straight walks, which makes them shorter by its width.
+    Fitted to arenas of 100 by 4 to 20 by 20 units, mean runs of 1 to 100 steps, and 5 to 60 robots that face
+    one task too many: at most 5 wrong runs in 1,000.
+    """
+    longer, shorter = max(setting.width, setting.height), min(setting.width, setting.height)
+    in_range = 2.0 * min(setting.sight, setting.radio)
+    across = max(longer - in_range, 0.0) / setting.speed
+    along = max(shorter - in_range, 0.0) / setting.speed
+    straight = (longer - shorter) / setting.speed
+    turning = 0.24 * (across * across + along * along) / max(setting.mean_run, 0.5)
+    if setting.walled:
+        return 4.0 * turning + 0.3 * straight * (longer + shorter) / shorter
+    return turning + straight
 
 
 def room(setting):

@@ -1,8 +1,8 @@
 """The contract of a strategy: plain functions, the same file in the engine, in the reference and on a robot.
 
-A strategy's file must define ``quality``, ``dissemination`` and ``decide``. It may define ``say`` and
-``value``, and the constants of `CONSTANTS`: see `Strategy`. The functions use numbers and ``math`` only,
-since the engine compiles them.
+A strategy's file must define ``quality``, ``dissemination`` and ``decide``. It may define ``say``, ``value``
+and ``lasting``, and the constants of `CONSTANTS`: see `Strategy`. The functions use only numbers and
+``math``, since the engine compiles them.
 
 Knowledge
 ---------
@@ -30,7 +30,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import ModuleType
 from typing import Any, Final, NamedTuple
 
 ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -39,6 +38,7 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "decide": ("mind", "inbox"),
     "say": ("mind",),
     "value": ("mind",),
+    "lasting": ("mind", "gain"),
     "words": ("setting",),
     "message_words": ("setting",),
     "start": ("known", "me"),
@@ -60,7 +60,7 @@ REQUIRED: Final = ("quality", "dissemination", "decide")
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[5:] if name not in KNOWLEDGE)
+KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[6:] if name not in KNOWLEDGE)
 """The functions that such a file may define."""
 CONSTANTS: Final[Mapping[str, str]] = {
     "PARAMETERS": "parameters",
@@ -119,10 +119,7 @@ class Setting(NamedTuple):
     count: int  # type: ignore[assignment]  # hides tuple.count
     """Number of robots at the start. With ``knows_count``, this is what a robot knows."""
     tasks: int
-    """Number of tasks that have ids, which are below it: the most in a run, if the world changes.
-
-    For the size of rows: a real robot doesn't know it.
-    """
+    """Number of tasks that have ids below it, for the size of rows: a real robot doesn't know it."""
     robot_ids: int
     """Number of ids of robots, those that Byzantine robots invent included."""
     task_ids: int
@@ -155,6 +152,8 @@ class Setting(NamedTuple):
     """Mean duration of exploration, in steps."""
     dissemination: float
     """Mean duration of dissemination for an opinion of quality 1, in steps."""
+    mean_run: float = 10.0
+    """Mean duration of a straight walk between two turns, in steps."""
 
 
 class Me(NamedTuple):
@@ -205,6 +204,11 @@ def say(mind: Mind) -> int:
 def value(mind: Mind) -> float:
     """Return the value to broadcast, if messages have one: the quality of *feasible*."""
     return mind.feasible_quality
+
+
+def lasting(mind: Mind, gain: float) -> float:
+    """Return the mean duration of a dissemination; not called, since ``dissemination`` says it."""
+    return gain
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -320,6 +324,8 @@ class Strategy(Manifest):
         ``say(mind)``: what to broadcast for the whole dissemination, 1 or 0, or -1 to be silent.
     value : callable, optional
         ``value(mind)``: a number from 0 to 1 to broadcast with it, near 1 if it speaks for *feasible*.
+    lasting : callable, optional
+        ``lasting(mind, gain)``: for how long to broadcast, as ``dissemination``, which it replaces.
     words : callable
         ``words(setting)``: number of words that a robot's knowledge takes. Called before a run, never in it.
     message_words : callable, optional
@@ -365,6 +371,7 @@ class Strategy(Manifest):
     decide: Callable[[Mind, Inbox], int]
     say: Callable[[Mind], int] = say
     value: Callable[[Mind], float] = value
+    lasting: Callable[[Mind, float], float] = lasting
     words: Callable[[Setting], int] | None = None
     message_words: Callable[[Setting], int] | None = None
     start: Callable[[Any, Me], None] | None = None
@@ -386,13 +393,6 @@ class Strategy(Manifest):
         functions: Any = self  # those for knowledge are None in other strategies only
         known = functions.words(setting)
         return known, known if functions.message_words is None else functions.message_words(setting)
-
-
-def strategy_of_module(name: str, module: ModuleType) -> Strategy:
-    """Return the strategy that an imported module of this package defines."""
-    functions = {each: getattr(module, each) for each in ARGUMENTS if hasattr(module, each)}
-    constants = {field: getattr(module, each) for each, field in CONSTANTS.items() if hasattr(module, each)}
-    return Strategy(name=name, functions=frozenset(functions), **functions, **constants)
 
 
 def sent(value: float, bits: int) -> int:

@@ -5,8 +5,13 @@ set for g steps on average, and takes in every set that it hears. A robot that k
 declares infeasible as soon as it knows more than n tasks. It declares feasible after a quiet time without a
 new name, q = c / lambda steps. lambda = n 2 r v share / area is how often the swarm finds a given task,
 where share is the part of its time that a robot explores. If robots meet more rarely by radio, that rate is
-taken. c grows with n; within walls q is twice as long. A robot that does not know n counts the robots by
-name, too, and declares after the quiet time, whatever the answer. Until then it has no opinion.
+taken. c grows with n; within walls q is twice as long. In long arenas, and where robots turn often, q is
+longer: see `certified.steps_for`. A robot that does not know n counts the robots by name, too, and declares
+after the quiet time, whatever the answer. Until then it has no opinion.
+
+With ``hurry`` = h above 0, a robot that knows of fewer than h tasks per robot broadcasts for one step only:
+it has little to tell, and soon explores again. Later it broadcasts for ``lasts`` steps on average; 0: g. The
+quiet time is that of broadcasts of g steps or ``lasts`` / 2, whichever is longer.
 
 ``quiet`` sets q, in steps; 0: computed. With ``tolerates`` = f, the name of a robot or task that the robot
 did not see counts once f + 1 different neighbours have sent it. Robots broadcast only names that count.
@@ -28,7 +33,14 @@ behavior", 2004.
 import math
 
 from feasibee.strategies import census
-from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
+from feasibee.strategies.certified import (
+    NEVER,
+    steps_given,
+    steps_with,
+    tasks_to_invent,
+    told_enough,
+    tolerated,
+)
 from feasibee.strategies.clock import has_come
 
 BY_NAME = True
@@ -36,16 +48,26 @@ NEEDS_IDS = True
 NEEDS_NAMES = True
 STARTS_NEUTRAL = True
 ONE_CLASS = True
-PARAMETERS = {"quiet": 0.0, "tolerates": 0.0}
-QUIET, TOLERATES = 0, 1
+PARAMETERS = {"quiet": 0.0, "tolerates": 0.0, "hurry": 0.0, "lasts": 0.0}
+QUIET, TOLERATES, HURRY, LASTS = 0, 1, 2, 3
 POSITION_BITS = 32
 MEMBERS = 31
 """Number of a set's members in a word."""
+ROUNDING = 1e-9
+"""Least difference of a ratio of tasks to robots from `HURRY` that counts."""
 NAMES, UNTIL, SETS = 0, 1, 2
 """Words of what is known: number of names, until when to wait for another; then the sets."""
 
 quality = census.quality
 dissemination = census.dissemination
+
+
+def lasting(mind, gain):
+    """Return the mean duration of broadcasting: one step in a hurry, then as given, or g."""
+    feasible, hurry, lasts = mind.feasible_quality, mind.parameters[HURRY], mind.parameters[LASTS]
+    if 1.0 - feasible < hurry * feasible - ROUNDING:
+        return 0.0
+    return min(lasts, float(NEVER)) if lasts > 0 else gain
 
 
 def decide(mind, inbox):
@@ -183,7 +205,9 @@ def quiet_steps(robots, setting):
     """Return q, the quiet time after which a robot that knows of so many robots is sure, in steps."""
     if setting.parameters[QUIET] > 0:
         return steps_given(setting.parameters[QUIET])
-    return steps_for(patience(robots, tolerated(setting, TOLERATES)), robots, setting)
+    lasts = max(setting.dissemination, min(setting.parameters[LASTS], float(NEVER)) / 2.0)
+    exploring = setting.exploration / (setting.exploration + lasts)
+    return steps_with(exploring, patience(robots, tolerated(setting, TOLERATES)), robots, setting)
 
 
 def declare(known, me):
