@@ -54,6 +54,7 @@ class _Setting(Section):
     speed: Speed
     exploration: Duration
     dissemination: Annotated[float, Field(gt=0, le=2e6)]
+    mean_run: Duration
 
 
 class _Commit(Section):
