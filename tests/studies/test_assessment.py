@@ -19,7 +19,7 @@ from feasibee.results.declarations import declarations
 from feasibee.results.statistics import Interval, paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.advice import bias_in_words, sections
+from feasibee.studies.advice import _declared, bias_in_words, sections
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare
 from feasibee.studies.findings import Trial
@@ -66,6 +66,30 @@ def test_declarations_are_assessed(tmp_path):
     text = text_of(found)
     assert f"By their own word, {percent(expected.ok)} are right" in text
     assert f"By step {expected.step_90.p95}, 95 % of the swarms have declared." in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "outside"),
+    [
+        ({}, None),
+        ({"arena.side": [4.0, 100.0], "walk.mean_run": 1.0, "robots.count": 5}, None),
+        ({"arena.side": [4.0, 101.0]}, "longer side of the arena per shorter side 25.25, tested 1 to 25"),
+        (
+            {"walk.mean_run": 0.9, "robots.count": 4},
+            "robots 4, tested 5 to 200; mean run in steps 0.9, tested 1 to 100",
+        ),
+        ({"walk.mean_run": 0.9, "decision.parameters": {"quiet": 80.0}}, None),
+        ({"walk.mean_run": 0.9, "decision.strategy": "map"}, None),
+    ],
+)
+def test_quiet_times_beyond_tested_worlds_are_warned_of(changes, outside):
+    """They are computed in `quiet-census`; a given one is its user's, and `map` has none."""
+    own = {"decision.strategy": "quiet-census", "robots.know_count": True, "run.steps": 5}
+    scenario = Scenario().replace({**own, **changes})
+    (outcome,) = compare({"": scenario}, (), 2, 1)
+    warnings = _declared(outcome, scenario)[1:]
+    assert len(warnings) == (outside is not None)
+    assert outside is None or f"({outside})" in warnings[0]
 
 
 def test_a_strategy_that_cant_declare_has_no_word_of_its_own(assessment):

@@ -282,3 +282,12 @@ def test_a_curve_rises_at_the_steps_of_the_runs():
     assert {text.get_text() for text in ax.texts} == {look.label for look in LOOKS.values()}
     (ax,) = draw_limits({**steps, "area": np.full(4, -1)}, 100).axes
     assert "area: never" in {text.get_text() for text in ax.texts}
+
+
+def test_limits_warn_where_quiet_times_were_not_tested():
+    asked = ("limits", "--runs", "1", "--set", "run.steps=5", "--set")
+    assert (
+        "not tested here (mean run in steps 0.5, tested 1 to 100)"
+        in invoke(*asked, "walk.mean_run=0.5").output
+    )
+    assert "not tested" not in invoke(*asked, "walk.mean_run=1").output

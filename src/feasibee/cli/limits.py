@@ -92,6 +92,7 @@ def _print_limits(found: Limits) -> None:
     from rich.table import Table
 
     from feasibee.studies.limits import LIMITS
+    from feasibee.studies.needs import quiet_times_in_words
 
     robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
     title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
@@ -106,7 +107,8 @@ def _print_limits(found: Limits) -> None:
     out.print(table)
     for name, words in LIMITS.items():
         out.print(f"{_named(name)}: {words}.", soft_wrap=True)
-    out.print(NOTE, soft_wrap=True)
+    for line in (NOTE, *quiet_times_in_words(found.scenario)):
+        out.print(line, soft_wrap=True)
 
 
 def _named(limit: str) -> str:

@@ -14,6 +14,12 @@ import math
 
 NEVER = 2**30
 """Number of steps that stands for no end."""
+TESTED = {
+    "robots": (5, 200),
+    "longer side of the arena per shorter side": (1, 25),
+    "mean run in steps": (1, 100),
+}
+"""Least and largest values with which computed quiet times were tested."""
 
 
 def tolerated(setting, place):
@@ -83,6 +89,14 @@ def spreading(setting):
     if setting.walled:
         return 4.0 * turning + 0.3 * straight * (longer + shorter) / shorter
     return turning + straight
+
+
+def untested(robots, setting):
+    """Return the names of `TESTED` whose values for so many robots lie outside, with these values."""
+    sides = setting.width, setting.height
+    values = robots, max(sides) / min(sides), setting.mean_run
+    each = zip(TESTED.items(), values, strict=True)
+    return {name: value for (name, (low, high)), value in each if not low <= value <= high}
 
 
 def room(setting):

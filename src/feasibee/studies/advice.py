@@ -18,7 +18,7 @@ from feasibee.studies.findings import (
     Findings,
     Trial,
 )
-from feasibee.studies.needs import IDS, NAMES, Asked, needs_of
+from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
 from feasibee.studies.shares import percent, points, wait_for
 from feasibee.studies.sizing import Band, band_sentence, edge_sentence
 
@@ -115,7 +115,9 @@ def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
         if steps.p95 is None
         else f"By {step_in_words(scenario, steps.p95)}, 95 % of the swarms have declared."
     )
-    return [f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"]
+    told = f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"
+    waits = scenario.decision.parameters.get("quiet", scenario.manifest.parameters.get("quiet")) == 0
+    return [told, *(quiet_times_in_words(scenario) if waits else [])]
 
 
 def _tracking(outcome: Outcome, scenario: Scenario) -> list[str]:

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 from feasibee.scenario.messages import bare_bits, knowledge_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
+from feasibee.strategies.certified import TESTED, untested
 from feasibee.strategies.contract import Me
 from feasibee.strategies.words import Words
 
@@ -50,6 +51,20 @@ def asked_of(scenario: Scenario, seed: int = 0) -> Asked:
 def needs_of(scenario: Scenario) -> list[str]:
     """Return what a scenario's strategy needs, in words, with the scenario's values of its parameters."""
     return [IN_WORDS[need] for need in scenario.manifest.needs(scenario.decision.parameters)]
+
+
+def quiet_times_in_words(scenario: Scenario) -> list[str]:
+    """Return a warning if computed quiet times were not tested in worlds like the scenario's."""
+    outside = untested(scenario.robots.count, scenario.setting)
+    if not outside:
+        return []
+    ranges = [
+        f"{name} {value:.4g}, tested {' to '.join(map(str, TESTED[name]))}" for name, value in outside.items()
+    ]
+    return [
+        f"The quiet times that robots compute were not tested here ({'; '.join(ranges)}): they may declare "
+        "feasible too soon. Set the parameter quiet of their strategy, or rely on rates simulated here."
+    ]
 
 
 def longest_message(scenario: Scenario, seed: int = 0) -> int:
