@@ -148,9 +148,10 @@ def test_threads_and_strategy_change_nothing():
     one = limits(Scenario(), runs=6, seed=3, threads=1)
     rule = {"quorum": 0.9, "rounds": 3, "heard": 3}
     other = Scenario(decision={"strategy": "tally", "commit": rule}, sensing={"false_tasks": 0.1})
-    two = limits(other, runs=6, seed=3, threads=2)
-    for name, steps in one.steps.items():
-        np.testing.assert_array_equal(steps, two.steps[name])
+    misnamed = Scenario(decision={"strategy": "census"}, sensing={"misname": 0.1})
+    for two in (limits(other, runs=6, seed=3, threads=2), limits(misnamed, runs=6, seed=3)):
+        for name, steps in one.steps.items():
+            np.testing.assert_array_equal(steps, two.steps[name])
 
 
 def test_losses_and_missed_sightings_take_time():

@@ -183,6 +183,7 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
             "decision.quality_floor": 0,
             "sensing.false_robots": 0.0,
             "sensing.false_tasks": 0.0,
+            "sensing.misname": 0.0,
         }
     )
     setting = world.setting
