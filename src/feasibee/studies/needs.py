@@ -82,11 +82,12 @@ def longest_parts(scenario: Scenario, seed: int = 0) -> tuple[int, int]:
     if not strategy.knowledge:
         return plain, 0
     swarm = Swarm(scenario, seed)
-    me = Me(0, 0, 0, 0, [0.0] * strategy.memory, setting)
+    memory = [0.0] * strategy.memory
     steps = scenario.run.steps
     longest = 0
     for look in range(1, LOOKS + 1):
         swarm.advance(steps * look // LOOKS - swarm.step)
+        me = Me(0, 0, 0, swarm.step, memory, setting)
         lengths = (knowledge_bits(strategy, Words(row.tolist()), me) for row in swarm.knowledge)
         longest = max(longest, *lengths)
     return plain, longest
