@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -11,7 +12,12 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 
 
 def pytest_configure(config):
-    """Generate the same examples on any machine, however slow; with the slow tests more of them."""
+    """Generate the same examples on any machine, however slow; with the slow tests more of them.
+
+    A shell may have Ctrl-C ignored for tests in the background, and so for the programs that they interrupt.
+    """
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     harmless = (
         "too_slow",
         "data_too_large",
