@@ -181,7 +181,7 @@ def test_modules_are_short_and_documented(name):
     module = importlib.import_module(name)
     lines = inspect.getsource(module).splitlines()
     assert module.__doc__
-    assert len(lines) <= 400
+    assert len(lines) <= 700
     for function in [
         node for node in ast.walk(ast.parse("\n".join(lines))) if isinstance(node, ast.FunctionDef)
     ]:
