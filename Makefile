@@ -13,7 +13,7 @@ help:
 	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
-	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/page/world.wasm"
+	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/live/world/world.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
 	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
 	@echo "make sizes   flash and RAM of the C controller for each strategy and processor with a compiler here"
@@ -49,7 +49,7 @@ format-js: node_modules/installed
 	npm run --silent format
 
 wasm: $(VENV)/with-wasm
-	$(BIN)/python -m feasibee.page.build
+	$(BIN)/python -m feasibee.live.world.build
 
 bench: $(VENV)/with-bench
 	$(BIN)/python benchmarks/bench.py $(if $(QUICK),--quick) $(if $(SAVE),--save) $(if $(AGAINST),--against $(AGAINST))

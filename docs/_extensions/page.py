@@ -1,4 +1,4 @@
-"""The page that simulates, embedded: written by `feasibee.page` before any page is read."""
+"""The page that simulates, embedded: written by `feasibee.live.page` before any page is read."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from feasibee import Scenario
-from feasibee.page import write_page
+from feasibee.live.page import write_page
 
 NAME = "swarm.html"
 TITLE = "A swarm simulated in this page"

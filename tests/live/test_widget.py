@@ -11,8 +11,9 @@ import pytest
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.modules import joined
 from feasibee.live.session import RunRequest, Session
-from feasibee.live.widget import MODULES, STATIC, SWARMS_LIMIT, Arena, joined_modules
+from feasibee.live.widget import SWARMS_LIMIT, Arena
 
 SCENARIO = Scenario(tasks={"count": 12}, run={"steps": 50})
 
@@ -77,21 +78,20 @@ def test_a_run_that_there_is_not_is_refused():
         Arena(seed=-1)
 
 
-def test_the_modules_become_one():
-    joined = joined_modules()
-    assert not re.search(r"^\s*import\b", joined, re.MULTILINE)
-    assert re.findall(r"^export.*", joined, re.MULTILINE) == ["export default { render };"]
-    names = re.findall(r"^(?:async )?(?:function|class) (\w+)", joined, re.MULTILINE)
-    for text in re.findall(r"^(?:const|let) ([^;]+);", joined, re.MULTILINE):
-        names += re.findall(r"(?:^|,\s)\s*(\w+) = ", text)
-    assert {"decode", "Crowd", "Arena", "Player", "SPEEDS", "DISSEMINATING", "render"} <= set(names)
+@pytest.mark.parametrize(
+    ("name", "exports", "first"),
+    [("widget", ["export default { render };"], "render"), ("simulator", [], "World")],
+)
+def test_the_modules_become_one(name, exports, first):
+    text = joined(name)
+    assert not re.search(r"^\s*import\b", text, re.MULTILINE)
+    assert re.findall(r"^export.*", text, re.MULTILINE) == exports
+    names = re.findall(r"^(?:async )?(?:function|class) (\w+)", text, re.MULTILINE)
+    for each in re.findall(r"^(?:const|let) ([^;]+);", text, re.MULTILINE):
+        names += re.findall(r"(?:^|,\s)\s*(\w+) = ", each)
+    assert {"Crowd", "Arena", "Player", "SPEEDS", "DISSEMINATING", first} <= set(names)
     assert len(names) == len(set(names))
-
-
-def test_modules_come_after_those_that_they_import():
-    for number, name in enumerate(MODULES):
-        text = (STATIC / f"{name}.js").read_text("utf-8")
-        assert set(re.findall(r'(?m)^import [^;]+ from "\./(\w+)\.js"', text)) <= set(MODULES[:number])
+    assert text.index("class Crowd") < text.index("class Arena")
 
 
 def test_without_anywidget_it_says_what_to_install(monkeypatch):

@@ -12,7 +12,7 @@ from PIL import Image
 from waiting import eventually, expect_rest
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.live.widget import Arena, joined_modules
+from feasibee.live.widget import Arena
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
@@ -78,7 +78,7 @@ def show(browser):
         page.expose_function("save", arena.set_state)
         state = {name: getattr(arena, name) for name in ("_world", "step", "speed")}
         tasks = base64.b64encode(arena._tasks).decode()
-        page.evaluate(NOTEBOOK, {"esm": joined_modules(), "state": state, "tasks": tasks})
+        page.evaluate(NOTEBOOK, {"esm": Arena._esm, "state": state, "tasks": tasks})
         return page
 
     yield shown

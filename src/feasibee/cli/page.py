@@ -31,7 +31,7 @@ def page(file: Path | None, changes: tuple[str, ...], seed: int, run: int, out: 
       feasibee page mine.toml --open
     """
     from feasibee.files import check_output
-    from feasibee.page import write_page
+    from feasibee.live.page import write_page
 
     check_output(out, (".html",), "--out")
     scenario = read_scenario(file, changes)

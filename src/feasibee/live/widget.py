@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem, how_to_install
 from feasibee.live.messages import encode_frame, encode_tasks
-from feasibee.live.modules import STATIC, joined
+from feasibee.live.modules import joined
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
@@ -23,15 +23,8 @@ except ModuleNotFoundError as error:
         raise
     raise FeasibeeError(f"anywidget: not installed; {how_to_install('widget')}") from None
 
-MODULES: Final = ("frames", "comings", "crowd", "sprites", "ground", "arena", "player", "widget")
-"""Modules of the page that the widget uses, each after those that it imports."""
 SWARMS_LIMIT: Final = 8
 """Most swarms in memory, one per view and restart; a dropped one is simulated again when it is needed."""
-
-
-def joined_modules() -> str:
-    """Return the page's modules as one, since anywidget takes a single module."""
-    return joined(STATIC / f"{name}.js" for name in MODULES)
 
 
 class Arena(anywidget.AnyWidget):
@@ -64,7 +57,7 @@ class Arena(anywidget.AnyWidget):
     >>> arena.speed = 60
     """
 
-    _esm = joined_modules()
+    _esm = joined("widget")  # anywidget takes a single module
     _world = traitlets.Dict().tag(sync=True)
     _tasks = traitlets.Bytes().tag(sync=True)
     step = traitlets.Int(0, min=0).tag(sync=True)

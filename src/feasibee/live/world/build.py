@@ -1,4 +1,4 @@
-"""Compile the page's world from C to WebAssembly: ``python -m feasibee.page.build``, or ``make wasm``.
+"""Compile the page's world from C to WebAssembly: ``python -m feasibee.live.world.build``, or ``make wasm``.
 
 Needs the PyPI package ziglang, whose version pyproject.toml pins: another one may give other bytes.
 """
@@ -13,11 +13,10 @@ from pathlib import Path
 from typing import Final
 
 from feasibee.firmware import header
-from feasibee.page.lowering import PAGE_STRATEGIES, ROBOTS_LIMIT, TASKS_LIMIT
+from feasibee.live.page import WASM
+from feasibee.live.world.lowering import PAGE_STRATEGIES, ROBOTS_LIMIT, TASKS_LIMIT
 
 FOLDER: Final = Path(__file__).parent
-WASM: Final = FOLDER / "world.wasm"
-"""The compiled world, as it is installed."""
 FLAGS: Final = (
     *("-target", "wasm32-freestanding", "-nostdlib", "-Wl,--no-entry", "-s"),
     *("-std=c99", "-O2", "-ffp-contract=off"),

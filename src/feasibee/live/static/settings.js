@@ -1,6 +1,6 @@
 // Sliders and fields for what a reader may change, kept in the address.
 
-import { $ } from "../../live/static/elements.js";
+import { $ } from "./elements.js";
 import { RUNS } from "./swarms.js";
 
 /** @import { Given, Settings } from "./world.js" */

@@ -9,10 +9,8 @@ import pytest
 from commands import invoke, refused
 
 from feasibee import Scenario, ScenarioError
-from feasibee.live.modules import STATIC as LIVE
-from feasibee.page import page_of
-from feasibee.page.document import ARENA_MODULES, MODULES, STATIC
-from feasibee.page.lowering import PAGE_FIELDS, PAGE_STRATEGIES, check_scenario
+from feasibee.live.page import page_of
+from feasibee.live.world.lowering import PAGE_FIELDS, PAGE_STRATEGIES, check_scenario
 from feasibee.scenario.fields import fields
 from feasibee.strategies import STRATEGIES
 
@@ -110,13 +108,3 @@ def test_the_pages_fields_are_fields_and_its_strategies_pass_on_opinions_only():
 def test_the_file_must_be_html(tmp_path):
     (said,) = refused("page", "--out", str(tmp_path / "run.gif"))
     assert said.endswith("end the name with .html")
-
-
-def test_modules_come_after_those_that_they_import():
-    done = set()
-    for folder, names in ((LIVE, ARENA_MODULES), (STATIC, MODULES)):
-        for name in names:
-            text = (folder / f"{name}.js").read_text("utf-8")
-            assert set(re.findall(r'(?m)^import [^;]+ from "[./\w]*/(\w+)\.js"', text)) <= done, name
-            done.add(name)
-    assert {path.stem for path in STATIC.glob("*.js")} == set(MODULES)

@@ -1,8 +1,8 @@
 // The share of robots with each opinion over time, with the threshold of the decision.
 
-import { contextOf } from "../../live/static/crowd.js";
+import { contextOf } from "./crowd.js";
 
-/** @import { Shade } from "../../live/static/theme.js" */
+/** @import { Shade } from "./theme.js" */
 /** @import { Recording } from "./recording.js" */
 
 /** @typedef {Record<Shade, string>} Shades */

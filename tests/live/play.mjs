@@ -1,4 +1,4 @@
-// Play runs in the compiled world of feasibee.page: for tests, by node.
+// Play runs in the compiled world of feasibee.live.page: for tests, by node.
 //
 //   node play.mjs world.wasm < runs.json > flags
 //

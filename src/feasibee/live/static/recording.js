@@ -1,6 +1,6 @@
 // All steps of a run that have been simulated, so that any of them can be shown again at once.
 
-/** @import { Frame } from "../../live/static/frames.js" */
+/** @import { Frame } from "./frames.js" */
 /** @import { Settings, World } from "./world.js" */
 
 const SHIFT = 16; // a place has 32 bits in the world, and 16 on the canvas

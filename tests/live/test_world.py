@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
+from feasibee.live.page import WASM
+from feasibee.live.world import build
+from feasibee.live.world.lowering import NUMBERS, PAGE_STRATEGIES
 from feasibee.model import purposes
-from feasibee.page import build
-from feasibee.page.lowering import NUMBERS, PAGE_STRATEGIES
 from feasibee.simulation.snapshot import FLAGS
 
 BITS = {name: 1 << k for k, name in enumerate(FLAGS)}
@@ -116,7 +117,7 @@ def test_durations_are_those_of_pythons_logarithm(node):
     means = [10.0, 10 * (3 / 7), 0.3, 1e6]
     script = f"""
       const {{ readFileSync }} = require("fs");
-      WebAssembly.instantiate(readFileSync({json.dumps(str(build.WASM))})).then(({{ instance }}) => {{
+      WebAssembly.instantiate(readFileSync({json.dumps(str(WASM))})).then(({{ instance }}) => {{
         const draw = instance.exports.world_duration;
         console.log(JSON.stringify({words}.map((word) => {means}.map((mean) => draw(word, mean)))));
       }});"""
@@ -145,4 +146,4 @@ def test_the_compiled_world_is_that_of_the_source(tmp_path):
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: install the dependency group wasm of pyproject.toml, from PyPI")
     build.compile_world(tmp_path / "world.wasm")
-    assert (tmp_path / "world.wasm").read_bytes() == build.WASM.read_bytes()
+    assert (tmp_path / "world.wasm").read_bytes() == WASM.read_bytes()

@@ -9,7 +9,7 @@ import pytest
 from waiting import drawn, eventually
 
 from feasibee import Scenario, decision_counts, simulate, wilson
-from feasibee.page import write_page
+from feasibee.live.page import write_page
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 SITE = Path(__file__).parents[2] / "docs" / "_static"

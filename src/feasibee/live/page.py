@@ -1,4 +1,4 @@
-"""Write the page: markup, style, modules, the compiled world and a scenario in one file."""
+"""A page that simulates: markup, style, modules, the compiled world and a scenario in one HTML file."""
 
 from __future__ import annotations
 
@@ -12,10 +12,8 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from feasibee.files.writing import atomic_write
-from feasibee.live.modules import STATIC as LIVE
-from feasibee.live.modules import joined
-from feasibee.model.codes import exact
-from feasibee.page.lowering import (
+from feasibee.live.modules import STATIC, joined
+from feasibee.live.world.lowering import (
     NUMBERS,
     PAGE_STRATEGIES,
     ROBOTS_LIMIT,
@@ -23,18 +21,14 @@ from feasibee.page.lowering import (
     check_scenario,
     numbers_of,
 )
+from feasibee.model.codes import exact
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
-STATIC: Final = Path(__file__).parent / "static"
-WASM: Final = Path(__file__).parent / "world.wasm"
-"""The compiled world: see build.py."""
-ARENA_MODULES: Final = (
-    *("frames", "comings", "crowd", "sprites", "ground", "arena", "player", "elements", "theme"),
-)
-"""Modules of the live arena that the page uses, each after those that it imports."""
-MODULES: Final = ("words", "world", "recording", "curve", "swarms", "settings", "frame", "main")
-"""Modules of the page, each after those that it imports."""
+MARKUP: Final = Path(__file__).with_name("page.html")
+"""A template, so it doesn't stand among the files that the live server gives."""
+WASM: Final = Path(__file__).parent / "world" / "world.wasm"
+"""The compiled world: see world/build.py."""
 
 
 def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> str:
@@ -58,14 +52,12 @@ def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> 
     """
     check_scenario(scenario)
     runs = Runs(1, seed, run)
-    icon = "data:image/svg+xml," + quote((LIVE / "icon.svg").read_text("utf-8"))
-    styles = (folder / name for folder, name in ((LIVE, "base.css"), (STATIC, "page.css")))
-    modules = [LIVE / f"{each}.js" for each in ARENA_MODULES] + [STATIC / f"{each}.js" for each in MODULES]
-    return Template((STATIC / "page.html").read_text("utf-8")).substitute(
+    icon = "data:image/svg+xml," + quote((STATIC / "icon.svg").read_text("utf-8"))
+    return Template(MARKUP.read_text("utf-8")).substitute(
         icon=icon,
-        style="\n".join(path.read_text("utf-8") for path in styles),
+        style="\n".join((STATIC / each).read_text("utf-8") for each in ("base.css", "page.css")),
         given=json.dumps(_given(scenario, runs, name), separators=(",", ":")).replace("<", "\\u003c"),
-        script=joined(modules),
+        script=joined("simulator"),
     )
 
 

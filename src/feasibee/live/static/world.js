@@ -1,7 +1,7 @@
 // The world of world.c: numbers in, robots out. Each run equals that of `feasibee run`.
 
 /**
- * What the file holds, from document.py.
+ * What the file holds, from page.py.
  * @typedef {object} Given
  * @property {string} name Of the scenario's file.
  * @property {string} version Of feasibee.

@@ -8,7 +8,7 @@ import tempfile
 import pytest
 
 from feasibee import Scenario, decision_counts, simulate
-from feasibee.page import write_page
+from feasibee.live.page import write_page
 
 pytest.importorskip("websockets", reason="websockets isn't installed: install feasibee[live]")
 from firefox import running

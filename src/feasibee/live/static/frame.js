@@ -1,6 +1,6 @@
 // A page in a frame of another page, such as the front page of the docs: its theme comes from there, its height goes there.
 
-import { startTheme } from "../../live/static/theme.js";
+import { startTheme } from "./theme.js";
 
 /**
  * Follow the system's theme and the button, or the theme of the page around.

@@ -1,9 +1,9 @@
 // The page: a swarm that is simulated here, its curve, and a hundred more of its kind.
 
-import { Arena } from "../../live/static/arena.js";
-import { $, announce, formatted } from "../../live/static/elements.js";
-import { Player, SPEEDS } from "../../live/static/player.js";
-import { colours } from "../../live/static/theme.js";
+import { Arena } from "./arena.js";
+import { $, announce, formatted } from "./elements.js";
+import { Player, SPEEDS } from "./player.js";
+import { colours } from "./theme.js";
 import { Curve } from "./curve.js";
 import { followTheme } from "./frame.js";
 import { Recording } from "./recording.js";
@@ -12,7 +12,7 @@ import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
 import { decisionOf, questionOf } from "./words.js";
 import { compileWorld, neededOf, World } from "./world.js";
 
-/** @import { Frame } from "../../live/static/frames.js" */
+/** @import { Frame } from "./frames.js" */
 /** @import { Given, Settings } from "./world.js" */
 
 const CURVE_PAUSE = 50; // milliseconds between two drawings of the curve
