@@ -9,9 +9,10 @@ import numpy as np
 from feasibee.errors import FeasibeeError
 from feasibee.live.fieldsteps import View
 from feasibee.live.fieldview import SILENCE, FieldView
-from feasibee.live.layout import FRAME, TASKS
-from feasibee.live.messages import Look, Open
+from feasibee.live.layout import TASKS
+from feasibee.live.messages import Look, Open, encode_step
 from feasibee.live.outlook import nothing_ahead
+from feasibee.live.scene import Step
 from feasibee.scenario.runs import check_integer
 from feasibee.simulation.snapshot import FLAGS
 
@@ -213,39 +214,18 @@ class FieldSession:
         first = self._counts_sent
         counts = self._field.counts(first, view.step + 1)
         self._counts_sent = first + len(counts)
-        scene, flags = self._field.scene, view.shown.flags
-        having = {name: int((flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
-        now, decided, decision_step = view.decision
-        return FRAME.encode(
-            generation=self._generation & 0xFFFF,
-            lane=0,
-            jump=self._jump,
-            robots=flags.size,
-            step=view.step,
-            first=first,
-            length=len(counts),
-            decision_step=decision_step,
-            decision=now,
-            first_decision=decided,
-            feasible=view.counts[0],
-            infeasible=view.counts[1],
-            counted=view.counts[2],
-            **{name: having[name] for name in ("disseminating", "working", "committed", "there")},
-            declared_feasible=view.declared[0],
-            declared_infeasible=view.declared[1],
-            tasks=len(view.tasks if scene["changes"] else scene["tasks"]),
-            placed=len(view.tasks),
-            truth=view.truth,
-            bits=0,
-            robot_steps=0,
-            feasible_counts=counts[:, 0],
-            infeasible_counts=counts[:, 1],
-            counted_counts=counts[:, 2],
-            truths=counts[:, 3],
-            task_x=view.tasks[:, 0],
-            task_y=view.tasks[:, 1],
-            **view.shown._asdict(),
+        changes, tasks = self._field.scene["changes"], self._field.scene["tasks"]
+        step = Step(
+            view.step,
+            view.shown,
+            view.counts,
+            view.declared,
+            view.decision,
+            len(view.tasks if changes else tasks),
+            view.tasks,
+            view.truth,
         )
+        return encode_step(step, counts, self._generation, first, jump=self._jump)
 
 
 def _silent(lost: tuple[int, ...]) -> str:

@@ -8,6 +8,7 @@ from feasibee.live.form import EVENTS, shown
 from feasibee.live.messages import encode_frame, encode_tasks
 from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
+from feasibee.live.scene import scene_of
 from feasibee.live.timeline import Timeline
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
@@ -92,8 +93,6 @@ class Lane:
     def opened(self) -> dict[str, Any]:
         """Return the message ``opened``: the run, its scenario and its ground truth."""
         scenario, seed, run = self._which
-        verdict = explain(scenario)
-        width, height = scenario.arena.size
         return {
             "type": "opened",
             "lane": self.number,
@@ -103,22 +102,12 @@ class Lane:
             "last": last_step(scenario),
             "fields": _fields(scenario),
             "toml": scenario.to_toml(),
-            "truth": verdict.feasible,
-            "proof": _proof(verdict.violator, scenario),
-            "changes": scenario.dynamic,
-            "robots": scenario.robots.count,
-            "numbers": self.swarm.present.size,
-            "tasks": scenario.tasks.count,
+            "proof": _proof(explain(scenario).violator, scenario),
+            **scene_of(scenario),
             "robotClasses": [each.name for each in scenario.robots.classes],
             "kinds": self.swarm.robot_kinds.tolist() if scenario.robots.classes else [],
-            "size": [width, height],
-            "walls": scenario.arena.boundary == "walls",
-            "diameter": scenario.robots.diameter,
-            "sight": scenario.sensing.range,
-            "radio": scenario.radio.range,
             "threshold": scenario.decision.threshold,
             "commits": scenario.decision.commit is not None,
-            "declares": scenario.manifest.declares,
             "step": self.swarm.step,
         }
 

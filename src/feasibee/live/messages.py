@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, Final, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.layout import FRAME, TASKS
+from feasibee.live.scene import Step, curves_of, step_of
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.simulation.swarm import Swarm
 
@@ -112,42 +115,41 @@ def problems_of(error: FeasibeeError) -> dict[str, Any]:
 
 def encode_frame(swarm: Swarm, generation: int, first: int, *, lane: int = 0, jump: int = 0) -> bytes:
     """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
-    shown = swarm.snapshot()
-    decision, decision_step = swarm.first_decision
-    declared_feasible, declared_infeasible = swarm.declared_counts
-    feasible, infeasible = swarm.feasible_counts[first:], swarm.infeasible_counts[first:]
-    having = {name: int((shown.flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
-    x, y = swarm.task_places()
-    placed = x.size if swarm.scenario.dynamic else 0
+    return encode_step(step_of(swarm), curves_of(swarm, first), generation, first, lane=lane, jump=jump)
+
+
+def encode_step(
+    step: Step, curves: NDArray[np.int32], generation: int, first: int, *, lane: int = 0, jump: int = 0
+) -> bytes:
+    """Encode a step, with the counts and the truth of each step from ``first`` on: shape (steps, 4)."""
+    having = {name: int((step.shown.flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
+    decision, first_decision, decision_step = step.decision
     return FRAME.encode(
         generation=generation & 0xFFFF,
         lane=lane,
         jump=jump,
-        robots=shown.x.size,
-        step=swarm.step,
+        robots=step.shown.x.size,
+        step=step.step,
         first=first,
-        length=feasible.size,
+        length=len(curves),
         decision_step=decision_step,
-        decision=swarm.decision,
-        first_decision=decision,
-        feasible=swarm.feasible_count,
-        infeasible=swarm.infeasible_count,
-        counted=int(swarm.counted.sum()),
+        decision=decision,
+        first_decision=first_decision,
+        **dict(zip(("feasible", "infeasible", "counted"), step.counts, strict=True)),
         **{name: having[name] for name in ("disseminating", "working", "committed", "there")},
-        declared_feasible=declared_feasible,
-        declared_infeasible=declared_infeasible,
-        tasks=x.size,
-        placed=placed,
-        truth=swarm.truth,
-        bits=swarm.bits_sent,
-        robot_steps=int(swarm.robot_counts[1:].sum()),
-        feasible_counts=feasible,
-        infeasible_counts=infeasible,
-        counted_counts=swarm.counted_counts[first:],
-        truths=swarm.truths[first:],
-        task_x=x[:placed],
-        task_y=y[:placed],
-        **shown._asdict(),
+        **dict(zip(("declared_feasible", "declared_infeasible"), step.declared, strict=True)),
+        tasks=step.tasks,
+        placed=len(step.places),
+        truth=step.truth,
+        bits=step.bits,
+        robot_steps=step.robot_steps,
+        feasible_counts=curves[:, 0],
+        infeasible_counts=curves[:, 1],
+        counted_counts=curves[:, 2],
+        truths=curves[:, 3],
+        task_x=step.places[:, 0],
+        task_y=step.places[:, 1],
+        **step.shown._asdict(),
     )
 
 

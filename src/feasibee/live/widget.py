@@ -11,7 +11,7 @@ from typing import Any, Final
 from feasibee.errors import FeasibeeError, Problem, how_to_install
 from feasibee.live.messages import encode_frame, encode_tasks
 from feasibee.live.modules import joined
-from feasibee.scenario.feasibility import truth
+from feasibee.live.scene import scene_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
 
@@ -67,7 +67,10 @@ class Arena(anywidget.AnyWidget):
         swarm = Swarm(scenario, seed, run)
         self._which = (swarm.scenario, seed, run)
         self._swarms: dict[str, Swarm] = {}
-        super().__init__(_world=_world_of(swarm.scenario), _tasks=encode_tasks(swarm, 0))
+        super().__init__(
+            _world=scene_of(swarm.scenario) | {"last": swarm.scenario.run.steps},
+            _tasks=encode_tasks(swarm, 0),
+        )
         self.on_msg(self._answer)
 
     def _answer(self, _: Arena, asked: Any, __: Any) -> None:
@@ -90,21 +93,3 @@ class Arena(anywidget.AnyWidget):
         while len(self._swarms) > SWARMS_LIMIT:
             del self._swarms[next(iter(self._swarms))]
         return swarm
-
-
-def _world_of(scenario: Scenario) -> dict[str, Any]:
-    """Return the world as a view receives it, with the page's names."""
-    return {
-        "size": list(scenario.arena.size),
-        "walls": scenario.arena.boundary == "walls",
-        "diameter": scenario.robots.diameter,
-        "sight": scenario.sensing.range,
-        "radio": scenario.radio.range,
-        "robots": scenario.robots.count,
-        "numbers": scenario.most.robots,
-        "tasks": scenario.tasks.count,
-        "changes": scenario.dynamic,
-        "truth": truth(scenario),
-        "last": scenario.run.steps,
-        "declares": scenario.manifest.declares,
-    }
