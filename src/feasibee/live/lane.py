@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 from feasibee.live.form import EVENTS, shown
-from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.messages import encode_frame
 from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
 from feasibee.live.scene import scene_of
@@ -80,10 +80,6 @@ class Lane:
         frame = encode_frame(self.swarm, generation, self._counts_sent, lane=self.number, jump=jump)
         self._counts_sent = max(self._counts_sent, self.swarm.step + 1)
         return frame
-
-    def tasks(self, generation: int) -> bytes:
-        """Return the message with the positions of the tasks."""
-        return encode_tasks(self.swarm, generation)
 
     def reasons(self, robot: int) -> dict[str, Any]:
         """Return what a robot knows at this step, in words."""

@@ -9,7 +9,7 @@ from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.form import EVENTS, typed
 from feasibee.live.lane import ROOM, Lane, RunRequest, last_step
-from feasibee.live.messages import Look, Open
+from feasibee.live.messages import Look, Open, encode_tasks
 from feasibee.live.outlook import nothing_ahead
 from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
@@ -242,7 +242,7 @@ class Session:
     def openings(self) -> list[dict[str, Any] | bytes]:
         """Return the messages with which a run begins: its swarms, and the positions of the tasks."""
         opened = [self._marked({"swarms": len(self._lanes), **each.opened()}) for each in self._lanes]
-        return [*opened, self._lanes[0].tasks(self._generation)]
+        return [*opened, encode_tasks(self.swarm, self._generation)]
 
     def look(self, asked: Look, seconds: float) -> dict[str, Any]:
         """Look ahead in a run for a limited time, and return what is found."""
