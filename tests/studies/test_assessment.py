@@ -15,7 +15,7 @@ from scipy import stats
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.crossing import Rule
-from feasibee.results.declarations import declarations
+from feasibee.results.measures import declarations
 from feasibee.results.statistics import Interval, paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -59,7 +59,7 @@ def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
 def test_declarations_are_assessed(tmp_path):
     found = assess(declaring(tmp_path, quiet=20.0, run={"steps": 150}), runs=6, seed=1)
     record = simulate_record(found.scenario, Runs(6, 1))
-    expected = declarations(record, found.scenario, True)
+    expected = declarations(record, found.scenario)
     told = found.to_dict()
     assert told["declared"] == expected.to_dict()
     assert {each["name"]: each["declared"] for each in told["strategies"]}["dmmd"] is None

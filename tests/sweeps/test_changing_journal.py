@@ -16,8 +16,14 @@ from commands import invoke
 from feasibee import FeasibeeError, Scenario, wilson
 from feasibee.model.outcomes import OUTCOMES, TRACES
 from feasibee.model.record import Record
-from feasibee.results.judging import decided_right, ended_right, mean_bits
-from feasibee.results.tracking import OF_RUNS, measures_of_runs, tracking
+from feasibee.results.measures import (
+    OF_RUNS,
+    decided_right,
+    ended_right,
+    mean_bits,
+    measures_of_runs,
+    tracking,
+)
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps.exports import export

@@ -199,7 +199,7 @@ def test_right_decisions_are_counted_by_the_truth(tmp_path):
             number: (60, right) for number, right in zip(numbers, expected, strict=True)
         }
         assert journal.right(numbers[0], 0, 20) == int((records[0].decision[:20] == 1).sum())
-        assert [each.counts["accuracy"] for each in summaries(journal)] == expected
+        assert [each.found.counts["accuracy"] for each in summaries(journal)] == expected
 
 
 def test_it_is_plain_sql(filled):

@@ -24,6 +24,7 @@ import pytest
 from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, wilson
+from feasibee.results.measures import together
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -35,7 +36,7 @@ from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.sweeps.schedule import Schedule, _piece_size, is_sure
 from feasibee.sweeps.schema import NAME, PLACES
 from feasibee.sweeps.sweep import Progress, sweep
-from feasibee.sweeps.table import share, share_of, shares_by_cell, shares_by_line, summaries
+from feasibee.sweeps.table import shares_by_cell, shares_by_line, summaries
 from feasibee.sweeps.workers import play
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
@@ -976,9 +977,9 @@ def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_on
         assert each["until"] == {"width": 0.4, "decided": None, "most": 200}
     assert "is valid at every look" in " ".join(output_of("status", tmp_path).split())
     with Journal(tmp_path) as journal:
-        points = summaries(journal)
-    runs = sum(point.runs for point in points)
-    assert share(points, 10) == confidence_sequence(10, runs)
+        points = [each.found for each in summaries(journal)]
+    right, runs = sum(each.counts["accuracy"] for each in points), sum(each.runs for each in points)
+    assert together(points, "accuracy") == confidence_sequence(right, runs)
 
 
 @pytest.mark.parametrize("columns", [40, 60, 80, 100])
@@ -1240,14 +1241,16 @@ def test_a_figure_shows_all_runs_of_a_value(whole):
     assert list(lines) == [""]
     assert list(lines[""]) == [2, 5, 9]
     for tasks, interval in lines[""].items():
-        right = [point.counts["accuracy"] for point in points if point.row.values["tasks.count"] == tasks]
+        right = [
+            point.found.counts["accuracy"] for point in points if point.row.values["tasks.count"] == tasks
+        ]
         assert interval == wilson(sum(right), 48)
     cells = shares_by_cell(points, "tasks.count", "decision.strategy", "undecided")
     assert len(cells) == 6
     for point in points:
         cell = (point.row.values["tasks.count"], point.row.values["decision.strategy"])
-        assert cells[cell] == wilson(point.counts["undecided"], 24)
-    assert math.isnan(share_of([], "accuracy").estimate)
+        assert cells[cell] == wilson(point.found.counts["undecided"], 24)
+    assert math.isnan(together([], "accuracy").estimate)
 
 
 def test_a_piece_is_small_enough_for_the_memory(monkeypatch):

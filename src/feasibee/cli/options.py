@@ -6,7 +6,7 @@ import math
 import os
 import sys
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import get_terminal_size
@@ -51,6 +51,20 @@ class FiniteRange(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{number} is not a finite number.", param, ctx)
         return number
+
+
+class MeasureChoice(click.Choice[str]):
+    """The names of measures, which are loaded only when they are needed."""
+
+    def __init__(self, improvable: bool) -> None:
+        self.improvable, self.case_sensitive = improvable, True
+
+    @property
+    def choices(self) -> Sequence[str]:  # type: ignore[override]
+        """All measures, or those that a search may improve."""
+        from feasibee.results.measures import MEASURES
+
+        return [name for name, each in MEASURES.items() if each.values or not self.improvable]
 
 
 file_type = NamedPath(dir_okay=False, path_type=Path)

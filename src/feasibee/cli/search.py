@@ -17,6 +17,7 @@ from feasibee.cli.execution import (
     workforce_options,
 )
 from feasibee.cli.options import (
+    MeasureChoice,
     check_figure,
     file_type,
     json_option,
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from feasibee.studies.space import Dimension
     from feasibee.studies.tuning import Tuned
 
-MEASURES = ("right_at_end", "right_share", "detection_delay")
-"""The keys of `feasibee.studies.objectives.MEASURES`, which is loaded only when it is needed."""
 _over = click.option(
     "--over",
     callback=listed,
@@ -64,7 +63,7 @@ def _read_space(
 @click.option(
     "--for",
     "measure",
-    type=click.Choice(MEASURES),
+    type=MeasureChoice(improvable=True),
     help="What to improve; by default right_at_end, and right_share in a world that changes.",
 )
 @click.option(

@@ -25,7 +25,7 @@ from feasibee.cli.options import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from feasibee.results.declarations import Declarations
+    from feasibee.results.measures import Declarations
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.claims import Claim
     from feasibee.studies.comparison import Outcome

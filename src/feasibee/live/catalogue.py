@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.results.judging import truth_of_decisions
+from feasibee.results.measures import truth_of_decisions
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES

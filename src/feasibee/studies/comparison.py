@@ -16,18 +16,26 @@ from feasibee.errors import FeasibeeError
 from feasibee.figures.tracking import infeasible_share
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
-from feasibee.results.declarations import Declarations, declarations
-from feasibee.results.judging import decided_right, ended_agreed, ended_right, robot_steps
-from feasibee.results.replicates import mean_difference
+from feasibee.results.measures import (
+    Declarations,
+    Tracking,
+    decided_right,
+    declarations,
+    ended_agreed,
+    ended_right,
+    right_shares,
+    robot_steps,
+    tracking,
+)
 from feasibee.results.responding import Judgement, judgement
 from feasibee.results.statistics import (
-    DecisionTimes,
     Interval,
+    Quartiles,
     decision_times,
+    mean_difference,
     paired_difference,
     wilson,
 )
-from feasibee.results.tracking import Tracking, right_shares, tracking
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.runs import Runs
@@ -129,7 +137,7 @@ class Outcome:
         return wilson(int(self.first_right.sum()), self.runs)
 
     @property
-    def times(self) -> DecisionTimes:
+    def times(self) -> Quartiles:
         """Steps by which a quarter, half and three quarters of the runs had decided."""
         return decision_times(self.decision_step)
 
@@ -285,7 +293,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         committed=committed.sum(axis=0) / counted,
         committed_wrong=committed[0 if feasible else 1] / counted,
         commit_step=record.commit_step,
-        declared=declarations(record, scenario, feasible),
+        declared=declarations(record, scenario),
         tracking=tracking(record, scenario),
         judgement=judgement(record, scenario),
         infeasible_at=(

@@ -13,10 +13,9 @@ from feasibee.figures.responding import draw_service
 from feasibee.figures.style import looks, save_both
 from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time
 from feasibee.files import write_csv
-from feasibee.results.declarations import Declarations
+from feasibee.results.measures import Declarations, Tracking
 from feasibee.results.responding import Judgement
 from feasibee.results.statistics import decision_times
-from feasibee.results.tracking import Tracking
 from feasibee.studies.comparison import Outcome, by_contender, declared_of, difference, mean_bits, overall
 
 

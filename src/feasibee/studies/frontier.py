@@ -16,8 +16,8 @@ from feasibee.figures.frontier import Panel, Word, draw_frontier
 from feasibee.figures.style import save_both
 from feasibee.files import write_csv
 from feasibee.model.record import Record
-from feasibee.results.declarations import DeclareTimes, declare_times, declared_right, declared_wrong
-from feasibee.results.statistics import Interval, wilson
+from feasibee.results.measures import declared_right, declared_wrong
+from feasibee.results.statistics import DeclareTimes, Interval, declare_times, wilson
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import CONTENDER, check_distinct, design_points

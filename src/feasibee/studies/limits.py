@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import MODEL_VERSION, exact
-from feasibee.results.declarations import DeclareTimes, declare_times
+from feasibee.results.statistics import DeclareTimes, declare_times
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_scenario, processors

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -12,32 +12,23 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
-from feasibee.results.judging import ended_right
-from feasibee.results.replicates import mean_difference, mean_of, mean_share
-from feasibee.results.statistics import Interval, paired_difference, wilson
-from feasibee.results.tracking import PER, changes_of, false_alarms_of, right_shares, steps_of
+from feasibee.results.measures import MEASURES, PER, Measure, false_alarms_of, steps_of
+from feasibee.results.statistics import (
+    Interval,
+    mean_difference,
+    mean_of,
+    mean_share,
+    paired_difference,
+    wilson,
+)
 from feasibee.scenario.scenario import Scenario
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Rounds
 
 Values = NDArray[np.float64]
-
-RIGHT_AT_END, RIGHT_SHARE, DELAY = "right_at_end", "right_share", "detection_delay"
-
-
-class Measure(NamedTuple):
-    """A number of each run."""
-
-    values: Callable[[Record, Scenario], Values]
-    """Returns it: shape (runs,); NaN for a run without it."""
-    interval: Callable[[Values], Interval]
-    """Returns the mean over runs with its interval."""
-    gain: Callable[[Values, Values], Interval]
-    """Returns by how much the first runs are better than the second: the same runs with other parameters."""
-    sign: int
-    """1 if more is better, otherwise -1."""
-    label: str
-    """What it is, with its unit, for an axis."""
+RIGHT_AT_END: Final = "right_at_end"
+TUNED: Final = tuple(each.name for each in MEASURES.values() if each.values is not None)
+"""Names of the measures that a search may improve."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +38,7 @@ class Objective:
     Parameters
     ----------
     measure : str
-        A key of `MEASURES`.
+        One of `TUNED`.
     false_alarms : float, optional
         Parameters with more false alarms per 1,000 steps aren't chosen.
     """
@@ -60,12 +51,29 @@ class Objective:
         """The measure."""
         return MEASURES[self.measure]
 
+    @property
+    def sign(self) -> int:
+        """1 if more is better, otherwise -1."""
+        return -1 if self.of.less else 1
+
     def score(self, runs: Scored) -> float:
         """Return the mean of the measure, negative if less is better; -inf where it must not be chosen."""
-        known = runs.values[np.isfinite(runs.values)]
+        known = _known(runs.values)
         if not known.size or (self.false_alarms is not None and runs.false_alarms > self.false_alarms):
             return -math.inf
-        return self.of.sign * float(known.mean())
+        return self.sign * float(known.mean())
+
+    def interval(self, values: Values) -> Interval:
+        """Return the mean over runs with its interval."""
+        if self.of.holds is not None:
+            return wilson(int(values.sum()), values.size)
+        return mean_of(_known(values)) if self.of.less else mean_share(values)
+
+    def gain(self, one: Values, other: Values) -> Interval:
+        """Return by how much the first runs are better than the second: the same runs otherwise."""
+        if self.of.holds is not None:
+            return paired_difference(one, other)
+        return mean_of(_known(other - one)) if self.of.less else mean_difference(one, other)
 
 
 class Scored(NamedTuple):
@@ -87,9 +95,9 @@ def objective_for(
     FeasibeeError
         If the measure, or a bound on false alarms, needs a world that changes.
     """
-    chosen = measure or (RIGHT_SHARE if scenario.dynamic else RIGHT_AT_END)
-    if chosen not in MEASURES:
-        raise FeasibeeError(f"measure = {chosen}: is no measure; choose from {', '.join(MEASURES)}")
+    chosen = measure or ("right_share" if scenario.dynamic else RIGHT_AT_END)
+    if chosen not in TUNED:
+        raise FeasibeeError(f"measure = {chosen}: is no measure; choose from {', '.join(TUNED)}")
     if not scenario.dynamic and (chosen != RIGHT_AT_END or false_alarms is not None):
         what = "false alarms" if chosen == RIGHT_AT_END else chosen
         raise FeasibeeError(f"{what}: needs a world that changes; add [[events]] or rates, or leave it out")
@@ -100,9 +108,10 @@ def scored(
     rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int, objective: Objective
 ) -> list[Scored]:
     """Run one round; return the measure of each run of each point."""
-    records = rounds.run(Study(designs, runs, seed))
+    records, values = rounds.run(Study(designs, runs, seed)), objective.of.values
+    assert values is not None  # as of all that `objective_for` returns
     return [
-        Scored(objective.of.values(record, design.scenario), _alarms(record, design.scenario))
+        Scored(values(record, design.scenario), _alarms(record, design.scenario))
         for design, record in zip(designs, records, strict=True)
     ]
 
@@ -114,47 +123,5 @@ def _alarms(record: Record, scenario: Scenario) -> float:
     return PER * float(alarms.sum()) / max(1, int(steps.sum()))
 
 
-def _mean_delays(record: Record, scenario: Scenario) -> Values:
-    """Return the mean delay of each run over its changes; a missed one counts as long as it was watched.
-
-    This is the restricted mean of a censored time; a run without changes that count has NaN.
-
-    References
-    ----------
-    Royston, Parmar, "Restricted mean survival time: an alternative to the hazard ratio", 2013.
-    """
-    changes = changes_of(record.truth, record.held)
-    waited = np.where(changes.delay >= 0, changes.delay, changes.watched + 1)
-    number = np.bincount(changes.run, minlength=record.runs)
-    total = np.bincount(changes.run, waited, minlength=record.runs)
-    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
-
-
 def _known(values: Values) -> Values:
     return values[np.isfinite(values)]
-
-
-MEASURES: Final[Mapping[str, Measure]] = {
-    RIGHT_AT_END: Measure(
-        lambda record, scenario: ended_right(record, scenario).astype(np.float64),
-        lambda values: wilson(int(values.sum()), values.size),
-        paired_difference,
-        1,
-        "right swarms (%)",
-    ),
-    RIGHT_SHARE: Measure(
-        lambda record, scenario: right_shares(record),
-        mean_share,
-        mean_difference,
-        1,
-        "steps at which swarms are right (%)",
-    ),
-    DELAY: Measure(
-        _mean_delays,
-        lambda values: mean_of(_known(values)),
-        lambda one, other: mean_of(_known(other - one)),
-        -1,
-        "mean delay of detection (steps)",
-    ),
-}
-"""What a search may improve, by name."""

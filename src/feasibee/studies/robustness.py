@@ -11,7 +11,7 @@ from feasibee.figures.decisions import Panel, draw_panels
 from feasibee.figures.style import save_both
 from feasibee.files import make_folder, write_csv
 from feasibee.model.record import Record
-from feasibee.results.statistics import DecisionTimes, Interval, accuracy, decision_rates, decision_times
+from feasibee.results.statistics import Interval, Quartiles, accuracy, decision_rates, decision_times
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -61,7 +61,7 @@ class PanelPoint:
         Shares of the runs by decision.
     accuracy : Interval
         Share of the runs whose decision is the truth.
-    times : DecisionTimes
+    times : Quartiles
         Steps by which a quarter, half and three quarters of the runs had decided.
     """
 
@@ -73,7 +73,7 @@ class PanelPoint:
     truth: bool
     rates: Mapping[str, Interval]
     accuracy: Interval
-    times: DecisionTimes
+    times: Quartiles
 
     @property
     def ratio(self) -> float:

@@ -177,7 +177,7 @@ def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int
     scores = [swarms.objective.score(found) for found in finals]
     best = finalists[scores.index(max(scores))]
     at_start, at_best = swarms.scored([{}, best], FRESH_RUNS * runs, FRESH_SEED)
-    measure = swarms.objective.of
+    measure = swarms.objective
     return Tuned(
         values=best,
         start=measure.interval(at_start.values),
@@ -196,14 +196,19 @@ def draw_search(tuned: Tuned) -> Figure:
     values span a decade.
     """
     names = list(tuned.values)
-    measure = tuned.objective.of
+    objective, measure = tuned.objective, tuned.objective.of
+    label = f"mean {measure.label}" if measure.ends else measure.label
     scores = np.array([score for _, score in tuned.trials])
-    shares = np.where(np.isfinite(scores), (measure.sign if measure.sign < 0 else 100) * scores, np.nan)
-    so_far = np.fmax if measure.sign > 0 else np.fmin
+    shares = np.where(np.isfinite(scores), (100 if measure.unit == "%" else objective.sign) * scores, np.nan)
+    so_far = np.fmin if measure.less else np.fmax
     with figure(2.4 * (1 + len(names)), 2.6, columns=1 + len(names), sharey=True) as (drawn, axes):
         axes[0].plot(shares, "o", color=GREY, markersize=3)
         axes[0].step(np.arange(shares.size), so_far.accumulate(shares), color=PALETTE[0], where="post")
-        axes[0].set(xlabel="trial", ylabel=measure.label, title="best so far")
+        axes[0].set(
+            xlabel="trial",
+            ylabel=label,
+            title="best so far",
+        )
         for ax, name in zip(axes[1:], names, strict=True):
             values = [parameters[name] for parameters, _ in tuned.trials]
             shown = [str(value) for value in values] if isinstance(values[0], str | bool) else values

@@ -17,11 +17,11 @@ from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.outcomes import OUTCOMES
 from feasibee.results.dataset import attributes_of, write_netcdf
-from feasibee.results.tracking import OF_RUNS, measures_of_runs
+from feasibee.results.measures import MEASURES, OF_RUNS, measures_of_runs, rightness
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import PLACES
 from feasibee.sweeps.stored import StoredPoint
-from feasibee.sweeps.table import results_in, rightness, value_of, varied
+from feasibee.sweeps.table import results_in, value_of, varied
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,11 +29,6 @@ if TYPE_CHECKING:
 
 KINDS: Final[Mapping[str, str]] = {"csv": ".csv", "parquet": ".parquet", "netcdf": ".nc"}
 """Formats of an export, and their suffixes."""
-RIGHT: Final[Mapping[str, str]] = {
-    "right": "whether the swarm's collective decision is the truth",
-    "right_at_end": "whether more than the threshold's share of the robots hold the true opinion at the end",
-}
-"""What an export says of each run in addition to its outcomes."""
 NUMBER: Final = "number of the run"
 SEED: Final = "seed"
 POINT: Final = "point"
@@ -72,7 +67,7 @@ def export(journal: Journal, kind: str, path: Path) -> int:
 def to_dataframe(journal: Journal) -> pd.DataFrame:
     """Return one row per run: the point, what the study varies, the truth, whether it was right, outcomes.
 
-    Runs of a world that changes also have `feasibee.results.tracking.OF_RUNS`. There, the column ``truth`` is
+    Runs of a world that changes also have `feasibee.results.measures.OF_RUNS`. There, the column ``truth`` is
     that before any change.
     """
     import pandas as pd
@@ -87,7 +82,7 @@ def to_dataframe(journal: Journal) -> pd.DataFrame:
             part.insert(place, path, values[number])
         part.insert(1 + len(fields), "seed", np.uint64(row.seed))
         part.insert(2 + len(fields), "truth", int(row.truth))
-        for place, (name, right) in enumerate(zip(RIGHT, rightness(row, results), strict=True)):
+        for place, (name, right) in enumerate(rightness(results, row.scenario).items()):
             part.insert(3 + len(fields) + place, name, right)
         if row.scenario.dynamic:
             part = part.assign(**measures_of_runs(results))
@@ -140,10 +135,11 @@ def _of_runs(
     grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
 ) -> dict[str, Any]:
     """Return the variables with a value per run."""
-    right = [rightness(row, each) for row, each in zip(points, results, strict=True)]
+    right = [rightness(each, row.scenario) for row, each in zip(points, results, strict=True)]
     data = {
-        name: grid.of_runs([each[place] for each in right], "bool", {"long_name": words})
-        for place, (name, words) in enumerate(RIGHT.items())
+        each.column: grid.of_runs([of[each.column] for of in right], "bool", {"long_name": each.of_run})
+        for each in MEASURES.values()
+        if each.column
     }
     for outcome in OUTCOMES:
         values = [getattr(each, outcome.name) for each in results]

@@ -24,7 +24,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files.locking import lock
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
-from feasibee.results.judging import truth_of_decisions
+from feasibee.results.measures import truth_of_decisions
 from feasibee.scenario.feasibility import truth
 from feasibee.sweeps import checksums, content, opening
 from feasibee.sweeps.agreement import difference
