@@ -89,7 +89,7 @@ def test_results_are_shown_without_their_strategies_being_run(results, tmp_path,
         ("results", "status", results, "--json"),
         ("results", "plot", results, "--x", "tasks.count"),
         ("results", "export", results),
-        ("results", "export", results, "--to", "netcdf"),
+        ("results", "export", results, "--out", tmp_path / "all.nc"),
         ("results", "merge", tmp_path / "merged", results),
         ("results", "status", tmp_path / "merged"),
     ):

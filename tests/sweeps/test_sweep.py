@@ -24,12 +24,12 @@ import pytest
 from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, wilson
+from feasibee.files import RESULTS
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors, pace, workers
 from feasibee.sweeps.executors import WorkerPool
-from feasibee.sweeps.exports import KINDS
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.sweeps.schedule import Schedule, _piece_size, is_sure
@@ -933,7 +933,7 @@ def test_what_tells_two_points_apart_has_a_column(twice, monkeypatch):
         [tasks, steps, seed] for steps, seed in (("40", "5"), ("30", "5"), ("40", "6")) for tasks in "25"
     ]
     output_of("results", "export", twice)
-    assert exported("csv", twice / "runs.csv")["run.steps"].tolist() == [40] * 4 + [30] * 4 + [40] * 4
+    assert exported(twice / "runs.csv")["run.steps"].tolist() == [40] * 4 + [30] * 4 + [40] * 4
 
 
 def test_a_figure_says_which_runs_it_takes_together(twice, results):
@@ -955,7 +955,7 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
         varied = {"decision.strategy": ["dmmd", str(own)]}
         sweep(study(runs=2, sweep=varied), folder, executors.threads(1))
     output_of("results", "export", folder)
-    frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
+    frame = exported(folder / "runs.csv").drop_duplicates("point")
     assert frame["source"].fillna(0).tolist() == [0, 1, 2]
     told = output_of("results", "plot", folder, "--x", "decision.strategy")
     assert told.endswith("averaged over source\n")
@@ -1021,14 +1021,12 @@ def test_status_breaks_no_word(results, tmp_path, monkeypatch, columns):
         assert {"voter", "infeasible"} <= words
 
 
-def exported(kind, path):
+def exported(path):
     import pandas as pd
     import xarray as xr
 
-    if kind == "csv":
+    if path.suffix == ".csv":
         return pd.read_csv(path)
-    if kind == "parquet":
-        return pd.read_parquet(path)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         recipe = json.loads(dataset.attrs["recipe"])
         frame = dataset.load().to_dataframe().reset_index()
@@ -1039,13 +1037,11 @@ def exported(kind, path):
 RECIPES = [(point.scenario.hash, 5) for point in study().points]
 
 
-@pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
-def test_an_export_has_a_row_a_run(results, tmp_path, kind):
-    if kind == "parquet":
-        pytest.importorskip("pyarrow")
-    path = tmp_path / f"runs{KINDS[kind]}"
+@pytest.mark.parametrize("suffix", RESULTS)
+def test_an_export_has_a_row_a_run(results, tmp_path, suffix):
+    path = tmp_path / f"runs{suffix}"
     assert f"144 runs are in {path}" in output_of("results", "export", results, "--out", path)
-    frame = exported(kind, path)
+    frame = exported(path)
     assert len(frame) == 144
     assert list(frame.columns)[:8] == ["point", *VARIED, "seed", "truth", "right", "right_at_end", "run"]
     with Journal(results) as journal:
@@ -1060,44 +1056,41 @@ def test_an_export_has_a_row_a_run(results, tmp_path, kind):
             assert (set(part["seed"]), set(part["truth"])) == ({5}, {int(row.truth)})
 
 
-@pytest.mark.parametrize(("kind", "name"), [("csv", "runs.csv"), ("netcdf", "runs.nc")])
-def test_an_export_lies_beside_the_journal(results, kind, name):
-    output_of("results", "export", results, "--to", kind)
-    assert (results / name).is_file()
+def test_an_export_lies_beside_the_journal(results):
+    output_of("results", "export", results)
+    assert (results / "runs.csv").is_file()
     assert "can't be written" in refused_in_a_line(
-        "results", "export", results, "--out", results / "no" / name
+        "results", "export", results, "--out", results / "no" / "runs.csv"
     )
 
 
-@pytest.mark.parametrize("words", [["a.nc", "--to", "csv"], ["a.csv", "--to", "parquet"], ["a.txt"], ["a"]])
-def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, words):
-    assert f"{words[0]}: unknown file format; end the name with ." in refused_in_a_line(
-        "results", "export", results, "--out", tmp_path / words[0], *words[1:]
+@pytest.mark.parametrize("name", ["a.txt", "a"])
+def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, name):
+    assert f"{name}: unknown file format; end the name with ." in refused_in_a_line(
+        "results", "export", results, "--out", tmp_path / name
     )
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
-def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
+@pytest.mark.parametrize("suffix", RESULTS)
+def test_several_studies_in_one_journal_are_exported_together(tmp_path, suffix):
     """Where a study doesn't vary a field, its scenarios' own value stands; kinds that differ become text."""
-    if kind == "parquet":
-        pytest.importorskip("pyarrow")
     for varied in (
         {"tasks.count": [3, 4]},
         {"radio.loss": [0.1], "robots.avoid_collisions": [True]},
         {"arena.side": [7.0, [6.0, 5.0]], "radio.id_bits": [4]},
     ):
         sweep(study(runs=2, sweep=varied), tmp_path, executors.threads(1))
-    path = tmp_path / f"runs{KINDS[kind]}"
-    output_of("results", "export", tmp_path, "--to", kind, "--out", path)
-    if kind == "netcdf":
+    path = tmp_path / f"runs{suffix}"
+    output_of("results", "export", tmp_path, "--out", path)
+    if suffix == ".nc":
         import xarray as xr
 
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             assert dict(dataset.sizes) == {"point": 5, "run": 2}
             frame = dataset.load().to_dataframe()
     else:
-        frame = exported(kind, path)
+        frame = exported(path)
     assert frame["tasks.count"].tolist() == [3, 3, 4, 4, *[20] * 6]
     np.testing.assert_allclose(frame["radio.loss"], [0, 0, 0, 0, 0.1, 0.1, 0, 0, 0, 0])
     assert frame["robots.avoid_collisions"].astype(bool).tolist() == [*[False] * 4, True, True, *[False] * 4]
@@ -1109,7 +1102,7 @@ def opened(folder):
     """Export a journal as NetCDF, and read it."""
     import xarray as xr
 
-    output_of("results", "export", folder, "--to", "netcdf")
+    output_of("results", "export", folder, "--out", folder / "runs.nc")
     with xr.open_dataset(folder / "runs.nc", engine="h5netcdf") as dataset:
         return dataset.load()
 
@@ -1158,14 +1151,6 @@ def test_several_seeds_are_a_dimension(twice):
     dataset = opened(twice)
     assert dict(dataset.sizes) == {"point": 6, "run": 2}
     assert dataset["seed"].values.tolist() == [5, 5, 5, 5, 6, 6]
-
-
-def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert 'pip install ".[parquet]"' in refused_in_a_line(
-        "results", "export", results, "--to", "parquet", "--out", tmp_path / "a.parquet"
-    )
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

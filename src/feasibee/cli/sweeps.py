@@ -23,7 +23,7 @@ from feasibee.cli.options import (
 )
 from feasibee.cli.sweep_progress import check_log
 from feasibee.errors import FeasibeeError
-from feasibee.files import FIGURES, check_output, make_folder
+from feasibee.files import FIGURES, RESULTS, check_output, make_folder
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -296,32 +296,24 @@ def _as_json(point: Summary) -> dict[str, Any]:
 
 @results.command()
 @_folder
-@click.option(
-    "--to",
-    "kind",
-    type=click.Choice(["csv", "parquet", "netcdf"]),
-    help="Format; by default that of the suffix of --out: .csv, .parquet or .nc.",
-)
-@click.option("--out", type=file_type, help="File to write; by default FOLDER/runs.csv, and so on.")
-def export(folder: Path, kind: str | None, out: Path | None) -> None:
+@click.option("--out", type=file_type, help="File to write, .csv or .nc; by default FOLDER/runs.csv.")
+def export(folder: Path, out: Path | None) -> None:
     """Write all runs of a sweep or study as one table, and whether each was right.
 
-    CSV and Parquet have a row per run. NetCDF has a dimension per field that varies, and one of the runs.
+    CSV has a row per run. NetCDF has a dimension per field that varies, and one of the runs.
 
     \b
     Examples:
       feasibee results export
-      feasibee results export --out ratio.parquet
       feasibee results export --out ratio.nc
     """
-    from feasibee.sweeps.exports import KINDS
     from feasibee.sweeps.exports import export as write
     from feasibee.sweeps.journal import Journal
 
-    target = out or folder / f"runs{KINDS[kind or 'csv']}"
-    kinds = {suffix: name for name, suffix in KINDS.items() if kind in (None, name)}
+    target = out or folder / "runs.csv"
     with Journal(folder) as journal:
-        rows = write(journal, kinds[check_output(target, list(kinds), "--out")], target)
+        check_output(target, RESULTS, "--out")
+        rows = write(journal, target)
     click.echo(f"{rows} runs are in {target}")
 
 

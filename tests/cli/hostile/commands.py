@@ -105,7 +105,6 @@ LINES = {
     "runs at a time": ["run", "--runs", "4294967296"],
     "runs and first": ["run", "--runs", "2", "--run", "4294967295"],
     "curves": ["run", "--runs", "100000000", "--out", "a.nc"],
-    "kinds that differ": ["results", "export", "results", "--to", "csv", "--out", "a.nc"],
     "an unknown suffix": ["run", "--out", "a.txt"],
     "no suffix": ["run", "--out", "a"],
     "hue and y": [
