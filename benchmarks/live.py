@@ -34,7 +34,7 @@ def measure(robots: int, seconds: float, browser: str) -> dict[str, float]:
 
     side = SIDE * (robots / 20) ** 0.5
     changes = (f"robots.count={robots}", f"tasks.count={robots}", f"arena.side={side}", "run.steps=100000")
-    command = [sys.executable, "-m", "feasibee", "watch", "--no-browser", "--port", "0"]
+    command = [sys.executable, "-m", "feasibee", "watch", "--no-open", "--port", "0"]
     command += [part for change in changes for part in ("--set", change)]
     with (
         subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server,

@@ -85,13 +85,13 @@ def test_results_are_shown_without_their_strategies_being_run(results, tmp_path,
     if file == "another":
         program.write_text(f"open({str(marker)!r}, 'w').close()\n{OTHER}")
     for command in (
-        ("status", results),
-        ("status", results, "--json"),
-        ("plot", results, "--x", "tasks.count"),
-        ("export", results),
-        ("export", results, "--to", "netcdf"),
-        ("merge", tmp_path / "merged", results),
-        ("status", tmp_path / "merged"),
+        ("results", "status", results),
+        ("results", "status", results, "--json"),
+        ("results", "plot", results, "--x", "tasks.count"),
+        ("results", "export", results),
+        ("results", "export", results, "--out", tmp_path / "all.nc"),
+        ("results", "merge", tmp_path / "merged", results),
+        ("results", "status", tmp_path / "merged"),
     ):
         done = invoke(*command)
         assert done.exit_code == 0, done.output

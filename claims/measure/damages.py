@@ -119,7 +119,7 @@ def invoke(*arguments: object) -> Result:
 def export(folder: Path) -> bytes | None:
     """Return the table of a journal; None if the command ended with a one-line error."""
     table = folder / "table.csv"
-    result = invoke("export", folder, "--out", table)
+    result = invoke("results", "export", folder, "--out", table)
     if result.exit_code == 0:
         return table.read_bytes()
     if result.exit_code != 2 or len(result.stderr.splitlines()) != 1 or table.exists():

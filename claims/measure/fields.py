@@ -33,7 +33,7 @@ CASES = {
 def played(run: int, *options: str) -> dict[str, Any]:
     """Return the result of one field."""
     changes = [word for path, value in CHANGES.items() for word in ("--set", f"{path}={json.dumps(value)}")]
-    command = [sys.executable, "-m", "feasibee", "field", "--json", f"--seed={SEED}", f"--run={run}"]
+    command = [sys.executable, "-m", "feasibee", "launch", "--json", f"--seed={SEED}", f"--run={run}"]
     done = subprocess.run([*command, *changes, *options], capture_output=True, text=True, check=True)
     return dict(json.loads(done.stdout))
 

@@ -49,7 +49,7 @@ def rows(folder: Path, out: str) -> bytes:
     """Compute the missing runs of a sweep, and return all rows as CSV."""
     for arguments in (
         ("sweep", "study.toml", "--out", out),
-        ("export", out, "--to", "csv", "--out", f"{out}.csv"),
+        ("results", "export", out, "--out", f"{out}.csv"),
     ):
         subprocess.run(command(*arguments), cwd=folder, check=True, capture_output=True)
     return (folder / f"{out}.csv").read_bytes()

@@ -9,13 +9,13 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.cli import main
+from feasibee.cli.commands import GROUPS, main
 
 WIDTH = 84
 
 
 class CommandHelp(SphinxDirective):
-    """All commands, with one section each, in the order of their registration."""
+    """All commands, with one section each, by their groups."""
 
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
@@ -25,9 +25,19 @@ class CommandHelp(SphinxDirective):
 def _lines() -> Iterator[str]:
     """Yield the lines of a command's section in Markdown (MyST)."""
     top = click.Context(main, info_name="feasibee", terminal_width=WIDTH, **main.context_settings)
-    for name, command in main.commands.items():
-        context = click.Context(command, parent=top, info_name=name, terminal_width=WIDTH)
-        yield from (f"## feasibee {name}", "", "```text", command.get_help(context), "```", "")
+    for title, commands in GROUPS.items():
+        yield from (f"## {title}", "")
+        for command in commands:
+            yield from _section(top, command)
+
+
+def _section(parent: click.Context, command: click.Command) -> Iterator[str]:
+    """Yield the section of a command, and those of the commands of a group."""
+    context = click.Context(command, parent=parent, info_name=command.name, terminal_width=WIDTH)
+    yield from (f"### {context.command_path}", "", "```text", command.get_help(context), "```", "")
+    if isinstance(command, click.Group):
+        for each in command.commands.values():
+            yield from _section(context, each)
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

@@ -77,8 +77,8 @@ def test_a_run_in_a_world_that_stays_has_none_of_this():
 
 
 def test_results_are_saved_with_their_truth_and_their_measures(file, record, tmp_path):
-    words = ("run", file, "--runs", 30, "--seed", 4, "--save")
-    assert invoke(*words, tmp_path / "a.nc", "--plot", tmp_path / "a.png").exit_code == 0
+    words = ("run", file, "--runs", 30, "--seed", 4, "--out")
+    assert invoke(*words, tmp_path / "a.nc", "--out", tmp_path / "a.png").exit_code == 0
     opened = open_results(tmp_path / "a.nc")
     np.testing.assert_array_equal(opened["held"], record.held)
     assert opened["truth"].attrs["flag_meanings"] == "infeasible feasible"
@@ -99,16 +99,16 @@ def test_a_sweep_is_drawn_by_its_measures(file, tmp_path):
     )
     out = tmp_path / "out"
     assert invoke("sweep", study, "--out", out, "--workers", 1).exit_code == 0
-    said = invoke("status", out).stdout
+    said = invoke("results", "status", out).stdout
     assert "steps right" in said or "of the steps" in said
     assert "changes" in said
     for show in ("right_share", "detection_delay", "missed", "false_alarms"):
-        words = ("plot", out, "--x", "events.0.tasks", "--show", show, "--out", tmp_path / "a.png")
+        words = ("results", "plot", out, "--x", "events.0.tasks", "--show", show, "--out", tmp_path / "a.png")
         assert invoke(*words, "--hue", "decision.strategy").exit_code == 0
         assert invoke(*words, "--y", "decision.strategy").exit_code == 0
         assert invoke(*words).exit_code == 0
     plain = tmp_path / "plain.toml"
     plain.write_text("runs = 2\nseed = 1\n[scenario]\nrun = {steps = 5}\n[sweep]\n'tasks.count' = [3]\n")
     invoke("sweep", plain, "--out", tmp_path / "other", "--workers", 1)
-    words = ("plot", tmp_path / "other", "--x", "tasks.count", "--show", "missed")
+    words = ("results", "plot", tmp_path / "other", "--x", "tasks.count", "--show", "missed")
     assert "no world of" in refused_in_a_line(*words)

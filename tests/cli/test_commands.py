@@ -98,9 +98,9 @@ def test_every_help_has_an_example(command, option):
     [
         ("feasibee run --set tasks.c", "tasks.count="),
         ("feasibee tune --over decision.gain,radio.lo", "decision.gain,radio.loss"),
-        ("feasibee plot results --x arena.s", "arena.side"),
+        ("feasibee results plot --x arena.s", "arena.side"),
         ("feasibee compare --strategies dmmd,cen", "dmmd,census"),
-        ("feasibee sens", "sensitivity"),
+        ("feasibee rec", "recommend"),
     ],
 )
 def test_the_shell_is_offered_what_may_come(words, offered):
@@ -197,7 +197,7 @@ def test_bits_of_runs_that_stop_at_their_decision_are_those_of_their_steps():
 
 
 def test_json_says_what_the_library_says():
-    summary = summary_of("--set", "tasks.count=10", "--runs", 30, "--seed", 2**64 - 1, "--first-run", 100)
+    summary = summary_of("--set", "tasks.count=10", "--runs", 30, "--seed", 2**64 - 1, "--run", 100)
     scenario = Scenario(tasks={"count": 10})
     dataset = simulate(scenario, runs=30, seed=2**64 - 1, first_run=100)
     counts = [summary[name] for name in ("feasible", "infeasible", "undecided")]
@@ -249,7 +249,7 @@ def test_the_truth_is_that_of_a_step_if_the_world_changes():
 
 def test_threads_change_nothing():
     one, two = (
-        invoke("run", "--json", "--runs", 50, "--seed", 3, "--threads", threads).stdout for threads in (1, 2)
+        invoke("run", "--json", "--runs", 50, "--seed", 3, "--workers", threads).stdout for threads in (1, 2)
     )
     assert one == two
     assert json.loads(one)["runs"] == 50
@@ -263,14 +263,14 @@ def test_as_many_threads_are_used_as_asked_for(monkeypatch):
 
     monkeypatch.setattr("feasibee.engine.runner.simulate", watch)
     for threads in (1, 2, 3):
-        assert invoke("run", "--runs", 5, "--threads", threads).exit_code == 0
+        assert invoke("run", "--runs", 5, "--workers", threads).exit_code == 0
     assert asked == [1, 2, 3]
 
 
 def test_seeds_and_first_runs_matter():
     runs = {
         json.dumps(summary_of("--runs", 30, *more)["decision_step"])
-        for more in ((), ("--seed", 1), ("--first-run", 30))
+        for more in ((), ("--seed", 1), ("--run", 30))
     }
     assert len(runs) == 3
 
@@ -416,11 +416,11 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path):
         (["--runs", "0"], "runs"),
         (["--runs", "-5"], "runs"),
         (["--runs", str(2**32 + 1)], "runs"),
-        (["--first-run", "-1"], "first-run"),
-        (["--first-run", str(2**32)], "first_run"),
+        (["--run", "-1"], "run"),
+        (["--run", str(2**32)], "first_run"),
         (["--steps", "0"], "run.steps"),
-        (["--threads", "0"], "threads"),
-        (["--save", "a.nc", "--runs", "100000000"], "curves"),
+        (["--workers", "0"], "workers"),
+        (["--out", "a.nc", "--runs", "100000000"], "curves"),
     ],
 )
 def test_impossible_numbers_are_refused(here, arguments, word):
@@ -434,7 +434,7 @@ def test_impossible_numbers_are_refused(here, arguments, word):
 
 def test_save_and_plot_write_whole_files_and_nothing_else(here):
     result = invoke(
-        "run", "--runs", 6, "--seed", 2, "--steps", 50, "--save", "a.nc", "--plot", "b.png", "--json"
+        "run", "--runs", 6, "--seed", 2, "--steps", 50, "--out", "a.nc", "--out", "b.png", "--json"
     )
     assert result.exit_code == 0, result.stderr
     assert names(here) == ["a.nc", "b.png"]
@@ -449,13 +449,13 @@ def test_save_and_plot_write_whole_files_and_nothing_else(here):
 
 def test_saving_and_plotting_change_no_result(here):
     arguments = ("--runs", 6, "--seed", 2, "--steps", 80)
-    assert summary_of(*arguments) == summary_of(*arguments, "--save", "a.nc", "--plot", "b.pdf")
+    assert summary_of(*arguments) == summary_of(*arguments, "--out", "a.nc", "--out", "b.pdf")
 
 
 def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
-    arguments = ("--runs", 6, "--seed", 2, "--first-run", 3, "--set", "decision.commit.rounds=2")
+    arguments = ("--runs", 6, "--seed", 2, "--run", 3, "--set", "decision.commit.rounds=2")
     for name in ("a.csv", "a.nc"):
-        assert invoke("run", *arguments, "--save", name).exit_code == 0
+        assert invoke("run", *arguments, "--out", name).exit_code == 0
     header, *rows = (line.split(",") for line in (here / "a.csv").read_text().splitlines())
     assert header[:4] == ["run", "decision", "decision_step", "bits_sent"]
     opened = open_results("a.nc")
@@ -465,24 +465,25 @@ def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
 
 
 @pytest.mark.usefixtures("no_simulation")
-@pytest.mark.parametrize("name", ["a.txt", "a", "a.nc.gz", ".nc", "a.png", "a.nc4"])
-def test_an_unknown_kind_of_results_is_refused_before_the_work(here, name):
-    (line,) = refused("run", "--save", name)
-    assert line == f"feasibee: --save {name}: unknown file format; end the name with .nc or .csv"
+@pytest.mark.parametrize("name", ["a.txt", "a", "a.nc.gz", ".nc", "a.nc4", "a.docx", "a.pgf", "a.png.txt"])
+def test_an_unknown_kind_of_file_is_refused_before_the_work(here, name):
+    (line,) = refused("run", "--out", name)
+    known = ".nc, .csv, .png, .pdf or .svg"
+    assert line == f"feasibee: --out {name}: unknown file format; end the name with {known}"
     assert names(here) == []
 
 
 def test_a_plot_through_a_link_is_of_the_kind_of_the_links_suffix(here):
     """Matplotlib would write beside a temporary file without a suffix, and leave that one empty."""
     (here / "link.png").symlink_to("real")
-    assert invoke("run", "--runs", 2, "--steps", 5, "--plot", "link.png").exit_code == 0
+    assert invoke("run", "--runs", 2, "--steps", 5, "--out", "link.png").exit_code == 0
     assert (here / "real").read_bytes().startswith(b"\x89PNG")
     assert names(here) == ["link.png", "real"]
 
 
 @pytest.mark.parametrize("name", ["a.png", "a.pdf", "a.svg", "A.PNG"])
 def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
-    assert invoke("run", "--runs", 3, "--steps", 5, "--plot", name).exit_code == 0
+    assert invoke("run", "--runs", 3, "--steps", 5, "--out", name).exit_code == 0
     start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[name.lower().rpartition(".")[2]]
     assert (here / name).read_bytes().startswith(start)
     assert names(here) == [name]
@@ -490,27 +491,17 @@ def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
 
 def test_the_same_command_writes_the_same_plot(here):
     for name in ("a.png", "b.png"):
-        assert invoke("run", "--runs", 3, "--steps", 30, "--plot", name).exit_code == 0
+        assert invoke("run", "--runs", 3, "--steps", 30, "--out", name).exit_code == 0
     assert (here / "a.png").read_bytes() == (here / "b.png").read_bytes()
 
 
 @pytest.mark.usefixtures("no_simulation")
-@pytest.mark.parametrize("name", ["a.docx", "a.pgf", "a", "a.nc", "a.png.txt"])
-def test_an_unknown_kind_of_plot_is_refused_before_the_work(here, name):
-    (line,) = refused("run", "--plot", name)
-    assert name in line
-    assert ".png" in line
-    assert names(here) == []
-
-
-@pytest.mark.usefixtures("no_simulation")
-@pytest.mark.parametrize("option", ["--save", "--plot"])
-def test_what_can_not_be_written_is_refused_before_the_work(here, option):
+@pytest.mark.parametrize("suffix", [".nc", ".png"])
+def test_what_can_not_be_written_is_refused_before_the_work(here, suffix):
     (here / "file").write_text("mine")
-    suffix = {"--save": ".nc", "--plot": ".png"}[option]
     (here / "folder").with_suffix(suffix).mkdir()
     for path in (f"missing/a{suffix}", f"file/a{suffix}", f"folder{suffix}"):
-        (line,) = refused("run", option, path)
+        (line,) = refused("run", "--out", path)
         assert path in line
         assert "unknown kind" not in line
     assert names(here) == ["file", f"folder{suffix}"]
@@ -520,18 +511,18 @@ def test_what_can_not_be_written_is_refused_before_the_work(here, option):
 @pytest.mark.usefixtures("no_simulation")
 def test_one_file_for_results_and_plot_is_refused_before_the_work(here):
     (here / "a.nc").symlink_to("a.png")
-    (line,) = refused("run", "--save", "a.nc", "--plot", f"../{here.name}/a.png")
-    assert "a.png: can't be the same file" in line
+    (line,) = refused("run", "--out", "a.nc", "--out", f"../{here.name}/a.png")
+    assert "a.png: can't both be written" in line
     assert names(here) == ["a.nc"]
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes to stand for devices")
 @pytest.mark.usefixtures("no_simulation")
 def test_a_device_is_not_replaced_by_a_file(here):
-    """A superuser's --save /dev/null must not make a file of it."""
-    for option, name in (("--save", "pipe.nc"), ("--save", "pipe.csv"), ("--plot", "pipe.png")):
+    """A superuser's --out /dev/null must not make a file of it."""
+    for name in ("pipe.nc", "pipe.csv", "pipe.png"):
         os.mkfifo(name)
-        (line,) = refused("run", option, name)
+        (line,) = refused("run", "--out", name)
         assert f"{name}: isn't a plain file" in line
         assert (here / name).is_fifo()
 
@@ -540,7 +531,7 @@ def test_a_link_stays_a_link_and_its_file_is_replaced(here):
     (here / "real").mkdir()
     (here / "real" / "a.nc").write_text("old")
     (here / "link.nc").symlink_to("real/a.nc")
-    assert invoke("run", "--runs", 2, "--steps", 5, "--save", "link.nc").exit_code == 0
+    assert invoke("run", "--runs", 2, "--steps", 5, "--out", "link.nc").exit_code == 0
     assert (here / "link.nc").is_symlink()
     assert names(here / "real") == ["a.nc"]
     assert open_results(here / "real" / "a.nc").sizes["run"] == 2
@@ -602,7 +593,7 @@ def test_paper_has_enough_runs_by_default_that_its_claims_can_be_told():
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--runs", "3"], ["--seed", "-1"], ["--seed", str(2**64)], ["--threads", "0"]]
+    "arguments", [["--runs", "3"], ["--seed", "-1"], ["--seed", str(2**64)], ["--workers", "0"]]
 )
 def test_paper_refuses_impossible_numbers_and_makes_no_folder(here, arguments):
     assert arguments[0].strip("-") in refused("paper", *arguments)[-1]
@@ -638,8 +629,8 @@ def start(*arguments, code=None, **options):
 
 
 def test_as_a_module_standard_output_is_one_json_object_and_nothing_else(tmp_path):
-    expected = summary_of("--runs", 40, "--seed", 3, "--threads", 1)  # and the engine is compiled now
-    process = start("run", "--json", "--runs", 40, "--seed", 3, "--threads", 2, cwd=tmp_path)
+    expected = summary_of("--runs", 40, "--seed", 3, "--workers", 1)  # and the engine is compiled now
+    process = start("run", "--json", "--runs", 40, "--seed", 3, "--workers", 2, cwd=tmp_path)
     output, errors = process.communicate(timeout=240)
     assert process.returncode == 0, errors
     assert errors == ""
@@ -710,7 +701,7 @@ def start_simulating(*arguments, **options):
     [
         ("run", "--json", "--runs", 200_000),
         ("run", "--json", "--runs", 2, "--steps", 100_000_000),
-        ("run", "--runs", 20_000, "--save", "a.nc", "--plot", "a.png", "--threads", 1),
+        ("run", "--runs", 20_000, "--out", "a.nc", "--out", "a.png", "--workers", 1),
         ("paper", "--runs", 20_000, "--out", "out"),
     ],
 )
@@ -734,7 +725,7 @@ def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 def test_an_interrupt_leaves_an_older_file_as_it_was(tmp_path):
     (tmp_path / "a.nc").write_text("old")
-    process = start_simulating("run", "--runs", 20_000, "--threads", 1, "--save", "a.nc", cwd=tmp_path)
+    process = start_simulating("run", "--runs", 20_000, "--workers", 1, "--out", "a.nc", cwd=tmp_path)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=240)
     assert process.returncode == 130
@@ -767,7 +758,7 @@ def test_names_that_look_like_markup_are_printed_as_they_are(here):
     for folder in ("[", "[red]a", ":bee:"):
         (here / folder).mkdir()
         assert invoke("sweep", "study.toml", "--out", f"{folder}/red]").exit_code == 0
-        told = invoke("status", f"{folder}/red]")
+        told = invoke("results", "status", f"{folder}/red]")
         assert told.exit_code == 0
         assert f"{folder}/red]: 2 runs" in told.stdout.replace("\n", " ")
     shutil.copy(Path(__file__).parents[2] / "examples" / "witness.py", here / "[" / "b].py")
@@ -794,7 +785,7 @@ def test_a_name_that_isnt_text_is_printed_somehow(tmp_path, locale):
     told = run("truth", b"\xff\xe9.toml")
     assert (told.returncode, told.stdout) == (2, b"")
     assert told.stderr.startswith(b"feasibee: \\udcff\\udce9.toml: can't be read: No such file")
-    told = run("animate", "--steps", "1", "--out", b"\xff.png")
+    told = run("animate", "--frames", "1", "--out", b"\xff.png")
     assert told.returncode == 0, told.stderr
     assert told.stdout.startswith(b"Wrote ")
     assert (tmp_path / os.fsdecode(b"\xff.png")).is_file()

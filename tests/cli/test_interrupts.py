@@ -203,7 +203,7 @@ def test_no_worker_ever_sees_an_interrupt(tmp_path):
     "arguments",
     [
         ("compare", "--strategies", "dmmd,voter", "--runs", 1_000_000),
-        ("run", "--runs", 200_000, "--save", "runs.nc"),
+        ("run", "--runs", 200_000, "--out", "runs.nc"),
         ("tune", "--over", "decision.gain"),
     ],
 )

@@ -47,7 +47,7 @@ def test_closed_output_is_a_reader_that_has_gone():
     [
         *(("presets",), ("scenario",), ("schema",), ("header",), ("truth",), ("--help",), ("--version",)),
         *(("run", "--runs", "2"), ("run", "--runs", "2", "--json")),
-        ("field", "--lockstep", "--set", "run.steps=2"),
+        ("launch", "--lockstep", "--set", "run.steps=2"),
     ],
     ids=" ".join,
 )

@@ -15,7 +15,7 @@ from feasibee.field.replay import replay
 from feasibee.field.robot import take_part
 from feasibee.reference import play
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee field needs fork")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 
 EVENTS = small(
     events=[{"step": 5, "robots": -3, "tasks": 3}, {"step": 12, "robots": 2, "tasks": -1}], steps=30
@@ -95,7 +95,7 @@ def test_the_command_prints_the_measures_of_the_run(tmp_path):
     path = tmp_path / "changing.toml"
     events = [{"step": 10, "tasks": 6}, {"step": 30, "tasks": -7}]
     path.write_text(small(**{"decision.strategy": "fading", "events": events, "run.steps": 60}).to_toml())
-    found = json.loads(invoke("field", path, "--lockstep", "--seed", 1, "--json").stdout)
+    found = json.loads(invoke("launch", path, "--lockstep", "--seed", 1, "--json").stdout)
     expected = json.loads(invoke("run", path, "--runs", 1, "--seed", 1, "--json").stdout)
     names = ("right_share", "detection_delay", "missed", "false_alarms", "truth_intervals")
     assert {name: found[name] for name in names} == {name: expected[name] for name in names}

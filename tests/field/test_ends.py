@@ -34,7 +34,7 @@ class Running:
         folder.mkdir()
         self.folder = folder
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "feasibee", "field", *LONG, *options],
+            [sys.executable, "-m", "feasibee", "launch", *LONG, *options],
             env={**os.environ, "TMPDIR": str(folder)},
             cwd=folder,
             stderr=subprocess.PIPE,
@@ -140,14 +140,14 @@ def test_a_field_whose_robots_are_killed_with_their_parent_ends_with_an_error(st
 def test_a_second_field_in_a_folder_is_refused_and_names_the_process(start, tmp_path):
     out = tmp_path / "logs"
     field = start("--out", out).wait_for("have joined")
-    line = refused_in_a_line("field", "--lockstep", "--set", "run.steps=1", "--out", out)
+    line = refused_in_a_line("launch", "--lockstep", "--set", "run.steps=1", "--out", out)
     assert line == (
         f"feasibee: {out}: process {field.process.pid} writes here; wait for it, or choose another folder"
     )
     field.process.kill()
     field.process.wait()
     assert field.sees_all_end()
-    assert invoke("field", "--lockstep", "--set", "run.steps=1", "--out", out).exit_code == 0
+    assert invoke("launch", "--lockstep", "--set", "run.steps=1", "--out", out).exit_code == 0
     assert invoke("replay", out).exit_code == 0
 
 
@@ -173,7 +173,7 @@ main(prog_name="feasibee")
 )
 def test_a_full_disk_ends_a_field_with_one_line(tmp_path, size, told):
     """No file may grow beyond a size here. The lines of the logs are whole."""
-    options = ("field", "--lockstep", "--set", "robots.count=3", "--set", "run.steps=50", "--out", "logs")
+    options = ("launch", "--lockstep", "--set", "robots.count=3", "--set", "run.steps=50", "--out", "logs")
     ended = subprocess.run(
         [sys.executable, "-c", FULL, str(size), *options],
         cwd=tmp_path,
@@ -190,7 +190,7 @@ def test_a_full_disk_ends_a_field_with_one_line(tmp_path, size, told):
 
 def test_a_robot_whose_log_cant_be_written_ends_its_field_with_one_line(tmp_path):
     (tmp_path / "robot-1.jsonl").mkdir()
-    line = refused_in_a_line("field", "--lockstep", "--json", "--set", "run.steps=1", "--out", tmp_path)
+    line = refused_in_a_line("launch", "--lockstep", "--json", "--set", "run.steps=1", "--out", tmp_path)
     assert "robot 1: " in line
     assert "robot-1.jsonl: can't be written: Is a directory; name a file in a folder that you may" in line
 

@@ -13,7 +13,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.faults import Fault, parse_fault, parse_length, schedule
 from feasibee.field.replay import replay
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee field needs fork")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 BUSY = 3.0
 """Seconds of silence after which a robot is lost: none that only waits for a busy machine."""
 

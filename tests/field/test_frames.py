@@ -98,13 +98,13 @@ def test_a_key_that_is_too_short_is_an_error(tmp_path, monkeypatch):
     said = refused_in_a_line("robot", "--connect", "127.0.0.1:9", "--id", "0", "--key-file", file)
     assert said == f"feasibee: --key-file {file}: {rule}"
     monkeypatch.setenv("FEASIBEE_FIELD_KEY", "secret")
-    assert refused_in_a_line("field") == f"feasibee: FEASIBEE_FIELD_KEY: {rule}"
+    assert refused_in_a_line("launch") == f"feasibee: FEASIBEE_FIELD_KEY: {rule}"
 
 
 def test_a_port_that_is_taken_is_an_error():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         host, port = other.getsockname()
-        said = refused_in_a_line("field", "--port", port)
+        said = refused_in_a_line("launch", "--port", port)
     assert said.startswith(f"feasibee: {host}:{port}: can't listen on it: ")
     assert said.endswith("; use another port")

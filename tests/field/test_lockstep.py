@@ -11,7 +11,7 @@ from feasibee import Scenario
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee field needs fork")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 
 
 def check_equal(scenario, folder, **options):

@@ -18,7 +18,7 @@ from feasibee.field.recording import Recording
 from feasibee.figures.animation import animate, animate_field
 from feasibee.figures.frames import DRAWN, LIGHT, Painter
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee field needs fork")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 
 PLAIN = small(steps=80)
 WORLDS = {
@@ -103,7 +103,7 @@ def test_a_file_of_a_field_in_lockstep_equals_that_of_the_run(plain, tmp_path):
 
 def test_the_command_writes_what_the_function_does(plain, tmp_path):
     one, two = tmp_path / "one.gif", tmp_path / "two.gif"
-    told = invoke("animate", "--field", plain, "--steps", "3:9", "--every", 3, "--dark", "--out", one)
+    told = invoke("animate", "--field", plain, "--frames", "3:9", "--every", 3, "--dark", "--out", one)
     assert told.exit_code == 0, told.output
     animate_field(plain, two, steps=(3, 9), every=3, dark=True)
     assert one.read_bytes() == two.read_bytes()
@@ -233,7 +233,7 @@ def test_a_folder_without_a_log_or_steps_is_an_error(plain, tmp_path):
     out = tmp_path / "run.gif"
     line = refused_in_a_line("animate", "--field", tmp_path, "--out", out)
     assert "world.jsonl: can't be read: No such file" in line
-    assert "feasibee field --out FOLDER" in line
+    assert "feasibee launch --out FOLDER" in line
     log = tmp_path / "world.jsonl"
     log.write_text("")
     assert "line 1: is incomplete" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)

@@ -74,7 +74,7 @@ def answers(robot):
 
 def test_a_robot_steps_with_what_is_published_under_its_key(tmp_path):
     port, log = free_port(socket.SOCK_STREAM), tmp_path / "robot-1.jsonl"
-    with a_robot(f"zenoh:127.0.0.1:{port}/robot/1", "--log", log) as robot, a_publisher(port) as publisher:
+    with a_robot(f"zenoh:127.0.0.1:{port}/robot/1", "--out", log) as robot, a_publisher(port) as publisher:
         for each in SENSED:
             publisher.put(json.dumps(each))
         publisher.put(b"x" * 1_000_000)
@@ -152,7 +152,7 @@ def test_two_drivers_of_the_example_hear_each_other(tmp_path):
     changes = {
         "255.255.255.255": "127.255.255.255",
         "STEP, PORT = 0.1, 7401": f"STEP, PORT = 0.02, {free_port(socket.SOCK_DGRAM)}",
-        '"/dev/stdin"]': '"/dev/stdin", "--log", f"robot-{number}.jsonl"]',
+        '"/dev/stdin"]': '"/dev/stdin", "--out", f"robot-{number}.jsonl"]',
         '"feasibee",': 'sys.executable, "-m", "feasibee",',
     }
     for old, new in changes.items():

@@ -325,10 +325,10 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
     assert "end the name with .gif, .mp4, .png or .webp" in refused("--out", tmp_path / "run.avi")
     assert "must be one of 1, 2, 4, 5, 10, 20, 25, 50" in refused("--out", out, "--fps", 30)
     assert "can't be written" in refused("--out", tmp_path / "nowhere" / "run.gif")
-    assert "0 and run.steps = 1000" in refused("--out", out, "--steps", "0:1001")
-    assert "must not begin after its end" in refused("--out", out, "--steps", "7:3")
-    assert "such as --steps 100" in refused("--out", out, "--steps", "7:x")
-    assert "use every = 4" in refused("--out", out, "--steps", "0:70000", "--set", "run.steps=100000")
+    assert "0 and run.steps = 1000" in refused("--out", out, "--frames", "0:1001")
+    assert "must not begin after its end" in refused("--out", out, "--frames", "7:3")
+    assert "such as --frames 100" in refused("--out", out, "--frames", "7:x")
+    assert "use every = 4" in refused("--out", out, "--frames", "0:70000", "--set", "run.steps=100000")
     assert "--size" in refused("--out", out, "--size", 100)
     with pytest.raises(FeasibeeError, match="size = 5000"):
         animate(Scenario(), out, size=5000)
@@ -339,7 +339,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
 
 def test_an_encoder_that_fails_leaves_no_file(tmp_path, monkeypatch):
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: shutil.which("false"))
-    assert "ffmpeg ended with 1" in refused("--out", tmp_path / "run.mp4", "--steps", 3)
+    assert "ffmpeg ended with 1" in refused("--out", tmp_path / "run.mp4", "--frames", 3)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -355,7 +355,7 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
         return draw(self, swarm)
 
     monkeypatch.setattr(Painter, "draw", interrupted)
-    arguments = ["animate", "--steps", "5", "--size", "240", "--out", str(out)]
+    arguments = ["animate", "--frames", "5", "--size", "240", "--out", str(out)]
     assert CliRunner().invoke(main, arguments).exit_code == 130
     assert [each.name for each in tmp_path.iterdir()] == [out.name]
     assert out.read_text() == "before"
@@ -363,7 +363,7 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
 
 def test_the_command_writes_what_the_function_does(tmp_path):
     one, two = tmp_path / "one.gif", tmp_path / "two.gif"
-    options = "--set tasks.count=50 --seed 1 --run 3 --steps 2:9 --every 2 --fps 10 --size 240 --dark"
+    options = "--set tasks.count=50 --seed 1 --run 3 --frames 2:9 --every 2 --fps 10 --size 240 --dark"
     result = CliRunner().invoke(main, ["animate", *options.split(), "--out", str(one)])
     assert result.exit_code == 0, result.output
     assert result.stdout == f"Wrote {one}\n"

@@ -173,7 +173,7 @@ def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
 
     monkeypatch.setattr(server, "server_of", Server)
     with a_field(tmp_path, small(40), "zenoh") as view:
-        options = ["--transport", "zenoh", "--port", 0, "--no-browser"]
+        options = ["--transport", "zenoh", "--port", 0, "--no-open"]
         assert invoke("watch", "--field", view.address, *options).exit_code == 0
         assert served[0].to_dict()["title"] == f"field at {view.address}"
         wait_for(served[0].view, 1)
@@ -258,7 +258,7 @@ def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypa
             with pytest.raises(FeasibeeError, match=words):
                 FieldView(address, key=key).join()
 
-    refused("127.0.0.1:9", "no field answers; start feasibee field --port 9")
+    refused("127.0.0.1:9", "no field answers; start feasibee launch --port 9")
     with a_field(tmp_path, small(LONG), key="a key", hz=40.0) as view:
         refused(view.address, "--key-file", b"another key")
         wait_for(view, 1)

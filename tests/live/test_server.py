@@ -672,7 +672,7 @@ def test_a_port_that_is_taken(port):
     ],
 )
 def test_a_host_that_is_neither_address_nor_name_is_refused_in_a_line(host):
-    line = refused("--host", host, "--no-browser")
+    line = refused("--host", host, "--no-open")
     assert line.startswith("feasibee: --host = "), line
     assert line.endswith("must be an address or a name of this machine; use 127.0.0.1, or leave it out\n")
     assert line.count("\n") == 1
@@ -697,4 +697,4 @@ def test_what_the_command_refuses(results, tmp_path):
     assert "seed = -1" in refused("--seed", "-1")
     assert "no journal.sqlite" in refused(tmp_path)
     assert "leave out --set, --seed and --run" in refused(results, "--seed", "3")
-    assert "--host 203.0.113.7" in refused("--host", "203.0.113.7", "--no-browser")
+    assert "--host 203.0.113.7" in refused("--host", "203.0.113.7", "--no-open")

@@ -100,7 +100,7 @@ def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, SCENARIO)], 1)
         journal.write([(number, record)])
-        export(journal, "csv", tmp_path / "sweep.csv")
+        export(journal, tmp_path / "sweep.csv")
         stored = journal.columns(number)
     np.testing.assert_array_equal(stored[:, 1:].T, [getattr(record, name) for name in NAMES])
     with (tmp_path / "runs.csv").open(newline="") as file:

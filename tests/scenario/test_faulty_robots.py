@@ -119,7 +119,7 @@ def test_a_count_of_faulty_robots_can_be_set_and_swept(tmp_path):
     study.write_text('runs = 2\n[scenario]\nrun.steps = 5\n[sweep]\n"faults.byzantine.count" = [0, 1, 2]\n')
     result = invoke("sweep", study, "--out", tmp_path / "results")
     assert result.exit_code == 0, result.stderr
-    result = invoke("status", tmp_path / "results", "--json")
+    result = invoke("results", "status", tmp_path / "results", "--json")
     assert [point["values"] for point in json.loads(result.stdout)] == [
         {"faults.byzantine.count": count} for count in (0, 1, 2)
     ]

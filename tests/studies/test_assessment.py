@@ -279,12 +279,10 @@ def test_what_matters_is_found():
     assert 0 <= shares.min() < shares.max() <= 1
 
 
-@pytest.mark.parametrize(
-    "arguments", [("sensitivity", "--plot", "which.gif"), ("sensitivity", "--plot", "nope/which.png")]
-)
+@pytest.mark.parametrize("arguments", [("size", "--out", "which.gif"), ("size", "--out", "nope/which.png")])
 def test_a_figure_that_cant_be_written_is_told_before_the_work(monkeypatch, arguments):
     monkeypatch.setattr("feasibee.engine.runner.simulate", lambda *_, **__: pytest.fail("the work began"))
-    told = CliRunner().invoke(main, [*arguments, "--over", "decision.gain"])
+    told = CliRunner().invoke(main, arguments)
     assert told.exit_code == 2
     assert "which." in told.stderr
 

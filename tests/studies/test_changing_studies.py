@@ -170,9 +170,11 @@ def test_a_search_finds_parameters_that_follow_changes_sooner(file, tmp_path):
     assert "Right, of 240 steps: " in shares.stdout
 
 
-def test_fields_are_correlated_with_the_share_of_right_steps(file):
-    words = ("--over", "decision.exploration=2:100", "--points", 12, "--runs", 4, "--json")
-    (found,) = json.loads(invoke("sensitivity", file, "--set", "decision.strategy=census", *words).stdout)
+def test_fields_are_correlated_with_the_share_of_right_steps(file, tmp_path):
+    words = ("--over", "decision.exploration=2:100", "--trials", 12, "--runs", 4, "--json", "--out", tmp_path)
+    (found,) = json.loads(
+        invoke("tune", "--sensitivity", file, "--set", "decision.strategy=census", *words).stdout
+    )
     assert found["correlation"]["high"] < 0
 
 

@@ -23,6 +23,7 @@ from feasibee.studies.frontier import (
     limits_near,
     tasks_near,
     write_frontier,
+    write_limits,
 )
 
 SHORT = Scenario(arena={"side": 10.0}, robots={"count": 10}, run={"steps": 300})
@@ -107,6 +108,7 @@ def test_contenders_by_name():
 def test_the_figure_and_its_data_are_written(found, tmp_path):
     bounds = limits_near(SHORT, TASKS, 20, 2)
     write_frontier(tmp_path, found, bounds)
+    write_limits(tmp_path / "limits.csv", bounds)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "frontier.csv",
         "frontier.pdf",
@@ -147,7 +149,18 @@ def test_a_panel_has_a_row_for_each_contender_and_a_band_for_each_limit():
 
 
 def test_the_command_prints_writes_and_resumes(own, tmp_path):
-    arguments = ["frontier", "--strategies", f"{own},tally", "--tasks", "10,11", "--runs", 5, "--seed", 1]
+    arguments = [
+        "compare",
+        "--limits",
+        "--strategies",
+        f"{own},tally",
+        "--tasks",
+        "10,11",
+        "--runs",
+        5,
+        "--seed",
+        1,
+    ]
     for change in ("arena.side=10.0", "robots.count=10", "run.steps=100"):
         arguments += ["--set", change]
     done = invoke(*arguments, "--out", tmp_path / "out")
@@ -160,8 +173,10 @@ def test_the_command_prints_writes_and_resumes(own, tmp_path):
 
 
 def test_the_command_refuses_before_it_makes_a_folder(tmp_path):
-    told = refused_in_a_line("frontier", "--strategies", "dmnd", "--out", tmp_path / "out")
+    told = refused_in_a_line("compare", "--limits", "--strategies", "dmnd", "--out", tmp_path / "out")
     assert "dmnd" in told
-    told = refused_in_a_line("frontier", "--strategies", "dc", "--tasks", -1, "--out", tmp_path / "out")
+    told = refused_in_a_line(
+        "compare", "--limits", "--strategies", "dc", "--tasks", -1, "--out", tmp_path / "out"
+    )
     assert "tasks.count = -1" in told
     assert not (tmp_path / "out").exists()

@@ -244,14 +244,25 @@ def test_the_remedy_for_a_large_world_is_enough():
 
 
 def test_the_command_prints_a_table_json_and_a_figure(tmp_path):
-    arguments = ("limits", "--runs", 10, "--seed", 1, "--set", "run.steps=80")
-    done = invoke(*arguments)
+    arguments = (
+        "compare",
+        "--limits",
+        "--strategies",
+        "none",
+        "--runs",
+        10,
+        "--seed",
+        1,
+        "--set",
+        "run.steps=80",
+    )
+    done = invoke(*arguments, "--out", tmp_path)
     assert done.exit_code == 0, done.output
     assert "complete map" in done.stdout
     assert "never" in done.stdout
     assert "flooding" in done.stdout
-    done = invoke(*arguments, "--json", "--plot", tmp_path / "limits.png")
-    found = json.loads(done.stdout)
+    done = invoke(*arguments, "--json", "--out", tmp_path)
+    (found,) = json.loads(done.stdout)
     assert found == limits(Scenario(run={"steps": 80}), runs=10, seed=1).to_dict()
     assert list(found)[:6] == [*LIMITS, "bounds", "cell"]
     assert (found["runs"], found["seed"]) == (10, 1)
@@ -259,14 +270,15 @@ def test_the_command_prints_a_table_json_and_a_figure(tmp_path):
     assert set(found["flooding"]) == {"median", "p95", "median_interval", "p95_interval"}
     assert found["bounds"] == {"infeasible": "flooding", "proved_feasible": "complete_map"}
     assert found["cell"] == [0.5, 0.5]
-    assert (tmp_path / "limits.png").stat().st_size > 10_000
+    assert (tmp_path / "limits-20.png").stat().st_size > 10_000
 
 
-def test_the_command_refuses_before_it_computes(tmp_path):
-    assert "robots.classes" in refused_in_a_line(
-        "limits", "--set", 'robots.classes=[{name="a", count=3, skills=["x"]}]'
-    )
-    assert "--plot" in refused_in_a_line("limits", "--plot", tmp_path / "limits.txt")
+def test_the_command_refuses_before_it_computes():
+    asked = ("compare", "--limits", "--strategies", "none")
+    classes = 'robots.classes=[{name="a", count=3, skills=["x"]}]'
+    assert "robots.classes" in refused_in_a_line(*asked, "--set", classes)
+    assert "--limits" in refused_in_a_line("compare", "--strategies", "none")
+    assert "--presets" in refused_in_a_line("compare", "--limits", "--presets", "default")
 
 
 def test_a_curve_rises_at_the_steps_of_the_runs():
@@ -285,10 +297,9 @@ def test_a_curve_rises_at_the_steps_of_the_runs():
     assert "area: never" in {text.get_text() for text in ax.texts}
 
 
-def test_limits_warn_where_quiet_times_were_not_tested():
-    asked = ("limits", "--runs", "1", "--set", "run.steps=5", "--set")
-    assert (
-        "not tested here (mean run in steps 0.5, tested 1 to 100)"
-        in invoke(*asked, "walk.mean_run=0.5").output
-    )
+def test_limits_warn_where_quiet_times_were_not_tested(tmp_path):
+    asked = ("compare", "--limits", "--strategies", "none", "--runs", "1", "--set", "run.steps=5")
+    asked = (*asked, "--out", tmp_path, "--set")
+    warning = "not tested here (mean run in steps 0.5, tested 1 to 100)"
+    assert warning in invoke(*asked, "walk.mean_run=0.5").output
     assert "not tested" not in invoke(*asked, "walk.mean_run=1").output

@@ -275,7 +275,17 @@ COMMANDS = {
     "sizing": ("size", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "recommendation": ("recommend", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "tuning": ("tune", "--over", "decision.gain", "--trials", "3", "--runs", "5", "--json", *SETTINGS),
-    "sensitivity": ("sensitivity", "--over", "decision.gain", "--points", "10", "--runs", "4", *SETTINGS),
+    "sensitivity": (
+        "tune",
+        "--sensitivity",
+        "--over",
+        "decision.gain",
+        "--trials",
+        "10",
+        "--runs",
+        "4",
+        *SETTINGS,
+    ),
 }
 
 
@@ -293,10 +303,10 @@ def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
     assert (again.exit_code, again.stdout) == (0, first.stdout)
     with Journal(tmp_path / "out") as journal:
         assert sum(runs for runs, _ in journal.counts().values()) > 0
-    assert "runs of" in CliRunner().invoke(main, ["status", "out"]).stdout
+    assert "runs of" in CliRunner().invoke(main, ["results", "status", "out"]).stdout
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
-    if study in ("assessment", "sizing", "recommendation", "sensitivity"):
+    if study in ("assessment", "sizing", "recommendation"):
         assert CliRunner().invoke(main, COMMANDS[study]).stdout == first.stdout
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
@@ -306,7 +316,7 @@ def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
     ("options", "asked"),
     [
         ((), "threads(None)"),
-        (("--threads", "3"), "threads(3)"),
+        (("--workers", "3"), "threads(3)"),
         (("--processes", "--workers", "2"), "processes(2)"),
         (("--dask", "tcp://10.0.0.1:8786"), "dask('tcp://10.0.0.1:8786')"),
         (("--dask", "tcp://10.0.0.1:8786", "--processes"), "--dask: brings its own workers; leave out"),

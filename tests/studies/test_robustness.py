@@ -126,7 +126,7 @@ def test_impossible_numbers_are_told_and_make_no_folder(tmp_path, runs, seed, wo
 
 
 def test_the_command_writes_the_same_bytes_and_prints_the_table(study, tmp_path):
-    arguments = ["paper", "--beyond", "--runs", RUNS, "--seed", SEED, "--threads", 2, "--out", tmp_path / "b"]
+    arguments = ["paper", "--beyond", "--runs", RUNS, "--seed", SEED, "--workers", 2, "--out", tmp_path / "b"]
     result = CliRunner().invoke(main, [str(each) for each in arguments])
     assert result.exit_code == 0, result.output
     for name in FILES:

@@ -222,8 +222,8 @@ def test_the_command_prints_the_answer_and_draws_it(tmp_path):
     file = tmp_path / "small.toml"
     file.write_text(SMALL.to_toml())
     picture = tmp_path / "size.png"
-    command = ["size", str(file), "--right", "0.8", "--by", "100", "--runs", "100"]
-    done = CliRunner().invoke(main, [*command, "--plot", str(picture)])
+    command = ["size", str(file), "--right", "0.8", "--steps", "100", "--runs", "100"]
+    done = CliRunner().invoke(main, [*command, "--out", str(picture)])
     assert done.exit_code == 0, done.output
     assert "at step 100" in done.stdout
     assert "if the share of right swarms doesn't fall as robots.count" in done.stdout.replace("\n", " ")
@@ -247,7 +247,7 @@ def test_another_field_is_named_in_the_answer():
             "tasks.count=3",
             "--set",
             "arena.side=9.0",
-            "--by",
+            "--steps",
             "60",
             "--over",
             "decision.exploration=5:20",

@@ -95,7 +95,7 @@ def test_runs_without_their_traces_are_missing(folder):
         assert "12 undamaged runs" in journal.rescued or "24 undamaged runs" in journal.rescued
         assert journal.missing(2, 0, 12, False, True) == [(0, 12)]
         assert journal.missing(1, 0, 12, False) == []
-    (still, changing) = json.loads(invoke("status", folder, "--json").stdout)
+    (still, changing) = json.loads(invoke("results", "status", folder, "--json").stdout)
     assert (still["runs"], changing["runs"]) == (12, 0)
     assert changing["right_share"] is None
 
@@ -117,7 +117,7 @@ def test_runs_that_have_kept_their_traces_are_still_read(records, tmp_path, tabl
 
 
 def test_status_has_the_measures_of_each_point(folder, records):
-    still, changing = json.loads(invoke("status", folder, "--json").stdout)
+    still, changing = json.loads(invoke("results", "status", folder, "--json").stdout)
     assert {still[name] for name in ("right_share", "missed", "false_alarms", "detection_delay")} == {None}
     found = tracking(records[1], CHANGING).to_dict()
     assert {name: changing[name] for name in found} == json.loads(json.dumps(found))
@@ -128,8 +128,8 @@ def test_status_has_the_measures_of_each_point(folder, records):
 
 def test_an_export_has_the_measures_of_each_run(folder, records, tmp_path):
     with Journal(folder) as journal:
-        for kind, name in (("csv", "a.csv"), ("netcdf", "a.nc")):
-            export(journal, kind, tmp_path / name)
+        for name in ("a.csv", "a.nc"):
+            export(journal, tmp_path / name)
     table = pd.read_csv(tmp_path / "a.csv")
     expected = measures_of_runs(records[1])
     with xr.open_dataset(tmp_path / "a.nc") as opened:

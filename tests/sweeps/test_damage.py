@@ -71,7 +71,7 @@ def see(kept, table, folder, times, seed, sweeps):
     mended, number = Counter(), count()
 
     def each(folder, is_refused):
-        status = invoke("status", folder, "--json")
+        status = invoke("results", "status", folder, "--json")
         assert status.exit_code == 2 or not is_refused
         if status.exit_code == 0:
             assert sum(point["runs"] for point in json.loads(status.stdout)) == RUNS
@@ -157,16 +157,16 @@ def test_each_damage_is_refused_and_mended(kept, table, folder, what):
         assert export(folder) == table
     else:
         for command in (
-            ("export",),
-            ("plot", "--x", "tasks.count", "--hue", "decision.strategy"),
-            ("watch",),
+            ("results", "export", folder),
+            ("results", "plot", folder, "--x", "tasks.count", "--hue", "decision.strategy"),
+            ("watch", folder),
         ):
-            line = refused_in_a_line(command[0], folder, *command[1:])
+            line = refused_in_a_line(*command)
             assert f"{folder / NAME}: damaged: " in line
             assert "run the command that wrote it again: it computes what is damaged" in line
-    assert "damaged: " in refused_in_a_line("merge", folder.parent / "all", folder)
-    assert "damaged: " in refused_in_a_line("merge", folder, kept / "closed")
-    assert "damaged: " in invoke("status", folder).stderr
+    assert "damaged: " in refused_in_a_line("results", "merge", folder.parent / "all", folder)
+    assert "damaged: " in refused_in_a_line("results", "merge", folder, kept / "closed")
+    assert "damaged: " in invoke("results", "status", folder).stderr
     new, told = swept(kept, folder)
     assert f"feasibee: {folder / NAME}: damaged: " in told
     assert new <= 3 * 24
@@ -178,7 +178,7 @@ def test_each_damage_is_refused_and_mended(kept, table, folder, what):
 
 def test_status_names_the_damaged_points_and_counts_the_others(folder):
     change(folder, *DAMAGES["a decision"], "UPDATE points SET hash = 'no' WHERE id = 7")
-    result = invoke("status", folder, "--json")
+    result = invoke("results", "status", folder, "--json")
     assert result.exit_code == 2  # what comes after it in a script must not go on
     assert len(json.loads(result.stdout)) == 7
     (line,) = result.stderr.splitlines()
@@ -212,7 +212,7 @@ def test_what_isnt_the_scenarios_is_refused_though_its_digest_is_right(folder, c
         joined = f"SELECT {columns} FROM points JOIN sources ON sources.id = source WHERE points.id = 3"
         entry = Entry._make(database.execute(joined).fetchone())
         database.execute("UPDATE points SET digest = ? WHERE id = 3", (checksums.of_entry(entry),))
-    assert "damaged: point 3" in refused_in_a_line("export", folder)
+    assert "damaged: point 3" in refused_in_a_line("results", "export", folder)
 
 
 @pytest.mark.parametrize("kind", ["open", "halfway"])
@@ -220,7 +220,7 @@ def test_a_journal_whose_log_was_left_behind_is_refused(kept, table, tmp_path, k
     """Such as one that was copied without it; the runs in the log aren't just fewer."""
     folder = copied(kept, kind, tmp_path / "out")
     (folder / LOG).unlink()
-    assert "damaged: commits missing at its end: " in refused_in_a_line("export", folder)
+    assert "damaged: commits missing at its end: " in refused_in_a_line("results", "export", folder)
     swept(kept, folder)
     assert export(folder) == table
 
@@ -243,7 +243,7 @@ def test_a_damaged_index_changes_nothing_and_is_mended(kept, table, folder):
     data[4096 * (page - 1) : 4096 * page] = bytes(4096)
     (folder / NAME).write_bytes(bytes(data))
     assert export(folder) == table
-    assert "damaged: its pages or indices" in refused_in_a_line("merge", folder, kept / "closed")
+    assert "damaged: its pages or indices" in refused_in_a_line("results", "merge", folder, kept / "closed")
     new, told = swept(kept, folder)
     assert new == 0
     assert f"damaged: its pages or indices; {RUNS} undamaged runs are kept" in told
@@ -264,7 +264,7 @@ def test_a_file_that_sqlite_wouldnt_write_to_is_mended(kept, table, folder):
 def test_a_file_that_was_cut_short_loses_only_its_end(kept, table, folder):
     """SQLite refuses such a file as a whole."""
     os.truncate(folder / NAME, (folder / NAME).stat().st_size - 5000)
-    result = invoke("status", folder, "--json")
+    result = invoke("results", "status", folder, "--json")
     assert result.exit_code in (0, 2)
     good = sum(point["runs"] for point in json.loads(result.stdout))
     assert good > RUNS / 3
@@ -277,7 +277,11 @@ def test_a_file_that_was_cut_short_loses_only_its_end(kept, table, folder):
 def test_what_is_no_database_any_more_is_lost_as_a_whole(kept, folder):
     data = (folder / NAME).read_bytes()
     (folder / NAME).write_bytes(bytes(100) + data[100:])
-    for command in (("export", folder), ("status", folder), ("sweep", kept / "study.toml", "--out", folder)):
+    for command in (
+        ("results", "export", folder),
+        ("results", "status", folder),
+        ("sweep", kept / "study.toml", "--out", folder),
+    ):
         line = refused_in_a_line(*command)
         assert "damaged as a whole (file is not a database): none of its runs can be rescued" in line
         assert "move it away, and run the command that wrote it again" in line
@@ -310,7 +314,7 @@ def test_a_journal_that_is_read_stays_as_it_is(kept, tmp_path):
     """Also its log, which a reader that may write would copy into the file."""
     folder = copied(kept, "open", tmp_path / "out")
     before = {name: (folder / name).read_bytes() for name in (NAME, LOG, SEAL)}
-    assert invoke("status", folder).exit_code == 0
+    assert invoke("results", "status", folder).exit_code == 0
     assert {name: (folder / name).read_bytes() for name in before} == before
 
 

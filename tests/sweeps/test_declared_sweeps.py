@@ -41,7 +41,10 @@ def folder(scenarios, tmp_path_factory):
 
 
 def test_status_has_the_declarations_of_each_point(folder, scenarios):
-    told = {each["values"]["name"]: each for each in json.loads(invoke("status", folder, "--json").stdout)}
+    told = {
+        each["values"]["name"]: each
+        for each in json.loads(invoke("results", "status", folder, "--json").stdout)
+    }
     assert told["dmmd"]["declared"] is None
     for name, scenario in scenarios.items():
         record = simulate_record(scenario, Runs(30, 5))
@@ -70,7 +73,7 @@ def test_a_figure_may_show_declarations(folder, tmp_path):
         points = [each.found for each in summaries(journal)]
     for show in MEASURES.keys() - set(TRACKED):
         words = ("--x", "tasks.count", "--show", show, "--out", tmp_path / "a.png")
-        assert invoke("plot", folder, *words).exit_code == 0
+        assert invoke("results", "plot", folder, *words).exit_code == 0
         known = [each for each in points if show in each.counts]
         total = sum(each.counts[show] for each in known)
         assert together(points, show) == wilson(total, 30 * len(known))

@@ -340,7 +340,7 @@ def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, cha
         other_journal(tmp_path / "bad", f"UPDATE runs SET {changed} WHERE run = 25"),
     )
     before = state(filled)
-    told = CliRunner().invoke(main, ["merge", str(filled), str(good), str(bad)])
+    told = CliRunner().invoke(main, ["results", "merge", str(filled), str(good), str(bad)])
     assert told.exit_code == 2
     (line,) = told.stderr.splitlines()
     assert line.startswith("feasibee: point 1, seed 7, run 25: ")
@@ -348,7 +348,7 @@ def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, cha
     assert int(here) == int(Journal(filled).columns(1)[25, PLACES[changed.split()[0]]])
     assert here != there
     assert state(filled) == before
-    told = CliRunner().invoke(main, ["merge", str(filled), str(good)])
+    told = CliRunner().invoke(main, ["results", "merge", str(filled), str(good)])
     assert f"{filled}/ has 40 runs" in told.stdout
 
 

@@ -24,13 +24,13 @@ import pytest
 from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, wilson
+from feasibee.files import RESULTS
 from feasibee.results.measures import together
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors, pace, workers
 from feasibee.sweeps.executors import WorkerPool
-from feasibee.sweeps.exports import KINDS
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.sweeps.schedule import Schedule, _piece_size, is_sure
@@ -462,7 +462,7 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
         assert done.runs_new == done.runs_done == done.runs == sum(counts(folder))
         total += done.runs
     assert total == 24 * len(plan.points)
-    told = output_of("merge", tmp_path / "all", *folders)
+    told = output_of("results", "merge", tmp_path / "all", *folders)
     assert f"has {total} runs of {parts} parts" in told
     merged, expected = everything(tmp_path / "all"), everything(whole)
     assert merged == {key: expected[key] for key in merged}
@@ -471,9 +471,11 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
 
 
 def test_merging_what_is_no_sweep_is_refused(whole, tmp_path):
-    assert "has no journal.sqlite" in refused_in_a_line("merge", tmp_path / "all", whole, tmp_path / "nope")
+    assert "has no journal.sqlite" in refused_in_a_line(
+        "results", "merge", tmp_path / "all", whole, tmp_path / "nope"
+    )
     assert not (tmp_path / "all").exists()
-    output_of("merge", tmp_path / "all", whole)  # the same again, without it
+    output_of("results", "merge", tmp_path / "all", whole)  # the same again, without it
     assert everything(tmp_path / "all") == everything(whole)
 
 
@@ -866,8 +868,10 @@ def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
         if progress.runs_done in (0, 50, 100):
             told = f"process {os.getpid()} writes here"
             assert told in refused_in_a_line("sweep", tmp_path / "study.toml", "--out", out)
-            assert told in refused_in_a_line("merge", out, whole)
-            seen.append(sum(each["runs"] for each in json.loads(output_of("status", out, "--json"))))
+            assert told in refused_in_a_line("results", "merge", out, whole)
+            seen.append(
+                sum(each["runs"] for each in json.loads(output_of("results", "status", out, "--json")))
+            )
 
     sweep(study(curves=True), out, WorkerPool(Here, 1), progress=tell)
     assert seen == [0, 50, 100]
@@ -889,7 +893,7 @@ def results(tmp_path_factory):
 
 
 def test_status_in_numbers_says_what_the_journal_holds(results, whole):
-    told = json.loads(output_of("status", results, "--json"))
+    told = json.loads(output_of("results", "status", results, "--json"))
     expected = everything(whole)
     assert len(told) == 6
     for each in told:
@@ -908,7 +912,7 @@ def test_status_in_numbers_says_what_the_journal_holds(results, whole):
 
 def test_status_in_words(results, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    told = output_of("status", results)
+    told = output_of("results", "status", results)
     assert "144 runs of 6 points" in " ".join(told.split())
     assert told.count("infeasible") == 2
     assert told.count("voter") == 3
@@ -925,21 +929,23 @@ def twice(tmp_path):
 def test_what_tells_two_points_apart_has_a_column(twice, monkeypatch):
     """Two studies may vary the same fields, and differ in another."""
     monkeypatch.setenv("COLUMNS", "80")
-    rows = [line.split() for line in output_of("status", twice).splitlines() if "feasible" in line]
+    rows = [line.split() for line in output_of("results", "status", twice).splitlines() if "feasible" in line]
     assert [row[:3] for row in rows] == [
         [tasks, steps, seed] for steps, seed in (("40", "5"), ("30", "5"), ("40", "6")) for tasks in "25"
     ]
-    output_of("export", twice)
-    assert exported("csv", twice / "runs.csv")["run.steps"].tolist() == [40] * 4 + [30] * 4 + [40] * 4
+    output_of("results", "export", twice)
+    assert exported(twice / "runs.csv")["run.steps"].tolist() == [40] * 4 + [30] * 4 + [40] * 4
 
 
 def test_a_figure_says_which_runs_it_takes_together(twice, results):
-    told = output_of("plot", twice, "--x", "tasks.count")
+    told = output_of("results", "plot", twice, "--x", "tasks.count")
     assert told.endswith("averaged over run.steps\n")
-    assert "averaged" not in output_of("plot", twice, "--x", "tasks.count", "--hue", "run.steps")
-    told = output_of("plot", results, "--x", "tasks.count")
+    assert "averaged" not in output_of("results", "plot", twice, "--x", "tasks.count", "--hue", "run.steps")
+    told = output_of("results", "plot", results, "--x", "tasks.count")
     assert told.endswith("averaged over decision.strategy\n")
-    assert "averaged" not in output_of("plot", results, "--x", "tasks.count", "--hue", "decision.strategy")
+    assert "averaged" not in output_of(
+        "results", "plot", results, "--x", "tasks.count", "--hue", "decision.strategy"
+    )
 
 
 def test_a_strategy_that_was_edited_is_another(tmp_path):
@@ -949,33 +955,35 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
         own.write_text(file.read_text() + more)
         varied = {"decision.strategy": ["dmmd", str(own)]}
         sweep(study(runs=2, sweep=varied), folder, executors.threads(1))
-    output_of("export", folder)
-    frame = exported("csv", folder / "runs.csv").drop_duplicates("point")
+    output_of("results", "export", folder)
+    frame = exported(folder / "runs.csv").drop_duplicates("point")
     assert frame["source"].fillna(0).tolist() == [0, 1, 2]
-    told = output_of("plot", folder, "--x", "decision.strategy")
+    told = output_of("results", "plot", folder, "--x", "decision.strategy")
     assert told.endswith("averaged over source\n")
-    assert "averaged" not in output_of("plot", folder, "--x", "decision.strategy", "--hue", "source")
+    assert "averaged" not in output_of(
+        "results", "plot", folder, "--x", "decision.strategy", "--hue", "source"
+    )
 
 
 def test_an_unbegun_point_has_a_status(tmp_path):
     with Journal(tmp_path, write=True) as journal:
         journal.add(study().points, 5)
-    assert {each["runs"] for each in json.loads(output_of("status", tmp_path, "--json"))} == {0}
-    assert "0 runs of 6 points" in " ".join(output_of("status", tmp_path).split())
+    assert {each["runs"] for each in json.loads(output_of("results", "status", tmp_path, "--json"))} == {0}
+    assert "0 runs of 6 points" in " ".join(output_of("results", "status", tmp_path).split())
     assert "has no runs yet; run feasibee sweep first" in refused_in_a_line(
-        "plot", tmp_path, "--x", "tasks.count"
+        "results", "plot", tmp_path, "--x", "tasks.count"
     )
 
 
 def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_one_looked(tmp_path):
     """Wilson's would be narrower than the truth allows."""
     sweep(replace(study(), until=StoppingRule(0.4, None, 200)), tmp_path, executors.threads(1))
-    told = json.loads(output_of("status", tmp_path, "--json"))
+    told = json.loads(output_of("results", "status", tmp_path, "--json"))
     for each in told:
         right = each[each["truth"]]
         assert each["accuracy"] == confidence_sequence(right, each["runs"])._asdict()
         assert each["until"] == {"width": 0.4, "decided": None, "most": 200}
-    assert "is valid at every look" in " ".join(output_of("status", tmp_path).split())
+    assert "is valid at every look" in " ".join(output_of("results", "status", tmp_path).split())
     with Journal(tmp_path) as journal:
         points = [each.found for each in summaries(journal)]
     right, runs = sum(each.counts["accuracy"] for each in points), sum(each.runs for each in points)
@@ -992,14 +1000,14 @@ def test_status_breaks_no_word(results, tmp_path, monkeypatch, columns):
     )
     for folder in (results, tmp_path):
         monkeypatch.setenv("COLUMNS", str(columns))
-        told = output_of("status", folder)
+        told = output_of("results", "status", folder)
         head, *lines = told.splitlines()
         assert str(folder) in head
         assert all(len(line) <= columns for line in lines)
         assert "…" not in told
         words = set(re.split(r"[\s,;()=]+|(?<=[.])(?=\w)", told))
         monkeypatch.setenv("COLUMNS", "300")
-        wide = set(re.split(r"[\s,;()=]+|(?<=[.])(?=\w)", output_of("status", folder)))
+        wide = set(re.split(r"[\s,;()=]+|(?<=[.])(?=\w)", output_of("results", "status", folder)))
         rules = {word for word in words | wide if "─" in word}
         assert words - wide - rules <= {
             "by",
@@ -1014,14 +1022,12 @@ def test_status_breaks_no_word(results, tmp_path, monkeypatch, columns):
         assert {"voter", "infeasible"} <= words
 
 
-def exported(kind, path):
+def exported(path):
     import pandas as pd
     import xarray as xr
 
-    if kind == "csv":
+    if path.suffix == ".csv":
         return pd.read_csv(path)
-    if kind == "parquet":
-        return pd.read_parquet(path)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         recipe = json.loads(dataset.attrs["recipe"])
         frame = dataset.load().to_dataframe().reset_index()
@@ -1032,13 +1038,11 @@ def exported(kind, path):
 RECIPES = [(point.scenario.hash, 5) for point in study().points]
 
 
-@pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
-def test_an_export_has_a_row_a_run(results, tmp_path, kind):
-    if kind == "parquet":
-        pytest.importorskip("pyarrow")
-    path = tmp_path / f"runs{KINDS[kind]}"
-    assert f"144 runs are in {path}" in output_of("export", results, "--out", path)
-    frame = exported(kind, path)
+@pytest.mark.parametrize("suffix", RESULTS)
+def test_an_export_has_a_row_a_run(results, tmp_path, suffix):
+    path = tmp_path / f"runs{suffix}"
+    assert f"144 runs are in {path}" in output_of("results", "export", results, "--out", path)
+    frame = exported(path)
     assert len(frame) == 144
     assert list(frame.columns)[:8] == ["point", *VARIED, "seed", "truth", "right", "right_at_end", "run"]
     with Journal(results) as journal:
@@ -1053,42 +1057,41 @@ def test_an_export_has_a_row_a_run(results, tmp_path, kind):
             assert (set(part["seed"]), set(part["truth"])) == ({5}, {int(row.truth)})
 
 
-@pytest.mark.parametrize(("kind", "name"), [("csv", "runs.csv"), ("netcdf", "runs.nc")])
-def test_an_export_lies_beside_the_journal(results, kind, name):
-    output_of("export", results, "--to", kind)
-    assert (results / name).is_file()
-    assert "can't be written" in refused_in_a_line("export", results, "--out", results / "no" / name)
+def test_an_export_lies_beside_the_journal(results):
+    output_of("results", "export", results)
+    assert (results / "runs.csv").is_file()
+    assert "can't be written" in refused_in_a_line(
+        "results", "export", results, "--out", results / "no" / "runs.csv"
+    )
 
 
-@pytest.mark.parametrize("words", [["a.nc", "--to", "csv"], ["a.csv", "--to", "parquet"], ["a.txt"], ["a"]])
-def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, words):
-    assert f"{words[0]}: unknown file format; end the name with ." in refused_in_a_line(
-        "export", results, "--out", tmp_path / words[0], *words[1:]
+@pytest.mark.parametrize("name", ["a.txt", "a"])
+def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, name):
+    assert f"{name}: unknown file format; end the name with ." in refused_in_a_line(
+        "results", "export", results, "--out", tmp_path / name
     )
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("kind", ["csv", "parquet", "netcdf"])
-def test_several_studies_in_one_journal_are_exported_together(tmp_path, kind):
+@pytest.mark.parametrize("suffix", RESULTS)
+def test_several_studies_in_one_journal_are_exported_together(tmp_path, suffix):
     """Where a study doesn't vary a field, its scenarios' own value stands; kinds that differ become text."""
-    if kind == "parquet":
-        pytest.importorskip("pyarrow")
     for varied in (
         {"tasks.count": [3, 4]},
         {"radio.loss": [0.1], "robots.avoid_collisions": [True]},
         {"arena.side": [7.0, [6.0, 5.0]], "radio.id_bits": [4]},
     ):
         sweep(study(runs=2, sweep=varied), tmp_path, executors.threads(1))
-    path = tmp_path / f"runs{KINDS[kind]}"
-    output_of("export", tmp_path, "--to", kind, "--out", path)
-    if kind == "netcdf":
+    path = tmp_path / f"runs{suffix}"
+    output_of("results", "export", tmp_path, "--out", path)
+    if suffix == ".nc":
         import xarray as xr
 
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             assert dict(dataset.sizes) == {"point": 5, "run": 2}
             frame = dataset.load().to_dataframe()
     else:
-        frame = exported(kind, path)
+        frame = exported(path)
     assert frame["tasks.count"].tolist() == [3, 3, 4, 4, *[20] * 6]
     np.testing.assert_allclose(frame["radio.loss"], [0, 0, 0, 0, 0.1, 0.1, 0, 0, 0, 0])
     assert frame["robots.avoid_collisions"].astype(bool).tolist() == [*[False] * 4, True, True, *[False] * 4]
@@ -1100,7 +1103,7 @@ def opened(folder):
     """Export a journal as NetCDF, and read it."""
     import xarray as xr
 
-    output_of("export", folder, "--to", "netcdf")
+    output_of("results", "export", folder, "--out", folder / "runs.nc")
     with xr.open_dataset(folder / "runs.nc", engine="h5netcdf") as dataset:
         return dataset.load()
 
@@ -1113,7 +1116,7 @@ def test_a_netcdf_file_has_a_dimension_per_field(results):
     assert dataset["tasks.count"].values.tolist() == sorted(VARIED["tasks.count"])
     assert all("long_name" in variable.attrs for variable in dataset.data_vars.values())
     shares = dataset["right"].mean("run")
-    for each in json.loads(output_of("status", results, "--json")):
+    for each in json.loads(output_of("results", "status", results, "--json")):
         assert float(shares.sel(each["values"])) == pytest.approx(each["accuracy"]["estimate"])
 
 
@@ -1151,14 +1154,6 @@ def test_several_seeds_are_a_dimension(twice):
     assert dataset["seed"].values.tolist() == [5, 5, 5, 5, 6, 6]
 
 
-def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert 'pip install ".[parquet]"' in refused_in_a_line(
-        "export", results, "--to", "parquet", "--out", tmp_path / "a.parquet"
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -1172,7 +1167,7 @@ def test_parquet_without_pyarrow_is_told(results, tmp_path, monkeypatch):
 @pytest.mark.parametrize("suffix", [".png", ".svg"])
 def test_figures(results, tmp_path, arguments, suffix):
     path = tmp_path / f"figure{suffix}"
-    assert str(path) in output_of("plot", results, *arguments, "--out", path)
+    assert str(path) in output_of("results", "plot", results, *arguments, "--out", path)
     assert path.read_bytes()[:5] in (b"\x89PNG\r", b"<?xml")
 
 
@@ -1195,7 +1190,7 @@ def test_figures_that_cant_be_drawn(results, arguments, rule):
         return sorted(path.name for path in results.iterdir() if not path.name.endswith(("-wal", "-shm")))
 
     before = files()
-    assert rule in refused_in_a_line("plot", results, *arguments)
+    assert rule in refused_in_a_line("results", "plot", results, *arguments)
     assert files() == before
 
 
@@ -1221,7 +1216,9 @@ def test_sweeps_that_make_no_sense(tmp_path, monkeypatch, arguments, rule):
 @pytest.mark.parametrize("command", ["status", "export", "plot"])
 def test_a_folder_without_a_sweep_is_told(tmp_path, command):
     arguments = ("--x", "tasks.count") if command == "plot" else ()
-    assert "name the folder of a sweep" in refused_in_a_line(command, tmp_path / "nope", *arguments)
+    assert "name the folder of a sweep" in refused_in_a_line(
+        "results", command, tmp_path / "nope", *arguments
+    )
     assert list(tmp_path.iterdir()) == []
 
 
@@ -1230,7 +1227,7 @@ def test_a_part_on_the_command_line(whole, tmp_path):
     for part in (1, 2):
         output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / str(part), "--shard", f"{part}/2")
         assert counts(tmp_path / str(part)) == [12] * 6
-    output_of("merge", tmp_path / "all", tmp_path / "1", tmp_path / "2")
+    output_of("results", "merge", tmp_path / "all", tmp_path / "1", tmp_path / "2")
     assert everything(tmp_path / "all") == everything(whole)
 
 

@@ -13,6 +13,7 @@ from feasibee.cli.options import (
     path_type,
     progress,
     read_scenario,
+    run_option,
     scenario_options,
     seed_option,
 )
@@ -22,15 +23,15 @@ from feasibee.errors import FeasibeeError
 @click.command()
 @scenario_options
 @seed_option
-@click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the run.")
+@run_option
 @click.option(
     "--field",
     type=folder_type,
     metavar="FOLDER",
-    help="Show the field whose logs feasibee field --out has written to a folder.",
+    help="Show the field whose logs feasibee launch --out has written to a folder.",
 )
 @click.option(
-    "--steps",
+    "--frames",
     metavar="[FIRST:]LAST",
     help="Steps to show; by default to 30 or more after the decision, or all if the world changes.",
 )
@@ -61,7 +62,7 @@ def animate(
     seed: int,
     run: int,
     field: Path | None,
-    steps: str | None,
+    frames: str | None,
     every: int,
     fps: int,
     size: int,
@@ -76,8 +77,8 @@ def animate(
     \b
     Examples:
       feasibee animate --set tasks.count=50 --seed 1 --out fifty.gif
-      feasibee animate mine.toml --run 417 --steps 200:300 --fps 10 --out wrong.mp4
-      feasibee animate mine.toml --run 417 --steps 38 --out step38.png
+      feasibee animate mine.toml --run 417 --frames 200:300 --fps 10 --out wrong.mp4
+      feasibee animate mine.toml --run 417 --frames 38 --out step38.png
       feasibee animate --field logs --out field.gif
     """
     from feasibee.figures.animation import animate as write_animation
@@ -88,7 +89,7 @@ def animate(
     scenario = read_scenario(file, changes)
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
-        look |= {"steps": _span(steps), "progress": advance}
+        look |= {"steps": _span(frames), "progress": advance}
         if field is not None:
             animate_field(field, out, **look)
         else:
@@ -118,5 +119,5 @@ def _span(text: str | None) -> tuple[int, int] | None:
         return int(first or 0), int(last)
     except ValueError:
         raise FeasibeeError(
-            f"--steps {text}: must be a step, or two; such as --steps 100 or --steps 50:100"
+            f"--frames {text}: must be a step, or two; such as --frames 100 or --frames 50:100"
         ) from None

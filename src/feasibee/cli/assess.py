@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
+from feasibee.cli.execution import JOURNAL, Workforce, executing, workforce_options
 from feasibee.cli.options import (
-    file_type,
     json_option,
     keep_matplotlib_in_cache,
+    outputs_option,
     read_scenario,
+    runs_option,
     scenario_options,
     seed_option,
+    steps_option,
     wrapped,
 )
 from feasibee.cli.size import right_option
@@ -32,15 +34,16 @@ if TYPE_CHECKING:
 @click.option("--tasks", type=int, help="Short for --set tasks.count=...")
 @click.option("--arena", type=float, help="Side of the arena, in units: short for --set arena.side=...")
 @click.option("--range", "reach", type=float, help="Short for --set sensing.range=...")
-@click.option("--steps", type=int, help="Short for --set run.steps=...")
-@click.option(
-    "--runs", type=click.IntRange(1), default=400, show_default=True, help="Number of runs of each variant."
-)
+@steps_option
+@runs_option(400, "Number of runs of each variant.")
 @right_option
 @seed_option
 @workforce_options
-@click.option("--report", type=file_type, metavar="FILE.html", help="Write the assessment as a page.")
-@journal_option
+@outputs_option(
+    f"Write the assessment as a page, .html. A folder: {JOURNAL} Repeatable.",
+    folder=True,
+    page=(".html", ".htm"),
+)
 @json_option
 def assess(
     file: Path | None,
@@ -54,8 +57,7 @@ def assess(
     right: float,
     seed: int,
     workforce: Workforce,
-    report: Path | None,
-    out: Path | None,
+    outputs: dict[str, Path],
     as_json: bool,
 ) -> None:
     """Assess in plain words how often a swarm is right, how soon, what it takes, and what would help.
@@ -65,11 +67,10 @@ def assess(
 
     \b
     Examples:
-      feasibee assess mine.toml --report mine.html
+      feasibee assess mine.toml --out mine.html
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
     """
     keep_matplotlib_in_cache()
-    from feasibee.files import check_output
     from feasibee.studies.assess import assess as simulate_all
     from feasibee.studies.report import write_report
 
@@ -80,13 +81,10 @@ def assess(
         "sensing.range": reach,
         "run.steps": steps,
     }
-    more = (f"{field}={value}" for field, value in fields.items() if value is not None)
-    scenario = read_scenario(file, (*changes, *more))
-    if report is not None:
-        check_output(report, (".html", ".htm"), "--report")
-    with executing("Assessing", out, workforce) as execution:
+    scenario = read_scenario(file, changes, fields)
+    with executing("Assessing", outputs.get("folder"), workforce) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)
-    if report is not None:
+    if report := outputs.get("page"):
         write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         click.echo(json.dumps(assessment.to_dict(), indent=2))

@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import re
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from importlib.metadata import version
 from typing import Any, NoReturn
 
 import click
+from click.exceptions import NoArgsIsHelpError
 
 from feasibee.cli import interrupts, streams
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
-from feasibee.cli.field import field
 from feasibee.cli.header import header
-from feasibee.cli.limits import frontier, limits
+from feasibee.cli.launch import launch
 from feasibee.cli.listings import presets, strategies
 from feasibee.cli.page import page
 from feasibee.cli.recommend import recommend
 from feasibee.cli.robots import replay, robot
 from feasibee.cli.run import run
-from feasibee.cli.scenarios import scenario, schema, truth
-from feasibee.cli.search import sensitivity, tune
+from feasibee.cli.scenarios import new, scenario, schema, truth
 from feasibee.cli.size import size
 from feasibee.cli.studies import compare, paper
-from feasibee.cli.sweeps import export, merge, plot, status, sweep
+from feasibee.cli.sweeps import results, sweep
+from feasibee.cli.tune import tune
 from feasibee.cli.watch import watch
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.files import why_not
@@ -40,6 +41,18 @@ class Commands(click.Group):
     def list_commands(self, context: click.Context) -> list[str]:
         """Return the commands in the order in which they were added; click would sort them."""
         return list(self.commands)
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands, a section for each group."""
+        for title, commands in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(f"{each.name:10}", each.short_help or "") for each in commands])
+
+    def resolve_command(self, context: click.Context, args: list[str]) -> Any:
+        """Find a command; name the new one if an earlier version called it otherwise."""
+        if args and (name := RENAMED.get(args[0])):
+            context.fail(f"No such command {args[0]!r}: it is now {context.info_name} {name}.")
+        return super().resolve_command(context, args)
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """Run as a program, unless called with arguments; signals print one line at any moment."""
@@ -59,8 +72,8 @@ class Commands(click.Group):
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
-        """Parse the options before the command; without arguments, click prints the help."""
-        with _errors_as_lines(info_name or "feasibee") if args else nullcontext():
+        """Parse the options before the command."""
+        with _errors_as_lines(info_name or "feasibee"):
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, context: click.Context) -> Any:
@@ -76,6 +89,8 @@ def _errors_as_lines(path: str) -> Iterator[None]:
         yield
     except FeasibeeError as error:
         fail(str(error))
+    except NoArgsIsHelpError:
+        raise  # click prints the help
     except click.UsageError as error:
         message = one_line(error.format_message())
         stop = "" if message.endswith((".", "?")) else "."
@@ -99,51 +114,43 @@ def fail(message: str) -> NoReturn:
     sys.exit(2)
 
 
+GROUPS: dict[str, tuple[click.Command, ...]] = {
+    "Start": (run, watch, paper, new),
+    "Decide": (assess, size, recommend, compare),
+    "Study": (sweep, results, tune),
+    "Share": (page, animate),
+    "Robots": (launch, robot, replay, header),
+    "Look up": (scenario, truth, strategies, presets, schema, compile_engines),
+}
+"""All commands, by what they are for."""
+RENAMED = {
+    "field": "launch",
+    "limits": "compare --limits --strategies none",
+    "frontier": "compare --limits",
+    "sensitivity": "tune --sensitivity",
+    **{name: f"results {name}" for name in ("status", "plot", "export", "merge")},
+}
+"""Commands of earlier versions, and what they are called now."""
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.version_option(version("feasibee"), message="%(prog)s %(version)s")
 def main() -> None:
     """Simulate robot swarms that decide together whether a set of tasks is feasible.
 
     \b
-    Examples:
-      feasibee paper                              reproduce the paper's figures and claims, in paper/
-      feasibee run --set tasks.count=50           simulate one scenario, 100 runs
+    Examples, to start with:
+      feasibee run --set tasks.count=50           simulate 100 swarms of 20 robots with 50 tasks
       feasibee watch                              watch a swarm in the browser
-      feasibee scenario > mine.toml               write a scenario to edit
+      feasibee paper                              reproduce the paper's figures and claims, in paper/
+      feasibee new mine.toml                      write a scenario to edit; then: feasibee run mine.toml
+      feasibee assess mine.toml                   is this swarm right, how soon, and what would help?
+
+    Every command has --help, with examples.
     """
 
 
-for command in (
-    run,
-    watch,
-    animate,
-    page,
-    field,
-    robot,
-    replay,
-    assess,
-    size,
-    recommend,
-    compare,
-    limits,
-    frontier,
-    sweep,
-    status,
-    plot,
-    export,
-    merge,
-    tune,
-    sensitivity,
-    paper,
-    compile_engines,
-    truth,
-    scenario,
-    strategies,
-    presets,
-    schema,
-    header,
-):
-    command.short_help = re.split(r"[:,.]", command.help or "")[
-        0
-    ]  # the list of commands has one line per command
+for command in itertools.chain(*GROUPS.values()):
     main.add_command(command)
+for command in (*main.commands.values(), *results.commands.values()):
+    command.short_help = re.split(r"[:,.]", command.help or "")[0]  # a line per command

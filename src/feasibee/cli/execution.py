@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from feasibee.cli.interrupts import UNHARMED, leaving
-from feasibee.cli.options import folder_type
+from feasibee.cli.options import folder_type, workers_option
 from feasibee.cli.sweep_progress import progress_display
 from feasibee.errors import FeasibeeError
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from feasibee.sweeps.executors import WorkerPool
     from feasibee.sweeps.sweep import Execution
 
+JOURNAL = "a journal of all runs, with which the same command goes on."
 KEPT = "the runs in the journal are kept; the same command goes on"
 
 
@@ -50,13 +51,6 @@ def _address(context: click.Context, parameter: click.Parameter, text: str | Non
     return text
 
 
-_workers = click.option(
-    "--workers",
-    "--threads",
-    "workers",
-    type=click.IntRange(1, 1024),
-    help="Number of workers; by default one per processor.",
-)
 _processes = click.option(
     "--processes", is_flag=True, help="Use processes instead of threads; a process that dies is replaced."
 )
@@ -74,7 +68,7 @@ def workforce_options(command: Callable[..., None]) -> Callable[..., None]:
     ) -> None:
         command(*arguments, workforce=Workforce(workers, processes, dask), **options)
 
-    return _workers(_processes(_dask(bundled)))
+    return workers_option(_processes(_dask(bundled)))
 
 
 def folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -84,14 +78,14 @@ def folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Calla
         type=folder_type,
         default=Path(name),
         show_default=True,
-        help=f"Folder for {what}, and a journal of all runs, with which the same command goes on.",
+        help=f"Folder for {what}, and {JOURNAL}",
     )
 
 
 journal_option = click.option(
     "--out",
     type=folder_type,
-    help="Folder of a journal of all runs, with which the same command goes on; by default in memory.",
+    help=f"Folder of {JOURNAL} By default in memory.",
 )
 
 

@@ -1,98 +1,110 @@
-"""feasibee limits, feasibee frontier: how soon any strategy could be sure, and how soon strategies are."""
+"""feasibee compare --limits: how soon any strategy could be sure, and how soon strategies are."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
-from feasibee.cli.options import (
-    check_figure,
-    console,
-    file_type,
-    json_option,
-    keep_matplotlib_in_cache,
-    progress,
-    read_scenario,
-    scenario_options,
-    seed_option,
-    strategies_option,
-    tasks_option,
-    threads_option,
-)
+from feasibee.cli.execution import Workforce, executing
+from feasibee.cli.options import console, progress
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
+    from feasibee.scenario.scenario import Scenario
     from feasibee.studies.frontier import Spoken
     from feasibee.studies.limits import Limits
 
+ALONE = ("none",)
+"""What stands for strategies if only the limits are asked for."""
 NOTE = (
     "By the median, half of the runs got there. Whatever their strategy, robots that are never wrong declare "
     "infeasible no sooner than flooding, and feasible no sooner than complete map."
 )
 
 
-@click.command()
-@scenario_options
-@click.option("--runs", type=click.IntRange(1), default=1000, show_default=True, help="Number of runs.")
-@seed_option
-@threads_option
-@click.option(
-    "--cells",
-    type=click.IntRange(1, 64),
-    default=4,
-    show_default=True,
-    help="Number of cells per range of sight; with more, the limits of the area are sharper.",
-)
-@click.option("--plot", type=file_type, metavar="FILE.png", help="Plot the share of runs at each step.")
-@json_option
-def limits(
-    file: Path | None,
-    changes: tuple[str, ...],
+def compare_with_limits(
+    scenario: Scenario,
+    strategies: tuple[str, ...],
+    tasks: Sequence[int],
     runs: int,
     seed: int,
-    threads: int | None,
     cells: int,
-    plot: Path | None,
+    workforce: Workforce,
+    out: Path,
     as_json: bool,
 ) -> None:
-    """Compute how soon any strategy could be sure: when robots have seen enough, and can know enough.
+    """Simulate strategies and limits of their worlds; write and print both."""
+    from feasibee.files import make_folder
+    from feasibee.scenario.runs import Runs
+    from feasibee.studies.frontier import contenders_named, designs_of, limits_near, tasks_near
+    from feasibee.studies.frontier import frontier as simulate_all
+    from feasibee.studies.limits import oracle_world
 
-    FILE is a scenario in TOML; without one, the paper's defaults. Its strategy and its phases don't matter.
-    In every step, robots look, broadcast all that they know, and hear: no strategy lets them know more.
-
-    \b
-    Examples:
-      feasibee limits
-      feasibee limits mine.toml --set tasks.count=21 --plot limits.png
-      feasibee limits --set robots.count=50 --set arena.side=31.6 --json
-    """
-    from feasibee.studies.limits import limits as compute
-
-    check_figure("--plot", plot)
-    scenario = read_scenario(file, changes)
-    with progress("Simulating") as advance:
-        found = compute(scenario, runs, seed, cells_per_range=cells, threads=threads, progress=advance)
-    if plot is not None:
-        keep_matplotlib_in_cache()
-        from feasibee.figures.limits import draw_limits
-        from feasibee.figures.style import save_figure
-
-        save_figure(draw_limits(found.steps, scenario.run.steps), plot)
+    alone = strategies == ALONE
+    numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
+    contenders = [] if alone else contenders_named(strategies)
+    Runs.of_point(len(numbers) - 1, runs, seed)
+    for number in numbers:  # raises before the folder is made
+        oracle_world(scenario.replace({"tasks.count": number}), cells)
+    designs_of(scenario, contenders, numbers, runs, seed)  # likewise
+    folder = make_folder(out)
+    found: list[Spoken] = []
+    if contenders:
+        with executing("Comparing", folder, workforce) as execution:
+            found = simulate_all(scenario, contenders, numbers, runs, seed, execution)
+    with progress("Computing the limits") as advance:
+        bounds = limits_near(scenario, numbers, runs, seed, cells, workforce.workers, advance)
+    _write(folder, found, bounds)
     if as_json:
-        click.echo(json.dumps(found.to_dict(), indent=2))
+        click.echo(json.dumps([_as_dict(found, limits) for limits in bounds.values()], indent=2))
+        return
+    if found:
+        _print_frontier(found)
     else:
-        _print_limits(found)
+        _print_limits(list(bounds.values()))
+    click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
 
 
-def _print_limits(found: Limits) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+def _write(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limits]) -> None:
+    from feasibee.figures.limits import draw_limits
+    from feasibee.figures.style import save_both
+    from feasibee.studies.frontier import write_frontier, write_limits
 
+    write_limits(folder / "limits.csv", bounds)
+    if found:
+        write_frontier(folder, found, bounds)
+        return
+    for number, limits in bounds.items():
+        save_both(draw_limits(limits.steps, limits.scenario.run.steps), folder / f"limits-{number}")
+
+
+def _as_dict(found: Sequence[Spoken], limits: Limits) -> dict[str, Any]:
+    """Return the limits at a number of tasks, and what the strategies' robots said there."""
+    group = [each for each in found if each.tasks == limits.scenario.tasks.count]
+    return {**limits.to_dict(), **({"strategies": [each.to_dict() for each in group]} if group else {})}
+
+
+def _print_limits(bounds: Sequence[Limits]) -> None:
     from feasibee.studies.limits import LIMITS
     from feasibee.studies.needs import quiet_times_in_words
+
+    out = console()
+    for each in bounds:
+        out.print(_limits_table(each))
+    for name, words in LIMITS.items():
+        out.print(f"{_named(name)}: {words}.", soft_wrap=True)
+    for line in (NOTE, *quiet_times_in_words(bounds[0].scenario)):
+        out.print(line, soft_wrap=True)
+
+
+def _limits_table(found: Limits) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
 
     robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
     title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
@@ -103,12 +115,7 @@ def _print_limits(found: Limits) -> None:
         steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
         cells = [text for step, ends in steps for text in (_shown(step), " to ".join(map(_shown, ends)))]
         table.add_row(_named(name), *cells)
-    out = console()
-    out.print(table)
-    for name, words in LIMITS.items():
-        out.print(f"{_named(name)}: {words}.", soft_wrap=True)
-    for line in (NOTE, *quiet_times_in_words(found.scenario)):
-        out.print(line, soft_wrap=True)
+    return table
 
 
 def _named(limit: str) -> str:
@@ -117,66 +124,6 @@ def _named(limit: str) -> str:
 
 def _shown(step: int | None) -> str:
     return "never" if step is None else str(step)
-
-
-@click.command()
-@scenario_options
-@strategies_option("those whose robots declare, tally and census")
-@tasks_option("from one less than robots to two more")
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    default=1000,
-    show_default=True,
-    help="Number of runs of each contender at each number of tasks.",
-)
-@seed_option
-@workforce_options
-@folder_option("frontier", "the figure and its data")
-def frontier(
-    file: Path | None,
-    changes: tuple[str, ...],
-    strategies: tuple[str, ...],
-    tasks: tuple[int, ...],
-    runs: int,
-    seed: int,
-    workforce: Workforce,
-    out: Path,
-) -> None:
-    """Compare what robots say by their own word with the physical limits: accuracy, time, bits.
-
-    FILE is a scenario in TOML; without one, the paper's defaults. Robots of strategies that don't declare
-    commit to an opinion. A strategy may be the path of a .py file.
-
-    \b
-    Examples:
-      feasibee frontier
-      feasibee frontier --strategies quiet-census,map,mine.py --tasks 20,21 --runs 200
-    """
-    keep_matplotlib_in_cache()
-    from feasibee.files import make_folder
-    from feasibee.scenario.runs import Runs
-    from feasibee.studies.frontier import (
-        contenders_named,
-        designs_of,
-        limits_near,
-        tasks_near,
-        write_frontier,
-    )
-    from feasibee.studies.frontier import frontier as simulate_all
-
-    scenario, contenders = read_scenario(file, changes), contenders_named(strategies)
-    numbers = tasks_near(scenario, tasks)
-    Runs.of_point(len(numbers) - 1, runs, seed)
-    designs_of(scenario, contenders, numbers, runs, seed)  # raises before the folder is made
-    folder = make_folder(out)
-    with executing("Comparing", folder, workforce) as execution:
-        found = simulate_all(scenario, contenders, numbers, runs, seed, execution)
-    with progress("Computing the limits") as advance:
-        bounds = limits_near(scenario, numbers, runs, seed, advance)
-    write_frontier(folder, found, bounds)
-    _print_frontier(found)
-    click.echo(f"The figure (PNG, PDF) and its data, frontier.csv and limits.csv, are in {folder}/")
 
 
 def _print_frontier(found: list[Spoken]) -> None:

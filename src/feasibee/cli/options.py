@@ -6,7 +6,7 @@ import math
 import os
 import sys
 import unicodedata
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import get_terminal_size
@@ -16,6 +16,7 @@ import click
 
 from feasibee.cli.completion import complete_change, complete_strategy
 from feasibee.errors import FeasibeeError, quoted
+from feasibee.files import check_output
 from feasibee.scenario.paths import read_value
 
 if TYPE_CHECKING:
@@ -93,10 +94,57 @@ seed_option = click.option(
     show_default=True,
     help="Seed of the random numbers, 0 to 2**64 - 1; the same seed gives the same runs.",
 )
-threads_option = click.option(
-    "--threads", type=click.IntRange(1, 1024), help="Number of threads; by default one per processor."
+run_option = click.option(
+    "--run",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="Number of the run, or of the first of several.",
+)
+steps_option = click.option("--steps", type=int, help="Steps per run: short for --set run.steps=...")
+workers_option = click.option(
+    "--workers", type=click.IntRange(1, 1024), help="Number of workers; by default one per processor."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+
+
+def runs_option(default: int, text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return the option of how many runs to simulate."""
+    return click.option("--runs", type=click.IntRange(1), default=default, show_default=True, help=text)
+
+
+def outputs_option(
+    text: str, *, folder: bool = False, **kinds: Sequence[str]
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return --out for one file of each kind, by its suffixes, and for a folder if a command writes one.
+
+    The command gets a dict of kinds and paths, of files that can be written.
+    """
+    suffixes = {suffix: kind for kind, group in kinds.items() for suffix in group}
+
+    def by_kind(
+        context: click.Context, parameter: click.Parameter, paths: tuple[Path, ...]
+    ) -> dict[str, Path]:
+        found: dict[str, Path] = {}
+        for path in paths:
+            if folder and path.suffix.lower() not in suffixes and (path.is_dir() or not path.suffix):
+                kind = "folder"
+            else:
+                kind = suffixes[check_output(path, list(suffixes), "--out")]
+            earlier = next((each for of, each in found.items() if of == kind or _same(each, path)), None)
+            if earlier is not None:
+                rule = "can't both be written; name one of them"
+                raise FeasibeeError(f"--out {earlier} and --out {path}: {rule}")
+            found[kind] = path
+        return found
+
+    return click.option(
+        "--out", "outputs", multiple=True, type=path_type, metavar="FILE", callback=by_kind, help=text
+    )
+
+
+def _same(one: Path, other: Path) -> bool:
+    return one.resolve() == other.resolve()
 
 
 def named(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -140,12 +188,18 @@ def tasks_option(default: str) -> Callable[[Callable[..., Any]], Callable[..., A
     )
 
 
-def read_scenario(file: Path | None, changes: tuple[str, ...]) -> Scenario:
-    """Return the scenario of a file, or the default one, with changes."""
+def read_scenario(
+    file: Path | None, changes: tuple[str, ...], shorts: Mapping[str, Any] | None = None
+) -> Scenario:
+    """Return the scenario of a file, or the default one, with changes.
+
+    ``shorts`` are fields that a command has options for, with their values; None changes nothing.
+    """
     from feasibee.scenario.scenario import Scenario
 
     base = Scenario() if file is None else Scenario.read(file)
-    return base.replace(dict(_parse_change(change) for change in changes))
+    given = {field: value for field, value in (shorts or {}).items() if value is not None}
+    return base.replace({**dict(_parse_change(change) for change in changes), **given})
 
 
 def _parse_change(change: str) -> tuple[str, Any]:
@@ -163,14 +217,6 @@ def keep_matplotlib_in_cache() -> None:
     with suppress(FeasibeeError):  # then matplotlib uses a temporary folder
         own_folder(cache_root())
     os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
-
-
-def check_figure(option: str, path: Path | None) -> None:
-    """Raise an error before a long computation if its figure can't be written."""
-    from feasibee.files import FIGURES, check_output
-
-    if path is not None:
-        check_output(path, FIGURES, option)
 
 
 def console(*, highlight: bool = False) -> Console:

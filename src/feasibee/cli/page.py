@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from feasibee.cli.options import path_type, read_scenario, scenario_options, seed_option
+from feasibee.cli.options import path_type, read_scenario, run_option, scenario_options, seed_option
 
 
 @click.command()
 @scenario_options
 @seed_option
-@click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the first run.")
+@run_option
 @click.option(
     "--out", type=path_type, default="run.html", show_default=True, help="HTML file to write; about 100 KB."
 )

@@ -14,11 +14,13 @@ from feasibee.cli.options import (
     FiniteRange,
     json_option,
     read_scenario,
+    runs_option,
     scenario_options,
     seed_option,
+    steps_option,
     strategies_option,
 )
-from feasibee.cli.size import by_option, right_option
+from feasibee.cli.size import right_option
 
 if TYPE_CHECKING:
     from feasibee.studies.recommendation import Recommendation
@@ -40,15 +42,9 @@ if TYPE_CHECKING:
     default=0,
     help="Number of robots that break down to bear.",
 )
-@by_option
+@steps_option
 @strategies_option("the built-in ones and the scenario's own")
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    default=1000,
-    show_default=True,
-    help="Largest number of runs of a strategy in a world; a test begins with 100.",
-)
+@runs_option(1000, "Largest number of runs of a strategy in a world; a test begins with 100.")
 @seed_option
 @workforce_options
 @journal_option
@@ -63,7 +59,7 @@ def recommend(
     no_names: bool,
     liars: int,
     stopped: int,
-    by: int | None,
+    steps: int | None,
     strategies: tuple[str, ...],
     runs: int,
     seed: int,
@@ -80,15 +76,14 @@ def recommend(
     \b
     Examples:
       feasibee recommend mine.toml
-      feasibee recommend mine.toml --liars 1 --message-bits 64 --by 500
+      feasibee recommend mine.toml --liars 1 --message-bits 64 --steps 500
       feasibee recommend mine.toml --no-names --strategies dmmd,average,mine.py
     """
     from feasibee.scenario.runs import Runs
     from feasibee.studies.recommend import recommend as test_all
     from feasibee.studies.recommendation import Constraints
 
-    more = () if by is None else (f"run.steps={by}",)
-    scenario = read_scenario(file, (*changes, *more))
+    scenario = read_scenario(file, changes, {"run.steps": steps})
     constraints = Constraints(right, bits, message_bits, not no_ids, not no_names, liars, stopped)
     Runs(runs, seed)  # raises before the tests
     with executing("Testing strategies", out, workforce) as execution:

@@ -17,6 +17,7 @@ from feasibee.cli.options import (
     file_type,
     json_option,
     named,
+    outputs_option,
     path_type,
     read_scenario,
     scenario_options,
@@ -64,9 +65,7 @@ key_option = click.option(
 )
 @transport_option
 @key_option
-@click.option(
-    "--log", type=path_type, metavar="FILE", help="Write the robot's log, in .jsonl, for feasibee replay."
-)
+@outputs_option("Write the robot's log, .jsonl, for feasibee replay.", log=(".jsonl",))
 @click.option(
     "--strategy", type=file_type, metavar="FILE", help="The swarm's strategy, if it is a file of yours."
 )
@@ -86,7 +85,7 @@ def robot(
     seed: int | None,
     transport: str,
     key_file: Path | None,
-    log: Path | None,
+    outputs: dict[str, Path],
     strategy: Path | None,
     patience: float,
 ) -> None:
@@ -97,18 +96,15 @@ def robot(
     \b
     Examples:
       feasibee robot --connect 192.0.2.7:7400 --id 3 --key-file key.txt
-      feasibee robot mine.toml --id 3 --senses senses.pipe --log robot-3.jsonl
+      feasibee robot mine.toml --id 3 --senses senses.pipe --out robot-3.jsonl
     """
-    from feasibee.files import check_output
-
     if (connect is None) == (senses is None):
         raise FeasibeeError("feasibee robot: needs either a world or senses; give --connect or --senses")
     if connect is not None and (file or changes):
         raise FeasibeeError("--connect with a scenario: the world has the scenario; leave out FILE and --set")
     if connect is not None and seed is not None:
         raise FeasibeeError("--connect with --seed: the world has the seed; leave out --seed")
-    if log is not None:
-        check_output(log, (".jsonl",), "--log")
+    log = outputs.get("log")
     if senses is not None:
         _drive(read_scenario(file, changes), number, seed, senses, log)
         return
@@ -213,5 +209,5 @@ def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
             continue
         found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
         if not found:
-            raise FeasibeeError(f"{path}: has no logs of robots; run feasibee field --out {path}")
+            raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
         yield from found

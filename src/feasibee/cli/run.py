@@ -10,18 +10,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.options import (
-    check_figure,
     console,
     json_option,
     keep_matplotlib_in_cache,
-    path_type,
+    outputs_option,
     progress,
     read_scenario,
+    run_option,
+    runs_option,
     scenario_options,
     seed_option,
-    threads_option,
+    steps_option,
+    workers_option,
 )
-from feasibee.errors import FeasibeeError
+from feasibee.files import FIGURES, RESULTS
 
 if TYPE_CHECKING:
     from feasibee.model.record import Record
@@ -31,24 +33,17 @@ if TYPE_CHECKING:
 
 @click.command()
 @scenario_options
-@click.option("--runs", type=click.IntRange(1), default=100, show_default=True, help="Number of runs.")
+@runs_option(100, "Number of runs.")
 @seed_option
-@click.option(
-    "--first-run", type=click.IntRange(0), default=0, show_default=True, help="Number of the first run."
-)
-@click.option("--steps", type=int, help="Steps per run: short for --set run.steps=N.")
-@threads_option
-@click.option(
-    "--save",
-    type=path_type,
-    metavar="FILE",
-    help="Save all runs: .nc is NetCDF, with opinions over time and the scenario; .csv has one row per run.",
-)
-@click.option(
-    "--plot",
-    type=path_type,
-    metavar="FILE.png",
-    help="Plot opinions over time, steps of decisions and of declarations; truth, if it changes.",
+@run_option
+@steps_option
+@workers_option
+@outputs_option(
+    "File to write, repeatable. All runs: .nc is NetCDF, with opinions over time and the scenario; .csv has "
+    "one row per run. A figure (.png, .pdf, .svg): opinions over time, steps of decisions and of "
+    "declarations; truth, if it changes.",
+    runs=RESULTS,
+    figure=FIGURES,
 )
 @json_option
 def run(
@@ -56,11 +51,10 @@ def run(
     changes: tuple[str, ...],
     runs: int,
     seed: int,
-    first_run: int,
+    run: int,
     steps: int | None,
-    threads: int | None,
-    save: Path | None,
-    plot: Path | None,
+    workers: int | None,
+    outputs: dict[str, Path],
     as_json: bool,
 ) -> None:
     """Simulate one scenario many times, and print how often the swarms decided feasible or infeasible.
@@ -70,21 +64,20 @@ def run(
     \b
     Examples:
       feasibee run --set tasks.count=50 --runs 1000 --seed 1
-      feasibee run mine.toml --plot mine.png --save mine.nc
-      feasibee run mine.toml --runs 1000 --save mine.csv
+      feasibee run mine.toml --out mine.png --out mine.nc
+      feasibee run mine.toml --runs 1000 --out mine.csv
     """
     from feasibee.scenario.runs import Runs
     from feasibee.simulation.ensemble import simulate_record
 
-    more = () if steps is None else (f"run.steps={steps}",)
-    wanted = Runs(runs, seed, first_run)
-    scenario = read_scenario(file, (*changes, *more))
-    curves = _check_outputs(save, plot)
+    wanted = Runs(runs, seed, run)
+    scenario = read_scenario(file, changes, {"run.steps": steps})
+    curves = "figure" in outputs or ("runs" in outputs and outputs["runs"].suffix.lower() == ".nc")
     with progress("Simulating") as advance:
-        record = simulate_record(scenario, wanted, curves=curves, threads=threads, progress=advance)
-    if save or plot:
+        record = simulate_record(scenario, wanted, curves=curves, threads=workers, progress=advance)
+    if outputs:
         keep_matplotlib_in_cache()
-        _write_results(record, scenario, seed, save, plot)
+        _write_results(record, scenario, seed, outputs)
     summary = _summary(record, scenario, seed)
     if as_json:
         click.echo(json.dumps(summary, indent=2))
@@ -92,26 +85,13 @@ def run(
         _print_summary(summary, scenario)
 
 
-def _check_outputs(save: Path | None, plot: Path | None) -> bool:
-    """Validate the output paths before a long computation; return whether they need curves."""
-    from feasibee.files import RESULTS, check_output
-
-    check_figure("--plot", plot)
-    kind = check_output(save, RESULTS, "--save") if save is not None else ""
-    if save is not None and plot is not None and save.resolve() == plot.resolve():
-        raise FeasibeeError(f"--save and --plot {plot}: can't be the same file; use two names")
-    return plot is not None or kind == ".nc"
-
-
-def _write_results(
-    record: Record, scenario: Scenario, seed: int, save: Path | None, plot: Path | None
-) -> None:
+def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[str, Path]) -> None:
     from feasibee.results.dataset import save_results, to_dataset
 
     dataset = to_dataset(record, scenario, seed)
-    if save is not None:
-        save_results(dataset, save)
-    if plot is not None:
+    if "runs" in outputs:
+        save_results(dataset, outputs["runs"])
+    if "figure" in outputs:
         from feasibee.figures.decisions import plot_decision_steps, plot_opinions
         from feasibee.figures.declarations import plot_declare_steps
         from feasibee.figures.style import figure, save_figure
@@ -129,7 +109,7 @@ def _write_results(
             for ax, (title, draw) in zip(axes, panels.items(), strict=True):
                 draw(dataset, ax)
                 ax.set_title(title)
-        save_figure(drawn, plot)
+        save_figure(drawn, outputs["figure"])
 
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:

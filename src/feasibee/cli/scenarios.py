@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import console, json_option, read_scenario, scenario_options, seed_option
+from feasibee.cli.options import (
+    changes_option,
+    console,
+    file_type,
+    json_option,
+    read_scenario,
+    run_option,
+    scenario_options,
+    seed_option,
+)
+from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.scenario.feasibility import Verdict
@@ -18,7 +28,7 @@ if TYPE_CHECKING:
 @click.command()
 @scenario_options
 @seed_option
-@click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the run.")
+@run_option
 @click.option("--step", type=int, default=0, show_default=True, help="Step, if the world changes.")
 @json_option
 def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step: int, as_json: bool) -> None:
@@ -75,6 +85,28 @@ def scenario(file: Path | None, changes: tuple[str, ...], form: str) -> None:
     else:
         from feasibee.scenario.comments import commented_toml as text_of
     click.echo(text_of(read), nl=False)
+
+
+@click.command()
+@click.argument("out", metavar="FILE", type=file_type)
+@changes_option
+def new(out: Path, changes: tuple[str, ...]) -> None:
+    """Write a scenario to edit: a file with all fields; comments say what each means, and its unit.
+
+    \b
+    Examples:
+      feasibee new mine.toml
+      feasibee new hall.toml --set robots.count=35 --set "arena.side=[60.0, 25.0]"
+    """
+    from feasibee.files import atomic_write, check_output
+    from feasibee.scenario.comments import commented_toml
+
+    if out.exists():
+        raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
+    check_output(out, (".toml",))
+    with atomic_write(out) as path:
+        path.write_text(commented_toml(read_scenario(None, changes)), encoding="utf-8")
+    click.echo(f"Wrote {out}. Edit it, then: feasibee run {out}")
 
 
 @click.command()

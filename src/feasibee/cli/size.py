@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING
 import click
 
 from feasibee.cli.completion import complete_strategy
-from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
+from feasibee.cli.execution import JOURNAL, Workforce, executing, workforce_options
 from feasibee.cli.options import (
     FiniteRange,
-    check_figure,
-    file_type,
     json_option,
     keep_matplotlib_in_cache,
     named,
+    outputs_option,
     read_scenario,
+    runs_option,
     scenario_options,
     seed_option,
+    steps_option,
     wrapped,
 )
+from feasibee.files import FIGURES
 
 if TYPE_CHECKING:
     from feasibee.studies.sizing import Sizing
@@ -33,15 +35,12 @@ right_option = click.option(
     show_default=True,
     help="Share of swarms that must be right.",
 )
-by_option = click.option(
-    "--by", type=int, metavar="STEP", help="Step by which they must be right: short for --set run.steps=..."
-)
 
 
 @click.command()
 @scenario_options
 @right_option
-@by_option
+@steps_option
 @click.option(
     "--over",
     callback=named,
@@ -56,32 +55,26 @@ by_option = click.option(
     shell_complete=complete_strategy,
     help="Short for --set decision.strategy=...",
 )
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    default=2000,
-    show_default=True,
-    help="Largest number of runs at each value; the search begins with 100.",
-)
+@runs_option(2000, "Largest number of runs at each value; the search begins with 100.")
 @seed_option
 @workforce_options
-@click.option(
-    "--plot", type=file_type, metavar="FILE.png", help="Draw the shares, with the blind band shaded."
+@outputs_option(
+    f"Draw the shares, with the blind band shaded: .png, .pdf or .svg. A folder: {JOURNAL} Repeatable.",
+    folder=True,
+    figure=FIGURES,
 )
-@journal_option
 @json_option
 def size(
     file: Path | None,
     changes: tuple[str, ...],
     right: float,
-    by: int | None,
+    steps: int | None,
     over: str,
     strategy: str | None,
     runs: int,
     seed: int,
     workforce: Workforce,
-    plot: Path | None,
-    out: Path | None,
+    outputs: dict[str, Path],
     as_json: bool,
 ) -> None:
     """Find out how many robots are enough for a swarm to be right often enough.
@@ -95,7 +88,7 @@ def size(
     \b
     Examples:
       feasibee size mine.toml
-      feasibee size mine.toml --strategy average --right 0.99 --by 600 --plot size.png
+      feasibee size mine.toml --strategy average --right 0.99 --steps 600 --out size.png
       feasibee size mine.toml --over radio.range=1:8
     """
     keep_matplotlib_in_cache()
@@ -106,16 +99,13 @@ def size(
     from feasibee.studies.size import size as search
     from feasibee.studies.sizing import panels_of
 
-    check_figure("--plot", plot)
-    shorts = {"decision.strategy": strategy, "run.steps": by}
-    more = (f"{field}={value}" for field, value in shorts.items() if value is not None)
-    scenario = read_scenario(file, (*changes, *more))
+    scenario = read_scenario(file, changes, {"decision.strategy": strategy, "run.steps": steps})
     Runs(runs, seed)  # raises before the search
-    with executing("Sizing", out, workforce) as execution:
+    with executing("Sizing", outputs.get("folder"), workforce) as execution:
         found = search(
             scenario, over, Rule(right, most=runs), seed, execution, lambda line: click.echo(line, err=True)
         )
-    if plot is not None:
+    if plot := outputs.get("figure"):
         save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
     if as_json:
         click.echo(json.dumps(found.to_dict(), indent=2))

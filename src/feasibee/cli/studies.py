@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
+from feasibee.cli.limits import ALONE, compare_with_limits
 from feasibee.cli.options import (
     console,
     json_option,
@@ -21,6 +22,7 @@ from feasibee.cli.options import (
     strategies_option,
     tasks_option,
 )
+from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -62,11 +64,22 @@ DECLARED_CAPTION = (
 )
 @tasks_option("nine, most of them near ratio 1; in a world that changes, the scenario's")
 @click.option(
+    "--limits",
+    is_flag=True,
+    help="Compare what robots say by their own word with the soonest that those of any strategy could, at "
+    "numbers of tasks near that of robots. The limits alone: --strategies none.",
+)
+@click.option(
+    "--cells",
+    type=click.IntRange(1, 64),
+    default=4,
+    show_default=True,
+    help="Number of cells per range of sight, for --limits; with more, the limits of the area are sharper.",
+)
+@click.option(
     "--runs",
     type=click.IntRange(1),
-    default=200,
-    show_default=True,
-    help="Number of runs of each contender at each number of tasks.",
+    help="Number of runs of each contender at each number of tasks; by default 200, and 1,000 with --limits.",
 )
 @seed_option
 @workforce_options
@@ -78,7 +91,9 @@ def compare(
     strategies: tuple[str, ...],
     presets: tuple[str, ...],
     tasks: tuple[int, ...],
-    runs: int,
+    limits: bool,
+    cells: int,
+    runs: int | None,
     seed: int,
     workforce: Workforce,
     out: Path,
@@ -94,6 +109,8 @@ def compare(
       feasibee compare --strategies dmmd,dmvd,census --tasks 10,20,21,40 --runs 1000
       feasibee compare mine.toml --strategies dmmd,my_strategy.py
       feasibee compare --presets default,valentini-2016 --runs 100
+      feasibee compare --limits --strategies quiet-census,map,mine.py --tasks 20,21
+      feasibee compare mine.toml --limits --strategies none
     """
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
@@ -101,7 +118,12 @@ def compare(
     from feasibee.studies.comparison import compare as simulate_all
     from feasibee.studies.comparison_files import write_comparison
 
+    _check_asked(limits, strategies, presets)
     scenario = read_scenario(file, changes)
+    if limits:
+        compare_with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, workforce, out, as_json)
+        return
+    runs = runs or 200
     numbers = _tasks_of(scenario, tasks, runs, seed)
     contenders = contenders_of(scenario, strategies, presets)
     if not (strategies or presets):
@@ -117,6 +139,13 @@ def compare(
         return
     _print_comparison(outcomes)
     click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
+
+
+def _check_asked(limits: bool, strategies: tuple[str, ...], presets: tuple[str, ...]) -> None:
+    if limits and presets:
+        raise FeasibeeError("--limits with --presets: compares strategies; leave out --presets")
+    if strategies == ALONE and not limits:
+        raise FeasibeeError("--strategies none: leaves nothing to compare; add --limits for the limits alone")
 
 
 def _tell_left_out(scenario: Scenario) -> None:

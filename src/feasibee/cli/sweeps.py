@@ -1,4 +1,4 @@
-"""feasibee sweep, status, export, plot, merge: studies that resume after an interruption."""
+"""feasibee sweep, which resumes after an interruption, and feasibee results, which looks into its folder."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from feasibee.cli.completion import complete_field
 from feasibee.cli.execution import Workforce, executing, workforce_options
 from feasibee.cli.options import (
     MeasureChoice,
-    check_figure,
     console,
     file_type,
     folder_type,
@@ -25,6 +24,7 @@ from feasibee.cli.options import (
 )
 from feasibee.cli.sweep_progress import check_log
 from feasibee.errors import FeasibeeError
+from feasibee.files import FIGURES, RESULTS, check_output, make_folder
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
-_folder = click.argument("folder", type=folder_type)
+_folder = click.argument("folder", type=folder_type, default=Path("results"))
 _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
 
 
@@ -77,9 +77,8 @@ def sweep(
     Examples:
       feasibee sweep ratio.toml --out results
       feasibee sweep ratio.toml --out results --runs 1000     adds runs to those in the journal
-      feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee merge results part*
+      feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee results merge results part*
     """
-    from feasibee.files import make_folder
     from feasibee.sweeps.sweep import sweep as run_sweep
 
     plan = _read_plan(study, runs)
@@ -90,7 +89,7 @@ def sweep(
         done = run_sweep(plan, out, execution.pool, shard, execution.progress)
     click.echo(
         f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
-        f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee status {out}"
+        f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee results status {out}"
     )
 
 
@@ -105,7 +104,20 @@ def _read_plan(path: Path, runs: int | None) -> Study:
     return plan if runs is None else replace(plan, runs=Runs(runs, plan.seed).count)
 
 
-@click.command()
+@click.group()
+def results() -> None:
+    """Look into results of a sweep or study: tables, figures, files.
+
+    FOLDER is that of the journal, --out of the command that made it; by default results.
+
+    \b
+    Examples:
+      feasibee results status
+      feasibee results plot --x tasks.count
+    """
+
+
+@results.command()
 @_folder
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
 def status(folder: Path, as_json: bool) -> None:
@@ -113,7 +125,7 @@ def status(folder: Path, as_json: bool) -> None:
 
     \b
     Example:
-      feasibee status results
+      feasibee results status
     """
     from feasibee.sweeps.journal import Journal
     from feasibee.sweeps.table import survey
@@ -278,39 +290,30 @@ def _as_json(point: Summary) -> dict[str, Any]:
     }
 
 
-@click.command()
+@results.command()
 @_folder
-@click.option(
-    "--to",
-    "kind",
-    type=click.Choice(["csv", "parquet", "netcdf"]),
-    help="Format; by default that of the suffix of --out: .csv, .parquet or .nc.",
-)
-@click.option("--out", type=file_type, help="File to write; by default FOLDER/runs.csv, and so on.")
-def export(folder: Path, kind: str | None, out: Path | None) -> None:
+@click.option("--out", type=file_type, help="File to write, .csv or .nc; by default FOLDER/runs.csv.")
+def export(folder: Path, out: Path | None) -> None:
     """Write all runs of a sweep or study as one table, and whether each was right.
 
-    CSV and Parquet have a row per run. NetCDF has a dimension per field that varies, and one of the runs.
+    CSV has a row per run. NetCDF has a dimension per field that varies, and one of the runs.
 
     \b
     Examples:
-      feasibee export results
-      feasibee export results --out ratio.parquet
-      feasibee export results --out ratio.nc
+      feasibee results export
+      feasibee results export --out ratio.nc
     """
-    from feasibee.files import check_output
-    from feasibee.sweeps.exports import KINDS
     from feasibee.sweeps.exports import export as write
     from feasibee.sweeps.journal import Journal
 
-    target = out or folder / f"runs{KINDS[kind or 'csv']}"
-    kinds = {suffix: name for name, suffix in KINDS.items() if kind in (None, name)}
+    target = out or folder / "runs.csv"
     with Journal(folder) as journal:
-        rows = write(journal, kinds[check_output(target, list(kinds), "--out")], target)
+        check_output(target, RESULTS, "--out")
+        rows = write(journal, target)
     click.echo(f"{rows} runs are in {target}")
 
 
-@click.command()
+@results.command()
 @_folder
 @_field("--x", required=True, help="Field along the horizontal axis.")
 @_field("--hue", help="Field with one line per value.")
@@ -328,8 +331,8 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
 
     \b
     Examples:
-      feasibee plot results --x tasks.count --hue decision.strategy
-      feasibee plot results --x tasks.count --y radio.loss --out map.pdf
+      feasibee results plot --x tasks.count --hue decision.strategy
+      feasibee results plot --x tasks.count --y radio.loss --out map.pdf
     """
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
@@ -351,7 +354,7 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     if not points:
         lacks = f"no world of {folder} changes" if show in TRACKED else f"no robots of {folder} declare"
         raise FeasibeeError(f"--show {show}: {lacks}; use --show accuracy")
-    check_figure("--out", target)
+    check_output(target, FIGURES, "--out")
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)
     if y:
@@ -362,17 +365,16 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
 
 
-@click.command()
-@_folder
+@results.command()
+@click.argument("folder", type=folder_type)
 @click.argument("parts", nargs=-1, required=True, type=folder_type)
 def merge(folder: Path, parts: tuple[Path, ...]) -> None:
     """Merge journals, such as those of a job array, into one.
 
     \b
     Example:
-      feasibee merge results part1 part2 part3
+      feasibee results merge results part1 part2 part3
     """
-    from feasibee.files import make_folder
     from feasibee.sweeps.journal import Journal
     from feasibee.sweeps.merging import merge as merge_all
 

@@ -38,7 +38,7 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
     "--field",
     metavar="ADDRESS",
     callback=named,
-    help="Watch a running feasibee field instead of a simulation, HOST:PORT.",
+    help="Watch a running feasibee launch instead of a simulation, HOST:PORT.",
 )
 @transport_option
 @key_option
@@ -49,7 +49,7 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
     help="Address or name to listen on; 0.0.0.0 is reachable from other machines.",
 )
 @click.option("--port", type=click.IntRange(0, 65535), help="Port; by default the first free one from 8765.")
-@click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
+@click.option("--no-open", is_flag=True, help="Print the address without opening a browser.")
 def watch(
     source: Path | None,
     changes: tuple[str, ...],
@@ -62,13 +62,13 @@ def watch(
     key_file: Path | None,
     host: str,
     port: int | None,
-    no_browser: bool,
+    no_open: bool,
 ) -> None:
     """Watch a swarm in the browser, step by step, and change it on the page.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks. FOLDER is the output
     of feasibee sweep: the page lists the runs that --pick selects, and replays them. With --field, the page
-    shows the processes of feasibee field --port.
+    shows the processes of feasibee launch --port.
 
     \b
     Examples:
@@ -95,7 +95,7 @@ def watch(
             click.echo(
                 "feasibee: anyone who can reach this machine can watch, and use its processor", err=True
             )
-        if not no_browser:
+        if not no_open:
             server.open_browser(address)
         with suppress(KeyboardInterrupt):  # Ctrl-C stops the server
             server.server_of(catalogue, host).run(sockets=[listening])

@@ -37,7 +37,7 @@ class Recording:
     Parameters
     ----------
     folder : Path
-        The folder that ``feasibee field --out`` has written.
+        The folder that ``feasibee launch --out`` has written.
 
     Raises
     ------
@@ -47,7 +47,7 @@ class Recording:
 
     def __init__(self, folder: Path) -> None:
         path = folder / LOG
-        what = "the folder that `feasibee field --out FOLDER` has written"
+        what = "the folder that `feasibee launch --out FOLDER` has written"
         lines = read_text(path, what, LOG_LIMIT).split("\n")[:-1]  # a killed world's last one is incomplete
         if not lines:
             raise damaged(path, 1, "is incomplete")

@@ -117,7 +117,7 @@ def animate_field(
     Parameters
     ----------
     folder : path
-        The folder that ``feasibee field --out`` has written.
+        The folder that ``feasibee launch --out`` has written.
     path : path
         The file to write, as in `animate`.
     steps : tuple of int, optional

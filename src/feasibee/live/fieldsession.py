@@ -206,7 +206,7 @@ class FieldSession:
         elif "working" not in having:
             words = [["Phase", "stopped"]]
         words += [["Special", ", ".join(special)]] if special else []
-        words.append(["Knows", "the robot's own log has it: feasibee field --out FOLDER"])
+        words.append(["Knows", "the robot's own log has it: feasibee launch --out FOLDER"])
         mark = {"generation": self._generation & 0xFFFF, "jump": self._jump}
         return {"type": "robot", "lane": 0, "step": view.step, "robot": robot, "reasons": words, **mark}
 

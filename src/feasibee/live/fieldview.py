@@ -72,7 +72,7 @@ class FieldView:
     def _no_answer(self) -> str:
         port = self.address.rpartition(":")[2]
         return (
-            f"no field answers; start feasibee field --port {port}, or check the address and that "
+            f"no field answers; start feasibee launch --port {port}, or check the address and that "
             "--key-file gives its key"
         )
 

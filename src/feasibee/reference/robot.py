@@ -73,7 +73,7 @@ class Robot:
         self.mind: Mind = self.mind_of(self._settings(phases, step))
 
     def mind_of(self, settings: Settings) -> Mind:
-        """Return the robot's mind; that of a robot of ``feasibee field`` is in another process."""
+        """Return the robot's mind; that of a robot of ``feasibee launch`` is in another process."""
         return Mind(self._scenario.strategy, settings)
 
     def works(self, step: int) -> bool:

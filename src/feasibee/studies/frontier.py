@@ -7,7 +7,7 @@ simulated near ratio one, and drawn with the limits of their scenario behind.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
@@ -116,6 +116,11 @@ class Spoken:
     times: DeclareTimes
     bits: float
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return what was said, for programs."""
+        steps = {"median": self.times.median, "p95": self.times.p95}
+        return {**asdict(self), "ok": self.ok._asdict(), "wrong": self.wrong._asdict(), "times": steps}
+
 
 def contenders_named(strategies: Sequence[str]) -> list[Contender]:
     """Return contenders of strategies with their default parameters; without names, `CONTENDERS`."""
@@ -211,18 +216,21 @@ def limits_near(
     tasks: Sequence[int],
     runs: int,
     seed: int,
+    cells: int = 4,
+    threads: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> dict[int, Limits]:
     """Return the limits of a scenario at each number of tasks."""
     found: dict[int, Limits] = {}
     for number in tasks:
         progress(len(found) / len(tasks))
-        found[number] = limits(scenario.replace({"tasks.count": number}), runs, seed)
+        world = scenario.replace({"tasks.count": number})
+        found[number] = limits(world, runs, seed, cells_per_range=cells, threads=threads)
     return found
 
 
 def write_frontier(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limits]) -> None:
-    """Write the figure (PNG, PDF) and its data, ``frontier.csv`` and ``limits.csv``, into a folder."""
+    """Write the figure (PNG, PDF) and its data, ``frontier.csv``, into a folder."""
     panels = []
     for number, limit in bounds.items():
         group = [each for each in found if each.tasks == number]
@@ -238,12 +246,16 @@ def write_frontier(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limi
     header = ["contender", "word", "robots", "tasks", "truth", "runs", "ok", "ok_low", "ok_high"]
     header += ["wrong", "wrong_low", "wrong_high", "step_median", "step_p95", "bits_per_robot_and_step"]
     write_csv(folder / "frontier.csv", header, (_row(each) for each in found))
+
+
+def write_limits(path: Path, bounds: dict[int, Limits]) -> None:
+    """Write the limits at each number of tasks."""
     rows = [
         [number, name, *("" if step is None else step for step in times[:2])]
         for number, limit in bounds.items()
         for name, times in limit.times.items()
     ]
-    write_csv(folder / "limits.csv", ["tasks", "limit", "step_median", "step_p95"], rows)
+    write_csv(path, ["tasks", "limit", "step_median", "step_p95"], rows)
 
 
 def _row(each: Spoken) -> list[object]:

@@ -135,10 +135,9 @@ def limits(
     42
     """
     scenario, which = check_scenario(scenario), Runs(runs, seed)
-    check_stays(scenario, "limits")
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     check_progress(progress)
-    world = oracle_world(scenario, check_integer("cells_per_range", cells_per_range, 1, 64))
+    world = oracle_world(scenario, cells_per_range)
     steps = _steps_of(world, which, threads, progress)
     setting = world.setting
     cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
@@ -165,9 +164,11 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
 
     Raises
     ------
-    ScenarioError
-        If robots or tasks have classes, or the oracle's robots would know too much.
+    FeasibeeError
+        If the world changes, robots or tasks have classes, or the oracle's robots would know too much.
     """
+    check_stays(scenario, "limits")
+    check_integer("cells_per_range", cells_per_range, 1, 64)
     for path in ("robots.classes", "tasks.classes"):
         classes = scenario.get(path)
         if classes:

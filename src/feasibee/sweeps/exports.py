@@ -1,4 +1,4 @@
-"""The runs of a journal for other programs: CSV and Parquet with a row per run, NetCDF with dimensions."""
+"""The runs of a journal for other programs: CSV with a row per run, NetCDF with dimensions."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.files import atomic_write, check_output
+from feasibee.files import RESULTS, atomic_write, check_output
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.outcomes import OUTCOMES
 from feasibee.results.dataset import attributes_of, write_netcdf
@@ -27,40 +26,28 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-KINDS: Final[Mapping[str, str]] = {"csv": ".csv", "parquet": ".parquet", "netcdf": ".nc"}
-"""Formats of an export, and their suffixes."""
 NUMBER: Final = "number of the run"
 SEED: Final = "seed"
 POINT: Final = "point"
 """The dimension of points that don't form a grid."""
 
 
-def export(journal: Journal, kind: str, path: Path) -> int:
+def export(journal: Journal, path: Path) -> int:
     """Write all runs to a file, which is complete or missing; return their number.
 
     Parameters
     ----------
     journal : Journal
         The journal to export.
-    kind : str
-        ``"csv"`` or ``"parquet"`` (needs the extra 'parquet'), with a row per run, or ``"netcdf"``, with a
-        dimension per field that the study varies.
     path : path
-        The file.
+        The file: ``.csv`` has a row per run, ``.nc`` a dimension per field that the study varies.
     """
-    check_output(path, [KINDS[kind]])
-    if kind == "netcdf":
+    if check_output(path, RESULTS) == ".nc":
         write_netcdf(to_dataset(journal), path, {})
         return sum(runs for runs, _ in journal.counts().values())
     rows = to_dataframe(journal)
     with atomic_write(path) as temporary:
-        if kind == "csv":
-            rows.to_csv(temporary, index=False)
-        else:
-            try:
-                rows.to_parquet(temporary, index=False, engine="pyarrow")
-            except ImportError:
-                raise FeasibeeError(f"pyarrow: not installed; {how_to_install('parquet')}") from None
+        rows.to_csv(temporary, index=False)
     return len(rows)
 
 

@@ -11,24 +11,23 @@ from hostile.words import LENGTHS, NAMES, NUMBERS, THINGS, WORDS
 
 NEEDED = {
     "tune": ["--over", "decision.gain"],
-    "sensitivity": ["--over", "decision.gain"],
     "sweep": ["study.toml"],
-    "status": ["results"],
-    "plot": ["results", "--x", "tasks.count"],
-    "export": ["results"],
+    "results status": ["results"],
+    "results plot": ["results", "--x", "tasks.count"],
+    "results export": ["results"],
     "robot": ["--connect", "127.0.0.1:9", "--id", "0", "--patience", "0.1"],
 }
 """What a command must have beside, to be right."""
 
 SUFFIXES = {
-    ("run", "--save"): (".nc", ".csv"),
-    ("run", "--plot"): (".png",),
-    ("limits", "--plot"): (".png",),
+    ("run", "--out"): (".nc", ".csv", ".png"),
     ("animate", "--out"): (".gif", ".png"),
-    ("assess", "--report"): (".html",),
-    ("export", "--out"): (".csv", ".nc"),
-    ("plot", "--out"): (".svg",),
-    ("sensitivity", "--plot"): (".pdf",),
+    ("assess", "--out"): (".html",),
+    ("size", "--out"): (".svg",),
+    ("robot", "--out"): (".jsonl",),
+    ("new", "FILE"): (".toml",),
+    ("results export", "--out"): (".csv", ".nc"),
+    ("results plot", "--out"): (".svg",),
 }
 """With which the names of files are tried, beside none."""
 
@@ -38,6 +37,9 @@ LOGS = {"no text", "right to left", "bytes", "zeros", "noise", "nothing", "full"
 """Where a log may be written to: what is a device or a file is no harm there."""
 BESIDE = {"no text", "right to left"}
 """Names that a file may have, odd as they are."""
+
+VARY = ["tune", "--sensitivity"]
+LIMITS = ["compare", "--limits", "--strategies", "none"]
 
 LINES = {
     "two of a kind": ["run", "--set", "tasks.count"],
@@ -69,44 +71,54 @@ LINES = {
     "dask by another protocol": ["sweep", "study.toml", "--dask", "http://127.0.0.1:8786"],
     "dask at a name of accents": ["sweep", "study.toml", "--dask", "é" * 300 + ":8786"],
     "dask and workers": ["sweep", "study.toml", "--dask", "127.0.0.1:1", "--workers", "2"],
-    "host of accents": ["watch", "--no-browser", "--host", "é" * 300],
-    "host elsewhere": ["watch", "--no-browser", "--host", "192.0.2.1"],
-    "host of dots": ["watch", "--no-browser", "--host", "..."],
-    "a field without a port": ["watch", "--no-browser", "--field", "localhost"],
-    "a field with a scenario": ["watch", "--no-browser", "--field", "localhost:7400", "--seed", "1"],
-    "host of digits": ["watch", "--no-browser", "--host", "9" * 5000],
-    "steps backwards": ["animate", "--steps", "7:3"],
-    "steps of digits": ["animate", "--steps", "9" * 5000],
-    "steps of superscripts": ["animate", "--steps", "²"],
-    "a billion frames": ["animate", "--set", "run.steps=1000000000", "--steps", "1000000000"],
-    "steps beyond": ["animate", "--steps", "5000"],
+    "host of accents": ["watch", "--no-open", "--host", "é" * 300],
+    "host elsewhere": ["watch", "--no-open", "--host", "192.0.2.1"],
+    "host of dots": ["watch", "--no-open", "--host", "..."],
+    "a field without a port": ["watch", "--no-open", "--field", "localhost"],
+    "a field with a scenario": ["watch", "--no-open", "--field", "localhost:7400", "--seed", "1"],
+    "host of digits": ["watch", "--no-open", "--host", "9" * 5000],
+    "steps backwards": ["animate", "--frames", "7:3"],
+    "steps of digits": ["animate", "--frames", "9" * 5000],
+    "steps of superscripts": ["animate", "--frames", "²"],
+    "a billion frames": ["animate", "--set", "run.steps=1000000000", "--frames", "1000000000"],
+    "steps beyond": ["animate", "--frames", "5000"],
     "speed of no GIF": ["animate", "--fps", "3"],
     "tasks of letters": ["compare", "--tasks", "a,b"],
     "tasks of digits": ["compare", "--tasks", "9" * 5000],
     "tasks below 0": ["compare", "--tasks", "-5"],
-    "tasks near one of letters": ["frontier", "--tasks", "a,b"],
-    "tasks near one below 0": ["frontier", "--tasks", "-5"],
-    "one strategy twice": ["frontier", "--strategies", "dmmd,dmmd"],
-    "cells of no size": ["limits", "--cells", "0"],
-    "robots in classes": ["limits", "--set", 'robots.classes=[{name="a", count=3}]'],
+    "tasks near one of letters": ["compare", "--limits", "--tasks", "a,b"],
+    "tasks near one below 0": ["compare", "--limits", "--tasks", "-5"],
+    "one strategy twice": ["compare", "--limits", "--strategies", "dmmd,dmmd"],
+    "cells of no size": ["compare", "--limits", "--cells", "0"],
+    "robots in classes": [*LIMITS, "--set", 'robots.classes=[{name="a", count=3}]'],
+    "two files of a kind": ["run", "--out", "a.png", "--out", "b.svg"],
     "twice the same": ["compare", "--strategies", "dmmd,dmmd"],
     "strategies and presets": ["compare", "--strategies", "dmmd", "--presets", "default"],
-    "a range that overflows": ["sensitivity", "--over", "decision.gain=1:1e999"],
-    "a range backwards": ["sensitivity", "--over", "decision.gain=9:1"],
-    "a range of nan": ["sensitivity", "--over", "decision.gain=nan:nan"],
-    "a range of words": ["sensitivity", "--over", "decision.strategy=a|b"],
+    "a range that overflows": [*VARY, "--over", "decision.gain=1:1e999"],
+    "a range backwards": [*VARY, "--over", "decision.gain=9:1"],
+    "a range of nan": [*VARY, "--over", "decision.gain=nan:nan"],
+    "a range of words": [*VARY, "--over", "decision.strategy=a|b"],
     "a range without values": ["tune", "--over", "tasks.count=|"],
     "a field twice": ["tune", "--over", "decision.gain,decision.gain"],
-    "a field without a range": ["sensitivity", "--over", "radio.loss"],
+    "a field without a range": [*VARY, "--over", "radio.loss"],
     "runs of a sweep": ["sweep", "study.toml", "--runs", "4294967297"],
     "runs at a time": ["run", "--runs", "4294967296"],
-    "runs and first": ["run", "--runs", "2", "--first-run", "4294967295"],
-    "curves": ["run", "--runs", "100000000", "--save", "a.nc"],
-    "kinds that differ": ["export", "results", "--to", "csv", "--out", "a.nc"],
-    "an unknown suffix": ["run", "--save", "a.txt"],
-    "no suffix": ["run", "--plot", "a"],
-    "hue and y": ["plot", "results", "--x", "tasks.count", "--hue", "radio.loss", "--y", "run.steps"],
-    "no parts": ["merge", "merged"],
+    "runs and first": ["run", "--runs", "2", "--run", "4294967295"],
+    "curves": ["run", "--runs", "100000000", "--out", "a.nc"],
+    "an unknown suffix": ["run", "--out", "a.txt"],
+    "no suffix": ["run", "--out", "a"],
+    "hue and y": [
+        "results",
+        "plot",
+        "results",
+        "--x",
+        "tasks.count",
+        "--hue",
+        "radio.loss",
+        "--y",
+        "run.steps",
+    ],
+    "no parts": ["results", "merge", "merged"],
     "a sweep with changes": ["watch", "results", "--set", "tasks.count=5"],
     "a sweep with a run": ["watch", "results", "--run", "5"],
     "an unknown command": ["nope"],
@@ -127,24 +139,34 @@ LINES = {
 def cases() -> Iterator[tuple[str, list[str]]]:
     """Yield names and words of commands."""
     yield from LINES.items()
-    for name, command in main.commands.items():
+    for name, command in commands():
         for parameter in command.params:
             for kind, word in _words(name, parameter):
                 yield f"{name} {parameter.opts[0]}: {kind}", _line(name, parameter, word)
 
 
+def commands(group: click.Group = main, before: str = "") -> Iterator[tuple[str, click.Command]]:
+    """Yield all commands with their names, those of groups as "results status"."""
+    for name, command in group.commands.items():
+        if isinstance(command, click.Group):
+            yield from commands(command, f"{before}{name} ")
+        else:
+            yield before + name, command
+
+
 def _line(name: str, parameter: click.Parameter, word: str) -> list[str]:
     """Return a command that is right but for one word."""
     needed = NEEDED.get(name, [])
-    if name == "merge":
-        return [name, "--", *(["merged", word] if parameter.name == "parts" else [word, "results"])]
+    words = name.split()
+    if name == "results merge":
+        return [*words, "--", *(["merged", word] if parameter.name == "parts" else [word, "results"])]
     if isinstance(parameter, click.Argument):
         own = needed if needed[:1] and needed[0].startswith("-") else needed[1:]
-        return [name, *own, "--", word]
+        return [*words, *own, "--", word]
     if parameter.opts[0] in needed:
         place = needed.index(parameter.opts[0])
         needed = needed[:place] + needed[place + 2 :]
-    return [name, *needed, f"{parameter.opts[0]}={word}"]
+    return [*words, *needed, f"{parameter.opts[0]}={word}"]
 
 
 def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
@@ -156,7 +178,7 @@ def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     elif kind.startswith("integer"):
         yield from ((each, word) for each, word in NUMBERS.items() if (option, each) != ("--trials", "huge"))
     elif kind.startswith("float"):
-        fine = {"zero", "minus zero"} if name == "field" and option in ("--drift", "--jitter") else set()
+        fine = {"zero", "minus zero"} if name == "launch" and option in ("--drift", "--jitter") else set()
         yield from ((each, word) for each, word in LENGTHS.items() if each not in fine)
     else:
         yield from WORDS.items()
@@ -164,7 +186,10 @@ def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
 
 def _paths(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     option = parameter.opts[0]
-    makes = not parameter.type.file_okay and (option == "--out" or (name, option) == ("merge", "folder"))
+    either = parameter.name == "outputs" and name in ("size", "assess")
+    makes = either or (
+        not parameter.type.file_okay and (option == "--out" or (name, option) == ("results merge", "folder"))
+    )
     fine = LOGS if option == "--log" else MADE | BESIDE if makes else set()
     yield "empty", ""
     yield from ((kind, path) for kind, path in {**NAMES, **THINGS}.items() if kind not in fine)

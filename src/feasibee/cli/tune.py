@@ -1,4 +1,4 @@
-"""feasibee tune, feasibee sensitivity: which parameters are good, and which matter."""
+"""feasibee tune: which parameters are good, and which matter."""
 
 from __future__ import annotations
 
@@ -9,32 +9,33 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.completion import complete_field
-from feasibee.cli.execution import (
-    Workforce,
-    executing,
-    folder_option,
-    journal_option,
-    workforce_options,
-)
+from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
     MeasureChoice,
-    check_figure,
-    file_type,
     json_option,
     keep_matplotlib_in_cache,
     listed,
     read_scenario,
     scenario_options,
     seed_option,
+    steps_option,
 )
+from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
+    from feasibee.studies.objectives import Objective
     from feasibee.studies.sensitivity import Sensitivity
     from feasibee.studies.space import Dimension
     from feasibee.studies.tuning import Tuned
 
-_over = click.option(
+LEAST_POINTS = 10
+"""Least number of points whose ranks say anything."""
+
+
+@click.command()
+@scenario_options
+@click.option(
     "--over",
     callback=listed,
     shell_complete=complete_field,
@@ -42,24 +43,13 @@ _over = click.option(
     metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
     help="Fields to vary; by default from a fifth of a value to five times it.",
 )
-_within = click.option("--within", type=int, help="Number of steps: short for --set run.steps=...")
-
-
-def _read_space(
-    file: Path | None, changes: tuple[str, ...], over: tuple[str, ...], within: int | None
-) -> tuple[Scenario, list[Dimension]]:
-    """Return the scenario, and the fields to vary."""
-    from feasibee.studies.space import dimensions
-
-    more = () if within is None else (f"run.steps={within}",)
-    scenario = read_scenario(file, (*changes, *more))
-    return scenario, dimensions(scenario, over)
-
-
-@click.command()
-@scenario_options
-@_over
-@_within
+@steps_option
+@click.option(
+    "--sensitivity",
+    is_flag=True,
+    help="Instead, show which of the fields matter: rank correlations with right decisions over a Latin "
+    "hypercube.",
+)
 @click.option(
     "--for",
     "measure",
@@ -73,10 +63,14 @@ def _read_space(
     help="Choose no parameters with more false alarms per 1,000 steps, in a world that changes.",
 )
 @click.option(
-    "--trials", type=click.IntRange(2, 100_000), default=60, show_default=True, help="Number of trials."
+    "--trials",
+    type=click.IntRange(2, 100_000),
+    help="Number of trials; by default 60, and 200 with --sensitivity, which needs 10.",
 )
 @click.option(
-    "--runs", type=click.IntRange(1), default=200, show_default=True, help="Number of runs of each trial."
+    "--runs",
+    type=click.IntRange(1),
+    help="Number of runs of each trial; by default 200, and 20 with --sensitivity.",
 )
 @seed_option
 @workforce_options
@@ -86,9 +80,52 @@ def tune(
     file: Path | None,
     changes: tuple[str, ...],
     over: tuple[str, ...],
-    within: int | None,
+    steps: int | None,
+    sensitivity: bool,
     measure: str | None,
     false_alarms: float | None,
+    trials: int | None,
+    runs: int | None,
+    seed: int,
+    workforce: Workforce,
+    out: Path,
+    as_json: bool,
+) -> None:
+    """Search for the parameters with which the swarm is right most often, or show which ones matter.
+
+    In a world that changes, it may also follow changes as soon as possible, at few false alarms. The steps of
+    a run are the time that it has.
+
+    The gain is judged on fresh runs, since the best of many trials was also lucky. Needs the extra 'tune',
+    except with --sensitivity.
+
+    \b
+    Examples:
+      feasibee tune mine.toml --over decision.exploration,decision.gain --steps 500
+      feasibee tune --over "decision.gain=1:100,decision.strategy=dmmd|dmvd" --trials 100
+      feasibee tune changing.toml --over decision.gain --for detection_delay --false-alarms 0.1
+      feasibee tune mine.toml --sensitivity --over radio.loss=0:0.5,faults.byzantine=0:0.2
+    """
+    keep_matplotlib_in_cache()
+    from feasibee.studies.space import dimensions
+
+    scenario = read_scenario(file, changes, {"run.steps": steps})
+    space = dimensions(scenario, over)
+    if sensitivity:
+        if measure is not None or false_alarms is not None:
+            raise FeasibeeError("--sensitivity: improves nothing; leave out --for and --false-alarms")
+        _vary(scenario, space, trials or 200, runs or 20, seed, workforce, out, as_json)
+        return
+    from feasibee.studies.objectives import objective_for
+
+    objective = objective_for(scenario, measure, false_alarms)
+    _search(scenario, space, objective, trials or 60, runs or 200, seed, workforce, out, as_json)
+
+
+def _search(
+    scenario: Scenario,
+    space: list[Dimension],
+    objective: Objective,
     trials: int,
     runs: int,
     seed: int,
@@ -96,44 +133,28 @@ def tune(
     out: Path,
     as_json: bool,
 ) -> None:
-    """Search for the parameters with which the swarm is right most often within a given time.
-
-    In a world that changes, it may also follow changes as soon as possible, at few false alarms.
-
-    The gain is judged on fresh runs, since the best of many trials was also lucky. Needs the extra 'tune'.
-
-    \b
-    Examples:
-      feasibee tune mine.toml --over decision.exploration,decision.gain --within 500
-      feasibee tune --over "decision.gain=1:100,decision.strategy=dmmd|dmvd" --trials 100
-      feasibee tune changing.toml --over decision.gain --for detection_delay --false-alarms 0.1
-    """
-    keep_matplotlib_in_cache()
+    """Search for the best parameters."""
     from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
-    from feasibee.studies.objectives import objective_for
-    from feasibee.studies.tuning import draw_search
-    from feasibee.studies.tuning import tune as search
+    from feasibee.studies.tuning import draw_search, tune
 
-    scenario, space = _read_space(file, changes, over, within)
     Runs(10 * runs, seed)  # raises before the folder is made
-    objective = objective_for(scenario, measure, false_alarms)
-    folder = make_folder(out)
-    picture = folder / "tune.png"
-    check_figure("--out", picture)
-    with executing("Tuning", folder, workforce) as execution:
-        tuned = search(scenario, space, trials, runs, seed, execution, objective)
+    picture = make_folder(out) / "tune.png"
+    with executing("Tuning", out, workforce) as execution:
+        tuned = tune(scenario, space, trials, runs, seed, execution, objective)
     save_figure(draw_search(tuned), picture)
     if as_json:
-        intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
-        about = {"measure": objective.measure, "false_alarms": tuned.false_alarms}
-        about = about if scenario.dynamic else {}
-        click.echo(
-            json.dumps({"values": tuned.values, **intervals, "clear_gain": tuned.gains, **about}, indent=2)
-        )
+        click.echo(json.dumps(_as_dict(tuned), indent=2))
     else:
         _print_tuned(tuned, scenario.run.steps, 10 * runs, picture)
+
+
+def _as_dict(tuned: Tuned) -> dict[str, Any]:
+    intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
+    changing = tuned.objective.measure != "right_at_end"
+    about = {"measure": tuned.objective.measure, "false_alarms": tuned.false_alarms} if changing else {}
+    return {"values": tuned.values, **intervals, "clear_gain": tuned.gains, **about}
 
 
 def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
@@ -170,60 +191,39 @@ def _alarms(tuned: Tuned) -> str:
     return f", {tuned.false_alarms:.2g} false alarms per 1,000 steps,"
 
 
-@click.command()
-@scenario_options
-@_over
-@_within
-@click.option(
-    "--points",
-    type=click.IntRange(10, 10_000),
-    default=200,
-    show_default=True,
-    help="Number of points of the hypercube.",
-)
-@click.option(
-    "--runs", type=click.IntRange(1), default=20, show_default=True, help="Number of runs at each point."
-)
-@seed_option
-@workforce_options
-@click.option("--plot", type=file_type, metavar="FILE.png", help="Draw the correlations.")
-@journal_option
-@json_option
-def sensitivity(
-    file: Path | None,
-    changes: tuple[str, ...],
-    over: tuple[str, ...],
-    within: int | None,
+def _vary(
+    scenario: Scenario,
+    space: list[Dimension],
     points: int,
     runs: int,
     seed: int,
     workforce: Workforce,
-    plot: Path | None,
-    out: Path | None,
+    out: Path,
     as_json: bool,
 ) -> None:
-    """Show which fields matter: rank correlations with right decisions over a Latin hypercube.
-
-    \b
-    Examples:
-      feasibee sensitivity --over decision.exploration,decision.gain,sensing.range,walk.mean_run
-      feasibee sensitivity mine.toml --over radio.loss=0:0.5,faults.byzantine=0:0.2 --plot which.png
-    """
-    keep_matplotlib_in_cache()
+    """Show which fields matter."""
     from feasibee.figures.style import save_figure
+    from feasibee.files import make_folder
+    from feasibee.scenario.runs import Runs
     from feasibee.studies.sensitivity import draw_sensitivities, sensitivities
 
-    check_figure("--plot", plot)
-    scenario, space = _read_space(file, changes, over, within)
+    if points < LEAST_POINTS:
+        raise FeasibeeError(f"--trials {points}: must be at least {LEAST_POINTS} with --sensitivity")
+    Runs(points * runs, seed)  # raises before the folder is made
+    picture = make_folder(out) / "sensitivity.png"
     with executing("Varying", out, workforce) as execution:
         found, _, _ = sensitivities(scenario, space, points, runs, seed, execution)
-    if plot is not None:
-        save_figure(draw_sensitivities(found), plot)
+    save_figure(draw_sensitivities(found), picture)
     if as_json:
-        click.echo(json.dumps([_as_dict(each) for each in found], indent=2))
+        rows = [
+            {"field": each.path, "correlation": each.correlation._asdict(), "matters": each.matters}
+            for each in found
+        ]
+        click.echo(json.dumps(rows, indent=2))
         return
     click.echo(f"Rank correlation with right decisions, {points} points of {runs} runs, 95 % interval:")
     _print_sensitivities(found)
+    click.echo(f"The figure is {picture}")
 
 
 def _print_sensitivities(found: list[Sensitivity]) -> None:
@@ -232,7 +232,3 @@ def _print_sensitivities(found: list[Sensitivity]) -> None:
         middle, low, high = each.correlation
         verdict = "" if each.matters else "  (can't tell)"
         click.echo(f"  {each.path:{width}}  {middle:+.2f} ({low:+.2f} to {high:+.2f}){verdict}")
-
-
-def _as_dict(each: Sensitivity) -> dict[str, Any]:
-    return {"field": each.path, "correlation": each.correlation._asdict(), "matters": each.matters}

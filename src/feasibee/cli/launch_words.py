@@ -1,4 +1,4 @@
-"""What feasibee field prints while it runs and at its end."""
+"""What feasibee launch prints while it runs and at its end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""feasibee field: a swarm as processes."""
+"""feasibee launch: a swarm as processes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.field_words import Told, in_words
+from feasibee.cli.launch_words import Told, in_words
 from feasibee.cli.options import (
     FiniteRange,
     folder_type,
     json_option,
     named,
     read_scenario,
+    run_option,
     scenario_options,
     seed_option,
 )
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 @click.command()
 @scenario_options
 @seed_option
-@click.option("--run", type=click.IntRange(0), default=0, show_default=True, help="Number of the run.")
+@run_option
 @click.option(
     "--lockstep", is_flag=True, help="Wait for all robots in each step; the result is that of the run."
 )
@@ -110,7 +111,7 @@ if TYPE_CHECKING:
     help="Seconds of silence after which a robot is lost.",
 )
 @json_option
-def field(
+def launch(
     file: Path | None,
     changes: tuple[str, ...],
     seed: int,
@@ -141,10 +142,10 @@ def field(
 
     \b
     Examples:
-      feasibee field --lockstep --json
-      feasibee field mine.toml --hz 50 --drift 0.01 --delay 200ms
-      feasibee field --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
-      feasibee field --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
+      feasibee launch --lockstep --json
+      feasibee launch mine.toml --hz 50 --drift 0.01 --delay 200ms
+      feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
+      feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
     from feasibee.field.addresses import is_loopback
     from feasibee.field.faults import parse_length
@@ -194,7 +195,7 @@ def _faults(
 
 def _check_platform() -> None:
     if not hasattr(os, "fork"):
-        raise FeasibeeError("feasibee field: needs a system with fork; use Linux, macOS or WSL")
+        raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")
 
 
 def _details(plan: Plan, transport: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.cli.search import _print_tuned
+from feasibee.cli.tune import _print_tuned
 from feasibee.results.statistics import Interval
 from feasibee.studies.tuning import Tuned
 
