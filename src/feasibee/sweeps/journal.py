@@ -16,24 +16,32 @@ from itertools import chain, count
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Self
-
 import numpy as np
 from numpy.typing import NDArray
-
 from feasibee.errors import FeasibeeError
 from feasibee.files.locking import lock
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.results.measures import truth_of_decisions
 from feasibee.scenario.feasibility import truth
-from feasibee.sweeps import checksums, content, opening
 from feasibee.sweeps.agreement import difference
 from feasibee.sweeps.content import Damage, Rows
 from feasibee.sweeps.encoding import EncodedRuns, curve_of, encode, fill
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
 from feasibee.sweeps.schema import FORMAT, LOCK, NAME, STATEMENTS, Entry, Kind
-from feasibee.sweeps.stored import StoredPoint, stored_point
 from feasibee.sweeps.survey import Survey, Visit, inventory, name_of, snapshot, survey
+from typing import Any, NamedTuple
+from feasibee.scenario.scenario import Scenario
+from feasibee.sweeps.content import Damage
+from feasibee.sweeps.schema import Entry
+import shutil
+from feasibee.files import make_folder
+from feasibee.sweeps.schema import LOCK, NAME, SEAL, Kind
+from feasibee.sweeps.survey import Survey
+from collections.abc import Sequence
+from feasibee.sweeps.schema import Kind
+
+
 
 Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]
 
@@ -398,3 +406,107 @@ def _is_right(results: SimpleNamespace, true: int) -> NDArray[np.bool_]:
 def _visit(entry: Entry, results: SimpleNamespace) -> None:
     with suppress(FeasibeeError):  # a strategy that isn't installed here isn't damage
         stored_point(entry)
+
+
+class StoredPoint(NamedTuple):
+    """A point in the journal."""
+
+    id: int
+    hash: str
+    seed: int
+    truth: bool
+    values: dict[str, Any]
+    scenario: Scenario
+    """With the text of the strategy's file from the journal, which isn't run without the user's consent."""
+    until: dict[str, float] | None
+    """Stopping rule that chose the number of runs, if any."""
+    source: int | None
+    """Number of the text of its strategy's file, if any."""
+
+
+def stored_point(entry: Entry) -> StoredPoint:
+    """Return a point from its row; compute its truth again, and raise `Damage` if it differs."""
+    scenario = Scenario.from_tables(json.loads(entry.scenario), source=entry.text, trusted=False)
+    if truth(scenario) != entry.truth:
+        raise Damage("its truth")
+    return StoredPoint(
+        entry.id,
+        entry.hash,
+        int(entry.seed),
+        bool(entry.truth),
+        json.loads(entry.vary),
+        scenario,
+        json.loads(entry.until or "null"),
+        entry.source,
+    )
+
+
+class MemoryJournal(Journal):
+    """A journal that is gone when it is closed; it reads and writes as one in a folder does."""
+
+    def __init__(self) -> None:
+        self._begin(Path(":memory:"))
+        self._database = sqlite3.connect(":memory:", isolation_level=None)
+        self._make_tables()
+
+    def _seal(self) -> None:
+        """Do nothing: a seal finds what a file has lost."""
+
+
+FOLDER = ".rescue"
+
+
+def rescue(database: sqlite3.Connection, found: Survey) -> tuple[Path, str]:
+    """Copy the undamaged part of a journal into a new file; the caller holds the journal's lock.
+
+    Points keep their numbers. A sweep computes again what is lost.
+
+    Returns
+    -------
+    Path
+        The new file, alone in a folder.
+    str
+        What was damaged, and the number of runs that are kept.
+    """
+    folder = found.folder / FOLDER
+    shutil.rmtree(folder, ignore_errors=True)  # left by an attempt that was killed
+    kept = 0
+    with Journal(make_folder(folder), write=True) as fresh:
+        for entry in found.inventory.entries:
+            with fresh.transaction():
+                fresh.store(entry)
+                for kind in Kind:
+                    for rows in content.good_chunks(database, kind, entry.id):
+                        fresh.put(kind, entry.id, rows, "itself")
+                        kept += len(rows) if kind is Kind.RUNS else 0
+        fresh.outdo(found.inventory.commits)
+    for name in (LOCK, SEAL):
+        (folder / name).unlink(missing_ok=True)
+    return folder / NAME, f"{found.folder / NAME}: damaged: {found.harm}; {kept} undamaged runs are kept"
+
+
+def merge(journal: Journal, folders: Sequence[Path]) -> int:
+    """Copy all runs and curves of the journals in some folders; return the number of new runs.
+
+    Raises
+    ------
+    FeasibeeError
+        If a journal is damaged, or two journals differ in a run; then nothing is copied.
+    """
+    new = 0
+    with journal.transaction():
+        for folder in folders:
+            with Journal(folder) as other:
+                new += _take(journal, other)
+    return new
+
+
+def _take(journal: Journal, other: Journal) -> int:
+    entries, origin, new = other.entries(), str(other.folder), 0
+    numbers = journal.enter(entries, origin)
+    for number, entry in zip(numbers, entries, strict=True):
+        for kind in Kind:
+            for rows in other.chunks(kind, entry.id):
+                taken = journal.put(kind, number, rows, origin)
+                new += taken if kind is Kind.RUNS else 0
+    return new
