@@ -1,4 +1,4 @@
-"""Robustness: the paper's Fig. 3 in seven worlds closer to those of robots at work."""
+"""Robustness: the paper's Fig. 3 in six worlds closer to those of robots at work."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "10 % message loss": {"radio": {"loss": 0.1}},
     "10 % Byzantine": {"faults": {"byzantine": 0.1}},
     "both clustered": {"robots": {"placement": "clusters"}, "tasks": {"placement": "clusters"}},
-    "robots in a corner": {"robots": {"placement": "corner"}},
     MIXED: {
         "robots": {
             "classes": [
