@@ -17,15 +17,13 @@ from feasibee.results.measures import MEASURES, tracking
 from feasibee.results.statistics import mean_difference, mean_of, paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.advice import sections
 from feasibee.studies.assess import assess
-from feasibee.studies.comparison import compare, contenders_of, difference
-from feasibee.studies.comparison_files import write_comparison
+from feasibee.studies.comparison import compare, contenders_of, difference, write_comparison
 from feasibee.studies.limits import limits
-from feasibee.studies.objectives import Objective, Scored, objective_for
 from feasibee.studies.recommend import recommend
-from feasibee.studies.report import write_report
+from feasibee.studies.report import sections, write_report
 from feasibee.studies.size import size
+from feasibee.studies.tuning import Objective, Scored, objective_for
 
 CHANGING = Scenario.from_toml(TOML)
 MEASURED = {"right_share", "detection_delay", "missed", "false_alarms"}

@@ -19,18 +19,14 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
-from feasibee.results.crossing import Rule
 from feasibee.scenario.runs import RUNS_APART
 from feasibee.studies.assess import assess
 from feasibee.studies.comparison import compare, contenders_of
-from feasibee.studies.paper import TASKS, run_study
-from feasibee.studies.recommend import recommend
-from feasibee.studies.recommendation import Constraints
-from feasibee.studies.robustness import PLACES, WORLDS, simulate_panels
-from feasibee.studies.sensitivity import sensitivities
-from feasibee.studies.size import size
+from feasibee.studies.paper import PLACES, TASKS, WORLDS, run_study, simulate_panels
+from feasibee.studies.recommend import Constraints, recommend
+from feasibee.studies.size import Rule, size
 from feasibee.studies.space import dimensions
-from feasibee.studies.tuning import _finalists, tune
+from feasibee.studies.tuning import _finalists, sensitivities, tune
 from feasibee.sweeps import executors, schedule
 from feasibee.sweeps.executors import WorkerPool
 from feasibee.sweeps.journal import Journal
