@@ -4,11 +4,25 @@ from __future__ import annotations
 
 import shutil
 import signal
+import subprocess
+import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+COMPILE = """
+import sys
+from feasibee import Scenario
+from feasibee.simulation.loading import load_engine
+from feasibee.strategies import STRATEGIES
+half = int(sys.argv[1])
+for boundary, robots in (("torus", 33), ("walls", 32)) if half else (("walls", 33), ("torus", 32)):
+    load_engine(Scenario(arena={"boundary": boundary}, robots={"count": robots}))
+for name in list(STRATEGIES)[half::2]:
+    load_engine(Scenario(robots={"know_count": True}, decision={"strategy": name}))
+"""
+"""Compile half of what most tests need; both halves take equally long."""
 
 
 def pytest_configure(config):
@@ -36,7 +50,14 @@ def pytest_configure(config):
     settings.load_profile("tests")
 
 
-@pytest.fixture(scope="module")
+def pytest_sessionstart(session):
+    """Compile the engines once, in two processes: workers would all compile the same at the same time."""
+    if getattr(session.config.option, "numprocesses", None):  # not in a worker, nor without workers
+        for half in [subprocess.Popen([sys.executable, "-c", COMPILE, half]) for half in "01"]:
+            assert half.wait() == 0
+
+
+@pytest.fixture(scope="module")  # for a whole session, its event loop would be in the way of others
 def browser():
     """A real browser; without one, what needs it is skipped."""
     api = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed")

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 import feasibee
+from feasibee.results.measures import tracking
 from feasibee.results.responding import fixed_service, judgement
-from feasibee.results.tracking import tracking
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 

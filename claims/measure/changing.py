@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import feasibee
-from feasibee.results.tracking import changes_of, tracking
+from feasibee.results.measures import changes_of, tracking
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 

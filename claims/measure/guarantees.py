@@ -11,7 +11,7 @@ from typing import Any
 from scipy.stats import beta
 
 import feasibee
-from feasibee.results.declarations import declared_right, declared_wrong
+from feasibee.results.measures import declared_right, declared_wrong
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import turns

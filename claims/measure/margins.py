@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import feasibee
-from feasibee.results.tracking import changes_of
+from feasibee.results.measures import changes_of
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies.fading import tau_of

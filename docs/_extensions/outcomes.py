@@ -1,4 +1,4 @@
-"""The table of a run's outcomes, from `feasibee.model.outcomes`, so that it can't go stale."""
+"""The tables of a run's outcomes and of measures, from the package's own, so that they can't go stale."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES
+from feasibee.results.measures import MEASURES
 
 
 class Outcomes(SphinxDirective):
@@ -29,7 +30,21 @@ def lines() -> Iterator[str]:
             yield f"| `{each.name}` | {per} | {each.dtype} | {each.unit or 'code'} | {each.meaning}{needs} |"
 
 
+class Measures(SphinxDirective):
+    """All measures, a row for each."""
+
+    def run(self) -> list[nodes.Node]:
+        """Return the table."""
+        rows = ["| measure | unit | what it is | `tune --for` |", "|---|---|---|---|"]
+        for each in MEASURES.values():
+            needs = f"; only with {each.needs.words}" if each.needs else ""
+            tuned = "yes" if each.values else ""
+            rows.append(f"| `{each.name}` | {each.unit} | {each.words}{needs} | {tuned} |")
+        return self.parse_text_to_nodes("\n".join(rows))
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive."""
     app.add_directive("outcomes", Outcomes)
+    app.add_directive("measures", Measures)
     return {"parallel_read_safe": True}

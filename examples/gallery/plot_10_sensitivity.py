@@ -8,8 +8,8 @@ and 10 tasks at each. The figure shows rank correlations with the share of the s
 """
 
 import feasibee
-from feasibee.studies.sensitivity import draw_sensitivities, sensitivities
 from feasibee.studies.space import dimensions
+from feasibee.studies.tuning import draw_sensitivities, sensitivities
 
 scenario = feasibee.Scenario(tasks={"count": 10})
 space = dimensions(

@@ -41,4 +41,4 @@ figure = draw_map(shares_by_cell(points, x, y, "accuracy"), x, y, "accuracy")
 print(f"{done.points} points, {done.runs_done} runs")
 for point in points:
     if point.row.values["tasks.count"] == 100:
-        print(f"range {point.row.values['sensing.range']}: step {point.times.median}")
+        print(f"range {point.row.values['sensing.range']}: step {point.found.times.median}")

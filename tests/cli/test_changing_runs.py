@@ -11,8 +11,7 @@ import pytest
 from commands import invoke, refused_in_a_line
 
 from feasibee import Scenario, open_results
-from feasibee.results.judging import decided_right, mean_bits
-from feasibee.results.tracking import measures_of_runs, tracking
+from feasibee.results.measures import decided_right, mean_bits, measures_of_runs, tracking
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 

@@ -30,8 +30,7 @@ from feasibee import (
 from feasibee.cli import main
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.paper import reproduce
-from feasibee.studies.robustness import reproduce_beyond
+from feasibee.studies.paper import reproduce, reproduce_beyond
 
 KEYS = {
     "runs",

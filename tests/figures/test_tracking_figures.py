@@ -19,8 +19,7 @@ from feasibee.figures.tracking import (
 )
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
-from feasibee.results.replicates import Quartiles
-from feasibee.results.tracking import quartiles_of_present
+from feasibee.results.statistics import Quartiles, quartiles_of_present
 
 SCENARIO = Scenario(run={"steps": 9}, events=[{"step": 4, "tasks": 5}])
 TRUTH = np.array([[1] * 4 + [0] * 6] * 2, np.int8)

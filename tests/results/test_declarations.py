@@ -11,14 +11,8 @@ from declaring import declaring
 from feasibee import Scenario
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
-from feasibee.results.declarations import (
-    declarations,
-    declare_times,
-    declared_right,
-    declared_wrong,
-)
-from feasibee.results.judging import ended_right
-from feasibee.results.statistics import wilson
+from feasibee.results.measures import declarations, declared_right, declared_wrong, ended_right
+from feasibee.results.statistics import declare_times, wilson
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +76,7 @@ def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(quie
         declared_infeasible=[0] * 7 + [1, 0, 0],
         declare_step=[*range(101, 109), -1, -1],
     )
-    found = declarations(record, quiet, True)
+    found = declarations(record, quiet)
     assert (found.ok, found.wrong) == (wilson(7, 10), wilson(1, 10))
     assert found.step_90 == declare_times(record.declare_step)
     assert (found.step_90.median, found.step_90.p95) == (105, None)
@@ -96,13 +90,13 @@ def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(quie
             "p95_interval": [108, None],
         },
     }
-    again = declarations(to_dataset(record, quiet, 0), quiet, True)
+    again = declarations(to_dataset(record, quiet, 0), quiet)
     assert again == found
 
 
 def test_without_declare_or_runs_there_are_no_statistics(quiet):
-    assert declarations(record_of(declared_feasible=[20]), Scenario(), True) is None
-    assert declarations(Record.empty(0, 0, 0), quiet, True) is None
+    assert declarations(record_of(declared_feasible=[20]), Scenario()) is None
+    assert declarations(Record.empty(0, 0, 0), quiet) is None
 
 
 # --- Quantiles ---

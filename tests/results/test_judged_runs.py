@@ -7,7 +7,7 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario, simulate
 from feasibee.model.record import Record
-from feasibee.results.judging import decided_right, ended_agreed, ended_right, mean_bits, robot_steps
+from feasibee.results.measures import decided_right, ended_agreed, ended_right, mean_bits, robot_steps
 from feasibee.studies.comparison import compare
 
 CHANGING = Scenario(run={"steps": 3}, events=[{"step": 2, "tasks": 5}])

@@ -10,25 +10,25 @@ import pytest
 from scipy.stats import norm
 
 from feasibee import Scenario, decision_times, wilson
-from feasibee.results.replicates import (
-    Quartiles,
-    event_rate,
-    mean_difference,
-    mean_of,
-    mean_share,
-    quartiles,
-)
-from feasibee.results.statistics import paired_difference
-from feasibee.results.tracking import (
+from feasibee.results.measures import (
     changes_of,
     false_alarms_of,
     measures_of_runs,
-    quartiles_of_present,
     right_shares,
     right_steps_of,
     steps_of,
     tracking,
     truth_intervals,
+)
+from feasibee.results.statistics import (
+    Quartiles,
+    event_rate,
+    mean_difference,
+    mean_of,
+    mean_share,
+    paired_difference,
+    quartiles,
+    quartiles_of_present,
 )
 
 CODES = {"F": 1, "I": 0, ".": -1}

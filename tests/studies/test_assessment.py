@@ -14,24 +14,27 @@ from scipy import stats
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
-from feasibee.results.crossing import Rule
-from feasibee.results.declarations import declarations
+from feasibee.results.measures import declarations
 from feasibee.results.statistics import Interval, paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.advice import _declared, bias_in_words, sections
 from feasibee.studies.assess import assess, changes_of, faults_of
-from feasibee.studies.comparison import compare
+from feasibee.studies.comparison import compare, percent, wait_for
 from feasibee.studies.findings import Trial
-from feasibee.studies.needs import asked_of
-from feasibee.studies.objectives import Objective, Scored
-from feasibee.studies.report import write_report
-from feasibee.studies.sensitivity import Sensitivity, latin_hypercube, sensitivities, spearman
-from feasibee.studies.shares import percent, wait_for
-from feasibee.studies.size import band_within
+from feasibee.studies.needs import asked_of, suitable
+from feasibee.studies.report import _declared, bias_in_words, sections, write_report
+from feasibee.studies.size import Rule, band_within
 from feasibee.studies.space import Dimension, dimensions
-from feasibee.studies.suitable import suitable
-from feasibee.studies.tuning import _judge, tune
+from feasibee.studies.tuning import (
+    Objective,
+    Scored,
+    Sensitivity,
+    _judge,
+    latin_hypercube,
+    sensitivities,
+    spearman,
+    tune,
+)
 from feasibee.sweeps.sweep import Execution, Rounds
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
@@ -59,7 +62,7 @@ def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
 def test_declarations_are_assessed(tmp_path):
     found = assess(declaring(tmp_path, quiet=20.0, run={"steps": 150}), runs=6, seed=1)
     record = simulate_record(found.scenario, Runs(6, 1))
-    expected = declarations(record, found.scenario, True)
+    expected = declarations(record, found.scenario)
     told = found.to_dict()
     assert told["declared"] == expected.to_dict()
     assert {each["name"]: each["declared"] for each in told["strategies"]}["dmmd"] is None
@@ -235,7 +238,7 @@ def test_points_of_a_hypercube_lie_anywhere_in_their_slices():
 
 
 def test_the_interval_of_a_rank_correlation_is_that_of_resampled_points(monkeypatch):
-    monkeypatch.setattr("feasibee.studies.sensitivity.RESAMPLES", 99)
+    monkeypatch.setattr("feasibee.studies.tuning.RESAMPLES", 99)
     pair = np.random.default_rng(4).integers(0, 9, (2, 60)).astype(float)
     drawn = np.random.default_rng(5).integers(0, 60, (99, 60))
     resampled = [stats.spearmanr(*pair[:, rows]).statistic for rows in drawn]
@@ -251,7 +254,7 @@ def test_fields_are_in_the_order_of_their_strength_and_each_point_has_runs_of_it
             for each in share.values()
         ]
 
-    monkeypatch.setattr("feasibee.studies.sensitivity.scored", scored)
+    monkeypatch.setattr("feasibee.studies.tuning.scored", scored)
     space = [Dimension(f"decision.{name}", 2, 50) for name in ("exploration", "gain")]
     found, _, _ = sensitivities(HARD, space, 20, 4)
     assert [each.path for each in found] == ["decision.gain", "decision.exploration"]

@@ -13,20 +13,17 @@ from commands import invoke, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.model.record import Record
-from feasibee.results.replicates import mean_difference, mean_of
-from feasibee.results.statistics import paired_difference
-from feasibee.results.tracking import tracking
+from feasibee.results.measures import MEASURES, tracking
+from feasibee.results.statistics import mean_difference, mean_of, paired_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.advice import sections
 from feasibee.studies.assess import assess
-from feasibee.studies.comparison import compare, contenders_of, difference
-from feasibee.studies.comparison_files import write_comparison
+from feasibee.studies.comparison import compare, contenders_of, difference, write_comparison
 from feasibee.studies.limits import limits
-from feasibee.studies.objectives import MEASURES, Scored, objective_for
 from feasibee.studies.recommend import recommend
-from feasibee.studies.report import write_report
+from feasibee.studies.report import sections, write_report
 from feasibee.studies.size import size
+from feasibee.studies.tuning import Objective, Scored, objective_for
 
 CHANGING = Scenario.from_toml(TOML)
 MEASURED = {"right_share", "detection_delay", "missed", "false_alarms"}
@@ -124,12 +121,12 @@ def test_a_score_is_larger_if_better_and_worst_if_it_must_not_be_chosen():
 
 def test_gains_are_positive_if_better():
     now, before = np.array([50.0, 70.0, np.nan, 40.0]), np.array([60.0, 100.0, 90.0, np.nan])
-    assert MEASURES["detection_delay"].gain(now, before) == mean_of([10.0, 30.0])
-    assert MEASURES["right_share"].gain(np.array([0.9, 0.8]), np.array([0.5, 0.6])).estimate == pytest.approx(
-        0.3
-    )
+    assert Objective("detection_delay").gain(now, before) == mean_of([10.0, 30.0])
+    assert Objective("right_share").gain(
+        np.array([0.9, 0.8]), np.array([0.5, 0.6])
+    ).estimate == pytest.approx(0.3)
     ones = np.array([1.0, 1.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    assert MEASURES["right_at_end"].gain(*ones) == paired_difference(*ones)
+    assert Objective("right_at_end").gain(*ones) == paired_difference(*ones)
 
 
 def test_delays_of_a_run_are_averaged_and_a_missed_change_counts_as_long_as_it_was_watched():

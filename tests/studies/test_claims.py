@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import wilson
-from feasibee.studies.claims import CANNOT_TELL, FAILS, HOLDS, RatioSummary, check_claims
+from feasibee.studies.paper import CANNOT_TELL, FAILS, HOLDS, RatioSummary, check_claims
 
 ROBOTS = 20
 TASKS = (2, 4, 8, 10, 20, 40, 50, 100, 200)
@@ -69,7 +69,7 @@ def check(seed=1, **changes):
 @pytest.fixture
 def few_resamples(monkeypatch):
     """Where the resampled claim isn't looked at."""
-    monkeypatch.setattr("feasibee.studies.claims.RESAMPLES", 5)
+    monkeypatch.setattr("feasibee.studies.paper.RESAMPLES", 5)
 
 
 def with_share(at, share):
@@ -120,7 +120,7 @@ def test_intervals_hold_their_estimate_and_verdicts_follow_from_them(shares, und
     by_ratio = dict(zip((ROBOTS / number for number in TASKS), shares, strict=True))
     bars = {"feasible": 0.75, "infeasible": 0.75, "diverging": 0.25, "earlier": 0.0, "narrower": 0.0}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("feasibee.studies.claims.RESAMPLES", 20)
+        patch.setattr("feasibee.studies.paper.RESAMPLES", 20)
         claims = check(seed, shares=by_ratio.get, undecided=undecided, runs=runs)
     json.dumps([asdict(claim) for claim in claims.values()], allow_nan=False)
     for name, claim in claims.items():

@@ -26,9 +26,9 @@ from feasibee.studies.comparison import (
     mean_bits,
     outcome_of,
     overall,
+    write_comparison,
 )
-from feasibee.studies.comparison_files import write_comparison
-from feasibee.studies.suitable import suitable
+from feasibee.studies.needs import suitable
 
 SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})
 

@@ -14,7 +14,7 @@ from feasibee import FeasibeeError, Scenario
 from feasibee.figures.frontier import BANDS, DECLARES, Panel, Word, draw_frontier
 from feasibee.scenario.runs import RUNS_APART, Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.frontier import (
+from feasibee.studies.limits import (
     CONTENDERS,
     RULE,
     Contender,

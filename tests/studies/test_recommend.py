@@ -11,11 +11,20 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
-from feasibee.results.crossing import Finding
 from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies.comparison import compare
-from feasibee.studies.recommend import _without_supersets, opposite_of, recommend, world_of
-from feasibee.studies.recommendation import Candidate, Constraints, Measured, Relaxation, ranked
+from feasibee.studies.recommend import (
+    Candidate,
+    Constraints,
+    Measured,
+    Relaxation,
+    _without_supersets,
+    opposite_of,
+    ranked,
+    recommend,
+    world_of,
+)
+from feasibee.studies.size import Finding
 from feasibee.sweeps.sweep import Execution
 
 ROOM = Scenario(

@@ -13,7 +13,7 @@ from feasibee import FeasibeeError, decision_counts, decision_times, simulate, t
 from feasibee.cli import main
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import RUNS_APART
-from feasibee.studies.robustness import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
+from feasibee.studies.paper import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
 from feasibee.sweeps import executors
 from feasibee.sweeps.schema import LOCK, NAME, SEAL
 from feasibee.sweeps.sweep import Execution

@@ -9,12 +9,21 @@ from click.testing import CliRunner
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
-from feasibee.results.crossing import Crossing, Finding, Rule
 from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies import size as size_module
 from feasibee.studies.comparison import compare
-from feasibee.studies.size import Swarms, size
-from feasibee.studies.sizing import Band, Edge, Sizing, band_sentence, edge_sentence
+from feasibee.studies.size import (
+    Band,
+    Crossing,
+    Edge,
+    Finding,
+    Rule,
+    Sizing,
+    Swarms,
+    band_sentence,
+    edge_sentence,
+    size,
+)
 from feasibee.studies.space import ladder
 from feasibee.sweeps.sweep import Execution
 

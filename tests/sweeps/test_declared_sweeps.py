@@ -9,16 +9,13 @@ import pytest
 from commands import invoke
 from declaring import declaring
 
-from feasibee.figures.sweep import SHARES
-from feasibee.results.declarations import declarations, declare_times
-from feasibee.results.judging import ended_right
-from feasibee.results.statistics import confidence_sequence, wilson
+from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_right, together
+from feasibee.results.statistics import confidence_sequence, declare_times, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps.exports import to_dataframe
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
-from feasibee.sweeps.table import TRACKED, share_of, summaries
+from feasibee.sweeps.table import summaries, to_dataframe
 
 TRUTHS = {"quiet": True, "crowded": False, "dmmd": True}
 
@@ -53,7 +50,7 @@ def test_status_has_the_declarations_of_each_point(folder, scenarios):
         right = ended_right(record, scenario, TRUTHS[name])
         assert told[name]["right_at_end"] == wilson(int(right.sum()), 30)._asdict()
         if name != "dmmd":
-            found = declarations(record, scenario, TRUTHS[name])
+            found = declarations(record, scenario)
             assert 0 < found.wrong.estimate < 1
             assert told[name]["declared"] == found.to_dict()
 
@@ -64,7 +61,7 @@ def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_
         (number,) = journal.add([DesignPoint({}, quiet)], 5, StoppingRule(0.5, None, 30))
         record = simulate_record(quiet, Runs(30, 5))
         journal.write([(number, record)])
-        (found,) = summaries(journal)
+        found = summaries(journal)[0].found
     runs = int((record.declared_infeasible > 0).sum())
     assert found.declared.wrong == confidence_sequence(runs, 30)
     assert found.declared.step_90 == declare_times(record.declare_step)
@@ -72,15 +69,15 @@ def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_
 
 def test_a_figure_may_show_declarations(folder, tmp_path):
     with Journal(folder) as journal:
-        points = summaries(journal)
-    for show in SHARES.keys() - set(TRACKED):
+        points = [each.found for each in summaries(journal)]
+    for show in MEASURES.keys() - set(TRACKED):
         words = ("--x", "tasks.count", "--show", show, "--out", tmp_path / "a.png")
         assert invoke("results", "plot", folder, *words).exit_code == 0
         known = [each for each in points if show in each.counts]
         total = sum(each.counts[show] for each in known)
-        assert share_of(points, show) == wilson(total, 30 * len(known))
+        assert together(points, show) == wilson(total, 30 * len(known))
         assert len(known) == (2 if show.startswith("declared") else 3)
-    assert np.isnan(share_of(points[2:], "declared_ok").estimate)
+    assert np.isnan(together(points[2:], "declared_ok").estimate)
 
 
 def test_an_export_has_all_outcomes(folder):

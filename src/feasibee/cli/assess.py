@@ -25,7 +25,7 @@ from feasibee.cli.options import (
 from feasibee.cli.size import right_option
 
 if TYPE_CHECKING:
-    from feasibee.studies.assessment import Assessment
+    from feasibee.studies.assess import Assessment
 
 
 @click.command()
@@ -93,7 +93,7 @@ def assess(
 
 
 def _print(assessment: Assessment, report: Path | None) -> None:
-    from feasibee.studies.advice import sections
+    from feasibee.studies.report import sections
 
     for section in sections(assessment):
         click.echo(section.title)

@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from feasibee.scenario.scenario import Scenario
-    from feasibee.studies.frontier import Spoken
-    from feasibee.studies.limits import Limits
+    from feasibee.studies.limits import Limits, Spoken
 
 ALONE = ("none",)
 """What stands for strategies if only the limits are asked for."""
@@ -41,9 +40,8 @@ def compare_with_limits(
     """Simulate strategies and limits of their worlds; write and print both."""
     from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
-    from feasibee.studies.frontier import contenders_named, designs_of, limits_near, tasks_near
-    from feasibee.studies.frontier import frontier as simulate_all
-    from feasibee.studies.limits import oracle_world
+    from feasibee.studies.limits import contenders_named, designs_of, limits_near, oracle_world, tasks_near
+    from feasibee.studies.limits import frontier as simulate_all
 
     alone = strategies == ALONE
     numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
@@ -73,7 +71,7 @@ def compare_with_limits(
 def _write(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limits]) -> None:
     from feasibee.figures.limits import draw_limits
     from feasibee.figures.style import save_both
-    from feasibee.studies.frontier import write_frontier, write_limits
+    from feasibee.studies.limits import write_frontier, write_limits
 
     write_limits(folder / "limits.csv", bounds)
     if found:

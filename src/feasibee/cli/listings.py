@@ -33,7 +33,7 @@ def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> No
       feasibee strategies
       feasibee strategies mine.toml --json
     """
-    from feasibee.studies.suitable import all_strategies
+    from feasibee.studies.needs import all_strategies
 
     base = read_scenario(file, changes)
     rows = [_strategy(base, name) for name in all_strategies(base)]
@@ -96,7 +96,7 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     from feasibee.errors import ScenarioError
     from feasibee.scenario.messages import message_bits
     from feasibee.scenario.plugins import manifest_of
-    from feasibee.studies.suitable import strategy_change
+    from feasibee.studies.needs import strategy_change
 
     manifest, own = manifest_of(name), scenario.decision.strategy
     changes = strategy_change(scenario, name)

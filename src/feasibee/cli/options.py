@@ -54,6 +54,20 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class MeasureChoice(click.Choice[str]):
+    """The names of measures, which are loaded only when they are needed."""
+
+    def __init__(self, improvable: bool) -> None:
+        self.improvable, self.case_sensitive = improvable, True
+
+    @property
+    def choices(self) -> Sequence[str]:  # type: ignore[override]
+        """All measures, or those that a search may improve."""
+        from feasibee.results.measures import MEASURES
+
+        return [name for name, each in MEASURES.items() if each.values or not self.improvable]
+
+
 file_type = NamedPath(dir_okay=False, path_type=Path)
 folder_type = NamedPath(file_okay=False, path_type=Path)
 path_type = NamedPath(path_type=Path)

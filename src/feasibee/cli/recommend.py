@@ -23,7 +23,7 @@ from feasibee.cli.options import (
 from feasibee.cli.size import right_option
 
 if TYPE_CHECKING:
-    from feasibee.studies.recommendation import Recommendation
+    from feasibee.studies.recommend import Recommendation
 
 
 @click.command()
@@ -80,8 +80,8 @@ def recommend(
       feasibee recommend mine.toml --no-names --strategies dmmd,average,mine.py
     """
     from feasibee.scenario.runs import Runs
+    from feasibee.studies.recommend import Constraints
     from feasibee.studies.recommend import recommend as test_all
-    from feasibee.studies.recommendation import Constraints
 
     scenario = read_scenario(file, changes, {"run.steps": steps})
     constraints = Constraints(right, bits, message_bits, not no_ids, not no_names, liars, stopped)
@@ -95,7 +95,7 @@ def recommend(
 
 
 def _print(found: Recommendation) -> None:
-    from feasibee.studies.recommendation import described
+    from feasibee.studies.recommend import described
 
     if found.ranking:
         click.echo(f"Right in at least {100 * found.constraints.right:g} % of the swarms, the best first:")

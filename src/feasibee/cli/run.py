@@ -27,6 +27,7 @@ from feasibee.files import FIGURES, RESULTS
 
 if TYPE_CHECKING:
     from feasibee.model.record import Record
+    from feasibee.results.statistics import Quartiles
     from feasibee.scenario.scenario import Scenario
 
 
@@ -112,34 +113,30 @@ def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[
 
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
-    from feasibee.model.codes import MODEL_VERSION
-    from feasibee.results.declarations import declarations
-    from feasibee.results.judging import decided_right, ended_right, mean_bits
-    from feasibee.results.statistics import decision_counts, decision_rates, decision_times, wilson
+    from feasibee.model.codes import DECISIONS, MODEL_VERSION
+    from feasibee.results.measures import measured, together, tracked
     from feasibee.scenario.feasibility import truth
 
-    times = decision_times(record.decision_step)
-    feasible = truth(scenario)
-    first, last = decided_right(record, scenario), ended_right(record, scenario)
-    declared = declarations(record, scenario, feasible)
+    found = measured(record, scenario)
+    names = ("accuracy", "right_at_end", *DECISIONS.values())
+    shares = {name: together([found], name)._asdict() for name in names}
     return {
-        "runs": record.runs,
-        **decision_counts(record.decision),
-        "decision_step": {"median": times.median, "q25": times.q25, "q75": times.q75},
-        "truth": "feasible" if feasible else "infeasible",
-        "accuracy": wilson(int(first.sum()), record.runs)._asdict(),
-        "right_at_end": wilson(int(last.sum()), record.runs)._asdict(),
-        "bits_per_robot_and_step": mean_bits(record, scenario),
-        **_tracked(record, scenario),
+        "runs": found.runs,
+        **{name: found.counts[name] for name in DECISIONS.values()},
+        "decision_step": _quartiles(found.times),
+        "truth": "feasible" if truth(scenario) else "infeasible",
+        **{name: shares.pop(name) for name in ("accuracy", "right_at_end")},
+        "bits_per_robot_and_step": found.bits,
+        **tracked(record, scenario),
         **_commitments(record, scenario),
-        **({} if declared is None else {"declared": declared.to_dict()}),
+        **({} if found.declared is None else {"declared": found.declared.to_dict()}),
         "seed": seed,
         "first_run": record.first_run,
         "scenario": scenario.to_dict(),
         "scenario_hash": scenario.hash,
         "version": version("feasibee"),
         "model_version": MODEL_VERSION,
-        "rates": {name: rate._asdict() for name, rate in decision_rates(record.decision).items()},
+        "rates": shares,
     }
 
 
@@ -149,23 +146,18 @@ def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
 
     if scenario.decision.commit is None:
         return {}
-    times = decision_times(record.commit_step)
     robots = max(1, record.runs * scenario.counted(scenario.run.steps))
     return {
         "committed": {
             "feasible": int(record.committed_feasible.sum()) / robots,
             "infeasible": int(record.committed_infeasible.sum()) / robots,
-            "step": {"median": times.median, "q25": times.q25, "q75": times.q75},
+            "step": _quartiles(decision_times(record.commit_step)),
         }
     }
 
 
-def _tracked(record: Record, scenario: Scenario) -> dict[str, Any]:
-    """Return how the swarms tracked the truth, and when it changed, in a world that changes."""
-    from feasibee.results.tracking import tracking, truth_intervals
-
-    found = tracking(record, scenario)
-    return {} if found is None else {**found.to_dict(), "truth_intervals": truth_intervals(record.truth)}
+def _quartiles(times: Quartiles) -> dict[str, int | None]:
+    return {"median": times.median, "q25": times.q25, "q75": times.q75}
 
 
 def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:

@@ -26,7 +26,7 @@ from feasibee.cli.options import (
 from feasibee.files import FIGURES
 
 if TYPE_CHECKING:
-    from feasibee.studies.sizing import Sizing
+    from feasibee.studies.size import Sizing
 
 right_option = click.option(
     "--right",
@@ -94,10 +94,9 @@ def size(
     keep_matplotlib_in_cache()
     from feasibee.figures.sizing import draw_sizing
     from feasibee.figures.style import save_figure
-    from feasibee.results.crossing import Rule
     from feasibee.scenario.runs import Runs
+    from feasibee.studies.size import Rule, panels_of
     from feasibee.studies.size import size as search
-    from feasibee.studies.sizing import panels_of
 
     scenario = read_scenario(file, changes, {"decision.strategy": strategy, "run.steps": steps})
     Runs(runs, seed)  # raises before the search
@@ -114,7 +113,7 @@ def size(
 
 
 def _print(found: Sizing, plot: Path | None) -> None:
-    from feasibee.studies.sizing import sentences
+    from feasibee.studies.size import sentences
 
     for sentence in sentences(found):
         click.echo(wrapped(sentence))

@@ -27,10 +27,10 @@ from feasibee.errors import FeasibeeError
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from feasibee.results.declarations import Declarations
+    from feasibee.results.measures import Declarations
     from feasibee.scenario.scenario import Scenario
-    from feasibee.studies.claims import Claim
     from feasibee.studies.comparison import Outcome
+    from feasibee.studies.paper import Claim
 
 SUMS_CAPTION = (
     "right: share at the end (%), with its 95 % interval; difference: from {baseline}, in points, in the "
@@ -114,9 +114,8 @@ def compare(
     """
     keep_matplotlib_in_cache()
     from feasibee.files import make_folder
-    from feasibee.studies.comparison import as_dict, contenders_of
+    from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
-    from feasibee.studies.comparison_files import write_comparison
 
     _check_asked(limits, strategies, presets)
     scenario = read_scenario(file, changes)
@@ -150,7 +149,7 @@ def _check_asked(limits: bool, strategies: tuple[str, ...], presets: tuple[str, 
 
 def _tell_left_out(scenario: Scenario) -> None:
     """Name the built-in strategies that the scenario does not support, and why."""
-    from feasibee.studies.suitable import suitable
+    from feasibee.studies.needs import suitable
 
     for name, error in suitable(scenario)[1].items():
         click.echo(f"feasibee: left out {name}: {error}", err=True)
@@ -205,7 +204,7 @@ def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -
 
 
 def _beyond(folder: Path, runs: int, seed: int, workforce: Workforce) -> None:
-    from feasibee.studies.robustness import simulate_panels, summary, write_panels
+    from feasibee.studies.paper import simulate_panels, summary, write_panels
 
     with executing("Simulating beyond the paper", folder, workforce) as execution:
         points = simulate_panels(runs, seed, execution)

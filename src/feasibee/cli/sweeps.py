@@ -15,6 +15,7 @@ import click
 from feasibee.cli.completion import complete_field
 from feasibee.cli.execution import Workforce, executing, workforce_options
 from feasibee.cli.options import (
+    MeasureChoice,
     console,
     file_type,
     folder_type,
@@ -31,13 +32,6 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
-TRACKED = ("right_share", "detection_delay", "missed", "false_alarms")
-"""`feasibee.sweeps.table.TRACKED`, which is loaded only when it is needed."""
-SHOWN = (
-    *("accuracy", "right_at_end", "declared_ok", "declared_wrong", "feasible", "infeasible", "undecided"),
-    *TRACKED,
-)
-"""The keys of `feasibee.figures.sweep.SHARES` and of its ``OTHERS``, likewise."""
 _folder = click.argument("folder", type=folder_type, default=Path("results"))
 _field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
 
@@ -172,7 +166,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     names = [*fields, "seed"] if seeds else fields
     changing = any(point.row.scenario.dynamic for point in points)
     legend = [*LEGEND, *CHANGING_LEGEND] if changing else LEGEND
-    total = sum(point.runs for point in points)
+    total = sum(point.found.runs for point in points)
     click.echo(f"{folder}: {total} runs of {len(points)} points")
     rows = []
     for point in points:
@@ -212,22 +206,22 @@ def _table(names: Sequence[str], legend: Sequence[str], rows: Sequence[Sequence[
 
 def _numbers(point: Summary) -> list[str]:
     """Return the cells of a point that `LEGEND` names; empty ones if they are unknown."""
-    accuracy, middle = point.share("accuracy"), point.times.median
+    accuracy, middle = point.found.share("accuracy"), point.found.times.median
     shares = ["", "", ""]
     if accuracy is not None:
         shares = [
             f"{100 * accuracy.estimate:.1f}",
             f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
-            f"{100 * point.counts['undecided'] / point.runs:.1f}",
+            f"{100 * point.found.counts['undecided'] / point.found.runs:.1f}",
         ]
     truth = "feasible" if point.row.truth else "infeasible"
     truth = "changes" if point.row.scenario.dynamic else truth
-    return [truth, str(point.runs), *shares, "" if middle is None else str(middle)]
+    return [truth, str(point.found.runs), *shares, "" if middle is None else str(middle)]
 
 
 def _tracked_cells(point: Summary) -> list[str]:
     """Return the cells of a point that `CHANGING_LEGEND` names; empty ones if they are unknown."""
-    found = point.tracking
+    found = point.found.tracking
     if found is None:
         return [""] * len(CHANGING_LEGEND)
     median = found.detection_delay.median
@@ -276,21 +270,23 @@ def _sequential(points: Sequence[Summary]) -> str:
 
 def _as_json(point: Summary) -> dict[str, Any]:
     from feasibee.model.codes import DECISIONS
+    from feasibee.results.measures import TRACKED
 
-    shares = {name: point.share(name) for name in ("accuracy", "right_at_end")}
+    found = point.found
+    shares = {name: found.share(name) for name in ("accuracy", "right_at_end")}
     return {
         "values": point.row.values,
         "hash": point.row.hash,
         "seed": point.row.seed,
         "truth": "feasible" if point.row.truth else "infeasible",
-        "runs": point.runs,
+        "runs": found.runs,
         "until": point.row.until,
-        **{name: point.counts[name] for name in DECISIONS.values()},
+        **{name: found.counts[name] for name in DECISIONS.values()},
         **{name: share._asdict() if share else None for name, share in shares.items()},
-        "decision_step": point.times._asdict(),
-        "bits_per_robot_and_step": point.bits,
-        "declared": point.declared.to_dict() if point.declared else None,
-        **(point.tracking.to_dict() if point.tracking else dict.fromkeys(TRACKED)),
+        "decision_step": found.times._asdict(),
+        "bits_per_robot_and_step": found.bits,
+        "declared": found.declared.to_dict() if found.declared else None,
+        **(found.tracking.to_dict() if found.tracking else dict.fromkeys(TRACKED)),
     }
 
 
@@ -307,8 +303,8 @@ def export(folder: Path, out: Path | None) -> None:
       feasibee results export
       feasibee results export --out ratio.nc
     """
-    from feasibee.sweeps.exports import export as write
     from feasibee.sweeps.journal import Journal
+    from feasibee.sweeps.table import export as write
 
     target = out or folder / "runs.csv"
     with Journal(folder) as journal:
@@ -324,7 +320,7 @@ def export(folder: Path, out: Path | None) -> None:
 @_field("--y", help="Field along the vertical axis of a heat map.")
 @click.option(
     "--show",
-    type=click.Choice(SHOWN),
+    type=MeasureChoice(improvable=False),
     default="accuracy",
     show_default=True,
     help="Which share of the runs to draw, or measure of a world that changes.",
@@ -341,6 +337,7 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
     from feasibee.figures.sweep import draw_lines, draw_map
+    from feasibee.results.measures import MEASURES, TRACKED
     from feasibee.sweeps.journal import Journal
     from feasibee.sweeps.table import pooled_fields, shares_by_cell, shares_by_line, summaries, varied
 
@@ -349,14 +346,14 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
         raise FeasibeeError("--hue and --y: exclude each other; leave out one of them")
     with Journal(folder) as journal:
         found = summaries(journal)
-    points = [each for each in found if each.runs]
+    points = [each for each in found if each.found.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
-    points = [each for each in points if (each.run_counts if show in TRACKED else show in each.counts)]
+    needs = MEASURES[show].needs
+    points = [each for each in points if needs is None or needs.is_met(each.row.scenario)]
     if not points:
-        lacks = "no world" if show in TRACKED else "no robots"
-        does = "changes" if show in TRACKED else "declare"
-        raise FeasibeeError(f"--show {show}: {lacks} of {folder} {does}; use --show accuracy")
+        lacks = f"no world of {folder} changes" if show in TRACKED else f"no robots of {folder} declare"
+        raise FeasibeeError(f"--show {show}: {lacks}; use --show accuracy")
     check_output(target, FIGURES, "--out")
     others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
     over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)
@@ -379,7 +376,7 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
       feasibee results merge results part1 part2 part3
     """
     from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.merging import merge as merge_all
+    from feasibee.sweeps.journal import merge as merge_all
 
     for part in parts:
         Journal(part).close()  # an invalid one is reported before anything is written

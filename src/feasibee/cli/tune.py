@@ -11,6 +11,7 @@ import click
 from feasibee.cli.completion import complete_field
 from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
 from feasibee.cli.options import (
+    MeasureChoice,
     json_option,
     keep_matplotlib_in_cache,
     listed,
@@ -23,13 +24,9 @@ from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
-    from feasibee.studies.objectives import Objective
-    from feasibee.studies.sensitivity import Sensitivity
     from feasibee.studies.space import Dimension
-    from feasibee.studies.tuning import Tuned
+    from feasibee.studies.tuning import Objective, Sensitivity, Tuned
 
-MEASURES = ("right_at_end", "right_share", "detection_delay")
-"""The keys of `feasibee.studies.objectives.MEASURES`, which is loaded only when it is needed."""
 LEAST_POINTS = 10
 """Least number of points whose ranks say anything."""
 
@@ -54,7 +51,7 @@ LEAST_POINTS = 10
 @click.option(
     "--for",
     "measure",
-    type=click.Choice(MEASURES),
+    type=MeasureChoice(improvable=True),
     help="What to improve; by default right_at_end, and right_share in a world that changes.",
 )
 @click.option(
@@ -117,7 +114,7 @@ def tune(
             raise FeasibeeError("--sensitivity: improves nothing; leave out --for and --false-alarms")
         _vary(scenario, space, trials or 200, runs or 20, seed, workforce, out, as_json)
         return
-    from feasibee.studies.objectives import objective_for
+    from feasibee.studies.tuning import objective_for
 
     objective = objective_for(scenario, measure, false_alarms)
     _search(scenario, space, objective, trials or 60, runs or 200, seed, workforce, out, as_json)
@@ -206,7 +203,7 @@ def _vary(
     from feasibee.figures.style import save_figure
     from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
-    from feasibee.studies.sensitivity import draw_sensitivities, sensitivities
+    from feasibee.studies.tuning import draw_sensitivities, sensitivities
 
     if points < LEAST_POINTS:
         raise FeasibeeError(f"--trials {points}: must be at least {LEAST_POINTS} with --sensitivity")

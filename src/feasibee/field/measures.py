@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from feasibee.model.record import Record
-from feasibee.results.tracking import tracking, truth_intervals
+from feasibee.results.measures import tracked as measures_of
 from feasibee.scenario.scenario import Scenario
 
 
@@ -26,5 +26,4 @@ def tracked(scenario: Scenario, steps: Sequence[tuple[int, int]]) -> dict[str, A
         return {}
     record = Record.empty(0, 1, 0, len(steps))
     record.truth[0], record.held[0] = np.array(steps).T
-    found = tracking(record, scenario)
-    return {} if found is None else {**found.to_dict(), "truth_intervals": truth_intervals(record.truth)}
+    return measures_of(record, scenario)

@@ -19,8 +19,12 @@ from feasibee.figures.style import GREY, MARKERS, STYLE, Look, also_in_seconds, 
 from feasibee.figures.tracking import LIMITS, draw_truth, infeasible_share
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
 from feasibee.results.dataset import scenario_of
-from feasibee.results.statistics import Interval, decision_times, opinion_quartiles
-from feasibee.results.tracking import quartiles_of_present
+from feasibee.results.statistics import (
+    Interval,
+    decision_times,
+    opinion_quartiles,
+    quartiles_of_present,
+)
 from feasibee.scenario.runs import check_integer
 
 

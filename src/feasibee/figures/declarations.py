@@ -11,7 +11,8 @@ from feasibee.figures.style import Look, axes_for
 from feasibee.model.codes import COLOURS
 from feasibee.model.outcomes import DECLARES, OUTCOMES
 from feasibee.results.dataset import scenario_of
-from feasibee.results.declarations import declare_times, declared_wrong
+from feasibee.results.measures import declared_wrong
+from feasibee.results.statistics import declare_times
 from feasibee.scenario.feasibility import truth
 
 
@@ -38,7 +39,7 @@ def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         raise FeasibeeError("the results have no declarations; simulate a strategy that defines declare")
     feasible, steps = truth(scenario), scenario.run.steps
     declare_step = results["declare_step"].values
-    wrong = declared_wrong(results, scenario, feasible)
+    wrong = declared_wrong(results, scenario)
     right_name, wrong_name = ("feasible", "infeasible") if feasible else ("infeasible", "feasible")
     looks = {"rightly": Look(COLOURS[right_name]), "a robot wrongly": Look(COLOURS[wrong_name], dashes="--")}
     spoken = {"rightly": ~wrong, "a robot wrongly": wrong}

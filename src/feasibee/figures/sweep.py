@@ -1,4 +1,4 @@
-"""Figures of a sweep: a share of the runs against a field, as lines or as a heat map over two fields."""
+"""Figures of a sweep: a measure against a field, as lines or as a heat map over two fields."""
 
 from __future__ import annotations
 
@@ -12,26 +12,8 @@ from numpy.typing import NDArray
 
 from feasibee.figures.labels import label_ends, name_others
 from feasibee.figures.style import Look, are_spaced_by_ratio, figure, fill_band, looks, spaced_by_ratio
+from feasibee.results.measures import MEASURES
 from feasibee.results.statistics import Interval
-
-SHARES: Mapping[str, str] = {
-    "accuracy": "right decisions",
-    "right_at_end": "runs that are right at the end",
-    "declared_ok": "runs that declared rightly",
-    "declared_wrong": "runs with a robot that declared wrongly",
-    "feasible": "runs that decide feasible",
-    "infeasible": "runs that decide infeasible",
-    "undecided": "runs that stay undecided",
-    "right_share": "steps at which swarms are right",
-    "missed": "changes of truth that swarms missed",
-}
-"""What a share may be of, in words."""
-OTHERS: Mapping[str, str] = {
-    "detection_delay": "delay of detection (steps):\nmedian and quartiles",
-    "false_alarms": "false alarms per 1,000 steps",
-}
-"""Measures that aren't shares, in words and units."""
-LESS_IS_BETTER = ("detection_delay", "false_alarms", "missed")
 
 
 def draw_lines(
@@ -41,7 +23,7 @@ def draw_lines(
     show: str,
     over: Sequence[str] = (),
 ) -> Figure:
-    """Draw a share of the runs against a field, one line per value of another field, with 95 % bands.
+    """Draw a measure against a field, one line per value of another field, with 95 % bands.
 
     The best lines and the first are highlighted; the others are grey. The x axis is logarithmic if its values
     were spaced by ratio, or span a decade.
@@ -49,15 +31,15 @@ def draw_lines(
     Parameters
     ----------
     lines : mapping
-        By value of ``hue``, then of ``x``: a share of the runs, 0 to 1, or one of `OTHERS`.
+        By value of ``hue``, then of ``x``: the measure, shares from 0 to 1.
     x : str
         Name of the field along the horizontal axis.
     hue : str or None
         Name of the field with one line per value; None for a single line.
     show : str
-        What the share is of: a key of `SHARES`, or of `OTHERS`.
+        Name of the measure.
     over : sequence of str
-        Names of other fields, over whose values the shares are averaged.
+        Names of other fields, over whose values the measure is averaged.
     """
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
@@ -74,7 +56,7 @@ def draw_lines(
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(share[known[-1], 0]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=_label(show), ylim=(-2, 102) if show in SHARES else (0, None))
+        ax.set(xlabel=x, ylabel=_label(show), ylim=(-2, 102) if _scale(show) > 1 else (0, None))
         _say_averaged(ax, over)
         _say_never(ax, lines, show)
         if hue:
@@ -88,15 +70,16 @@ def _mean(line: Mapping[Any, Interval], show: str) -> float:
     mean = float(np.mean([each.estimate for each in line.values()]))
     if np.isnan(mean):
         return -np.inf
-    return -mean if show in LESS_IS_BETTER else mean
+    return -mean if MEASURES[show].less else mean
 
 
 def _scale(show: str) -> float:
-    return 100.0 if show in SHARES else 1.0
+    return 100.0 if MEASURES[show].unit == "%" else 1.0
 
 
 def _label(show: str) -> str:
-    return f"{SHARES[show]} (%)" if show in SHARES else OTHERS[show]
+    measure = MEASURES[show]
+    return f"{measure.label}:\n{measure.ends}" if measure.ends else measure.label
 
 
 def _draw_band(ax: Axes, values: Sequence[Any], share: NDArray[np.float64], look: Look) -> None:
@@ -118,7 +101,7 @@ def _say_never(ax: Axes, lines: Mapping[Any, Mapping[Any, Interval]], show: str)
     never = [
         _text(name) for name, line in lines.items() if all(np.isnan(each.estimate) for each in line.values())
     ]
-    if never and show == "detection_delay":
+    if never and MEASURES[show].ends:
         text = f"half of the changes never followed: {', '.join(never)}" if any(never) else "never"
         ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=7.5, color="0.35")
 
@@ -126,24 +109,24 @@ def _say_never(ax: Axes, lines: Mapping[Any, Mapping[Any, Interval]], show: str)
 def draw_map(
     cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: str, over: Sequence[str] = ()
 ) -> Figure:
-    """Draw a share of the runs over two fields.
+    """Draw a measure over two fields.
 
     Parameters
     ----------
     cells : mapping
-        By value of ``x`` and value of ``y``: a share of the runs, 0 to 1, or one of `OTHERS`.
+        By value of ``x`` and value of ``y``: the measure, shares from 0 to 1.
     x, y : str
         Names of the fields along the axes.
     show : str
-        What the share is of, as for `draw_lines`.
+        Name of the measure.
     over : sequence of str
-        Names of other fields, over whose values the shares are averaged.
+        Names of other fields, over whose values the measure is averaged.
     """
     columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
     shares = np.full((len(rows), len(columns)), np.nan)
     for (column, row), interval in cells.items():
         shares[rows.index(row), columns.index(column)] = _scale(show) * interval.estimate
-    top = 100.0 if show in SHARES else max(1e-9, float(np.nanmax(shares, initial=0)))
+    top = 100.0 if _scale(show) > 1 else max(1e-9, float(np.nanmax(shares, initial=0)))
     with figure(1.8 + 0.42 * len(columns), 1.2 + 0.32 * len(rows)) as (drawn, ax):
         image = ax.imshow(shares, origin="lower", aspect="auto", vmin=0, vmax=top, cmap="cividis")
         for row, column in np.argwhere(np.isfinite(shares)):

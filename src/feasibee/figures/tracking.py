@@ -26,8 +26,7 @@ from feasibee.figures.style import (
 )
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE
 from feasibee.results.dataset import scenario_of
-from feasibee.results.replicates import Quartiles
-from feasibee.results.statistics import pareto
+from feasibee.results.statistics import Quartiles, pareto
 
 SHADE: Final = 0.87
 """Grey of steps at which the tasks are infeasible; feasible ones are white."""

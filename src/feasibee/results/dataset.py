@@ -18,7 +18,7 @@ from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_c
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
-from feasibee.results.tracking import measures_of_runs
+from feasibee.results.measures import measures_of_runs
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 

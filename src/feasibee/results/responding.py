@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.results.replicates import mean_of, mean_share
-from feasibee.results.statistics import Interval
+from feasibee.results.statistics import Interval, mean_of, mean_share
 from feasibee.scenario.scenario import Scenario
 
 Counts = NDArray[np.int64]

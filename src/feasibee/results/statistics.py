@@ -1,4 +1,7 @@
-"""Statistics of decisions: rates with confidence intervals, paired differences, and times."""
+"""Statistics: rates with confidence intervals, paired differences, and times.
+
+The unit is the run: steps of one run depend on each other, runs don't.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,12 @@ from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE
 CONFIDENCE = 0.95
 MOST = 2**53
 """Largest number of runs, robots or steps: whole numbers are exact as floats up to here."""
+SHARES = (0.25, 0.5, 0.75)
+"""Shares of the events that quartiles bound."""
+ROUNDING = 1e-9
+"""A product of floats may exceed the exact share by so much."""
+NEVER = np.iinfo(np.int64).max
+"""Step that stands for never: later than any other."""
 
 
 class Interval(NamedTuple):
@@ -27,12 +36,21 @@ class Interval(NamedTuple):
     high: float
 
 
-class DecisionTimes(NamedTuple):
-    """First steps by which a quarter, half and three quarters of all runs had decided; None if never."""
+class Quartiles(NamedTuple):
+    """Steps by which a quarter, half and three quarters of all events had happened; None if never."""
 
     q25: int | None
     median: int | None
     q75: int | None
+
+
+class DeclareTimes(NamedTuple):
+    """Steps by which half and 95 % of all swarms had declared, with intervals; None is never."""
+
+    median: int | None
+    p95: int | None
+    median_interval: tuple[int | None, int | None]
+    p95_interval: tuple[int | None, int | None]
 
 
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
@@ -98,7 +116,7 @@ def decision_rates(decision: ArrayLike, confidence: float = CONFIDENCE) -> dict[
     return {name: wilson(count, sum(counts.values()), confidence) for name, count in counts.items()}
 
 
-def decision_times(decision_step: ArrayLike) -> DecisionTimes:
+def decision_times(decision_step: ArrayLike) -> Quartiles:
     """Return the quartiles of the decision step over all runs; undecided runs count as later than any step.
 
     Parameters
@@ -108,15 +126,15 @@ def decision_times(decision_step: ArrayLike) -> DecisionTimes:
 
     Returns
     -------
-    DecisionTimes
+    Quartiles
         The first step by which at least a quarter, half and three quarters of all runs had decided.
     """
     steps = _whole_numbers("decision_step", decision_step).astype(np.int64)
     if steps.size == 0:
-        return DecisionTimes(None, None, None)
-    ordered = np.sort(np.where(steps < 0, np.iinfo(np.int64).max, steps))
-    found = (int(ordered[math.ceil(share * steps.size) - 1]) for share in (0.25, 0.5, 0.75))
-    return DecisionTimes(*(step if step < np.iinfo(np.int64).max else None for step in found))
+        return Quartiles(None, None, None)
+    ordered = np.sort(np.where(steps < 0, NEVER, steps))
+    found = (int(ordered[math.ceil(share * steps.size) - 1]) for share in SHARES)
+    return Quartiles(*(step if step < NEVER else None for step in found))
 
 
 def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.float64]:
@@ -143,8 +161,25 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
     if counts.min(initial=0) < 0:
         held = np.maximum.accumulate(np.where(counts >= 0, np.arange(counts.shape[1]), 0), axis=1)
         counts = np.take_along_axis(counts, held, axis=1)
-    quartiles: NDArray[np.float64] = np.quantile(counts, (0.25, 0.5, 0.75), axis=0) * (100.0 / robots)
+    quartiles: NDArray[np.float64] = np.quantile(counts, SHARES, axis=0) * (100.0 / robots)
     return quartiles
+
+
+def quartiles_of_present(feasible_count: ArrayLike, robots_present: ArrayLike) -> NDArray[np.float64]:
+    """Return the quartiles over runs of the percentage of the robots present with opinion 1.
+
+    Parameters
+    ----------
+    feasible_count, robots_present : int32 array, shape (runs, steps + 1)
+        As in ``feasibee.model.record.Record``.
+
+    Returns
+    -------
+    float64 array, shape (3, steps + 1)
+        Lower quartile, median and upper quartile, in percent.
+    """
+    shares = 100.0 * np.asarray(feasible_count) / np.maximum(1, np.asarray(robots_present))
+    return np.asarray(np.quantile(shares, SHARES, axis=0))
 
 
 def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE) -> Interval:
@@ -185,6 +220,59 @@ def bits_per_robot_and_step(
     stops = _is_true("stop_at_decision", stop_at_decision)
     lasted = np.where(decided >= 0, decided, steps) if stops else np.full(decided.size, steps)
     return _sum(bits) / max(1, robots * _sum(lasted))
+
+
+def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:
+    """Return the median and the 95 % quantile of the step of declaring, with intervals by order statistics.
+
+    Parameters
+    ----------
+    declare_step : array of int, shape (runs,)
+        First step at which enough robots had declared; -1 counts as later than any step.
+    confidence : float
+        Confidence level, between 0 and 1.
+
+    References
+    ----------
+    David, Nagaraja, "Order Statistics", 2003, section 7.1.
+    """
+    steps = np.asarray(declare_step, np.int64)
+    if not steps.size:
+        return DeclareTimes(None, None, (None, None), (None, None))
+    ordered = np.sort(np.where(steps < 0, NEVER, steps))
+    (median, around_median), (p95, around_p95) = (
+        _quantile(ordered, percent, confidence) for percent in (50, 95)
+    )
+    return DeclareTimes(median, p95, around_median, around_p95)
+
+
+def _quantile(
+    ordered: NDArray[np.int64], percent: int, confidence: float
+) -> tuple[int | None, tuple[int | None, int | None]]:
+    """Return a quantile of steps in order, and its interval."""
+    middle = -(-percent * ordered.size // 100)
+    low, high = _ranks(ordered.size, percent / 100, (1 - confidence) / 2)
+
+    def at(rank: int) -> int | None:
+        if rank < 1:
+            return 0  # no step is earlier
+        step = int(ordered[rank - 1]) if rank <= ordered.size else NEVER
+        return None if step == NEVER else step
+
+    return at(middle), (at(low), at(high))
+
+
+def _ranks(runs: int, share: float, tail: float) -> tuple[int, int]:
+    """Return the ranks between which a quantile lies, except with a chance of ``tail`` on each side.
+
+    The number of runs below the quantile is binomial. A rank of 0 or above ``runs`` means no limit.
+    """
+    count = np.arange(1, runs + 1)
+    steps = np.log((runs - count + 1) / count) + np.log(share / (1 - share))
+    below = np.cumsum(np.exp(runs * np.log1p(-share) + np.r_[0.0, np.cumsum(steps)]))
+    low = int(np.searchsorted(below, tail, side="right"))  # most with P(fewer than low) <= tail
+    high = int(np.searchsorted(below, 1 - tail)) + 1  # least with P(high or more) <= tail
+    return low, high
 
 
 def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
@@ -311,6 +399,186 @@ def _edge(rejected: Callable[[float], bool], outer: float, inner: float) -> floa
         else:
             inner = middle
     return outer
+
+
+def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return the mean of the runs' shares of steps, with an adjusted Wald interval over runs.
+
+    The interval is that of Wald with one further run of share 0 and one of share 1. Its width is never zero.
+
+    Parameters
+    ----------
+    shares : array of float, shape (runs,)
+        A share of each run, 0 to 1, at least one.
+    confidence : float
+        Confidence level, between 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        If there are no runs, or a share isn't between 0 and 1.
+
+    References
+    ----------
+    Runs as units: Law, "Simulation Modeling and Analysis", 2015, section 9.5 (replication/deletion).
+    The adjustment: Bonett, Price, "Adjusted Wald confidence interval for a difference of binomial
+    proportions based on paired data", 2012, after Agresti and Coull, 1998.
+
+    Examples
+    --------
+    >>> from feasibee.results.statistics import mean_share
+    >>> [round(each, 3) for each in mean_share([0.9, 0.8, 1.0] * 30)]
+    [0.9, 0.866, 0.917]
+    """
+    values = np.asarray(shares, np.float64)
+    if not values.size or not ((values >= 0) & (values <= 1)).all():
+        raise ValueError(f"shares of {values.size} runs: must be at least one, each from 0 to 1")
+    sums = float(values.sum()) + 1, float(values @ values) + 1
+    centre, half = _wald(*sums, values.size + 2, confidence)
+    estimate = float(values.mean())
+    return Interval(estimate, max(0.0, min(estimate, centre - half)), min(1.0, max(estimate, centre + half)))
+
+
+def event_rate(events: ArrayLike, exposure: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return events per unit of exposure, with a score interval that allows for events in clusters.
+
+    The interval is the score interval of a Poisson rate. If the runs' counts vary more than Poisson counts
+    do, events and exposure are divided by the dispersion first: events of one run that come together count
+    as fewer.
+
+    Parameters
+    ----------
+    events : array of int, shape (runs,)
+        Number of events of each run.
+    exposure : array of float, shape (runs,)
+        For how long each run was watched, such as its steps; above 0 in total.
+    confidence : float
+        Confidence level, between 0 and 1.
+
+    Raises
+    ------
+    ValueError
+        If the exposure isn't above 0 in total.
+
+    References
+    ----------
+    McCullagh, Nelder, "Generalized Linear Models", 1989, section 6.2 (dispersion). Barker, "A comparison of
+    nine confidence intervals for a Poisson parameter when the expected number of events is <= 5", 2002.
+
+    Examples
+    --------
+    >>> from feasibee.results.statistics import event_rate
+    >>> [round(each, 5) for each in event_rate([0] * 10, [100] * 10)]
+    [0.0, 0.0, 0.00384]
+    """
+    counts, watched = np.asarray(events, np.float64), np.asarray(exposure, np.float64)
+    total, time = float(counts.sum()), float(watched.sum())
+    if time <= 0:
+        raise ValueError(f"exposure = {time:g} in total: must be above 0")
+    z, dispersion = normal_quantile(confidence), _dispersion(counts, watched, total / time)
+    total, time = total / dispersion, time / dispersion
+    half = z * math.sqrt(total + z * z / 4)
+    centre = total + z * z / 2
+    return Interval(total / time, max(0.0, centre - half) / time, (centre + half) / time)
+
+
+def _dispersion(counts: NDArray[np.float64], watched: NDArray[np.float64], rate: float) -> float:
+    """Return by how much counts vary more than Poisson counts of one rate do; at least 1."""
+    used = watched > 0
+    if rate == 0 or used.sum() < 2:
+        return 1.0
+    expected = rate * watched[used]
+    return max(1.0, float(((counts[used] - expected) ** 2 / expected).sum() / (used.sum() - 1)))
+
+
+def quartiles(durations: ArrayLike, watched: ArrayLike) -> Quartiles:
+    """Return the quartiles of durations until an event, by the product-limit estimate.
+
+    If nothing was censored before the last event, they are those of `decision_times`: an event that did not
+    happen counts as later than any.
+
+    Parameters
+    ----------
+    durations : array of int
+        Duration until each event; -1 if it was censored: it did not happen while it was watched.
+    watched : array of int, same shape
+        Last duration at which the event was watched for.
+
+    Returns
+    -------
+    Quartiles
+        First durations by which the estimated share of events is at least a quarter, half and three quarters;
+        None if the estimate does not reach it.
+
+    References
+    ----------
+    Kaplan, Meier, "Nonparametric estimation from incomplete observations", JASA 1958.
+
+    Examples
+    --------
+    >>> from feasibee.results.statistics import quartiles
+    >>> quartiles([30, 50, -1, 40], [500, 500, 20, 500])
+    Quartiles(q25=30, median=40, q75=50)
+    """
+    first, last = np.asarray(durations, np.int64), np.asarray(watched, np.int64)
+    ends = np.where(first >= 0, first, last)
+    times, events = np.unique(first[first >= 0], return_counts=True)
+    at_risk = ends.size - np.searchsorted(np.sort(ends), times)  # an end at the same time is after it
+    happened = 1 - np.cumprod(1 - events / at_risk)
+    places = np.searchsorted(happened, np.array(SHARES) - ROUNDING)
+    return Quartiles(*(int(times[place]) if place < times.size else None for place in places))
+
+
+def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return the mean share of ``one`` minus that of ``other`` in the same runs, with its interval.
+
+    The interval is that of Wald with one further run of difference 1 and one of -1. If each share is 0 or 1,
+    it is that of ``paired_difference``.
+
+    Parameters
+    ----------
+    one, other : array of float, shape (runs,)
+        A share of each run, 0 to 1, at least one.
+    confidence : float
+        Confidence level, between 0 and 1.
+
+    Examples
+    --------
+    >>> from feasibee.results.statistics import mean_difference
+    >>> mean_difference([0.9, 0.8], [0.4, 0.3]).estimate
+    0.5
+    """
+    differences = np.asarray(one, np.float64) - np.asarray(other, np.float64)
+    if not differences.size or not (np.abs(differences) <= 1).all():
+        raise ValueError(f"shares of {differences.size} runs: must be at least one, each from 0 to 1")
+    sums = float(differences.sum()), float(differences @ differences) + 2
+    centre, half = _wald(*sums, differences.size + 2, confidence)
+    return Interval(float(differences.mean()), max(-1.0, centre - half), min(1.0, centre + half))
+
+
+def _wald(total: float, squares: float, runs: int, confidence: float) -> tuple[float, float]:
+    """Return a mean and half the width of its Wald interval, by the sum of the runs and that of squares."""
+    centre = total / runs
+    variance = squares / runs - centre * centre
+    return centre, normal_quantile(confidence) * math.sqrt(variance / runs)
+
+
+def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
+    """Return the mean of a number of each run, with its normal interval; NaN without two runs.
+
+    Parameters
+    ----------
+    values : array of float, shape (runs,)
+        Numbers without bounds, such as delays.
+    confidence : float
+        Confidence level, between 0 and 1.
+    """
+    numbers = np.asarray(values, np.float64)
+    if numbers.size < 2:
+        return Interval(float(numbers.mean()) if numbers.size else math.nan, math.nan, math.nan)
+    mean = float(numbers.mean())
+    half = normal_quantile(confidence) * float(numbers.std(ddof=1)) / math.sqrt(numbers.size)
+    return Interval(mean, mean - half, mean + half)
 
 
 def _whole(name: str, value: float, most: int = MOST) -> int:

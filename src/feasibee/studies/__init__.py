@@ -1,1 +1,1 @@
-"""Studies: the paper, robustness, comparison, assessment, tuning, sensitivity."""
+"""The questions: what to run, what to compute, and what to say."""

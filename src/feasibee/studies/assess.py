@@ -7,22 +7,43 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from feasibee.errors import ScenarioError
-from feasibee.results.crossing import Rule
 from feasibee.results.statistics import wilson
 from feasibee.scenario.faults import KINDS
 from feasibee.scenario.feasibility import explain
+from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.studies.assessment import Assessment
-from feasibee.studies.comparison import Outcome, design_points, difference, outcomes_of
-from feasibee.studies.findings import Trial
-from feasibee.studies.needs import asked_of
-from feasibee.studies.recommend import TOLERATES, opposite_of, recommend_within, world_of
-from feasibee.studies.recommendation import Candidate, Constraints, Recommendation
-from feasibee.studies.shares import SURE, wait_for
-from feasibee.studies.size import band_within, size_within
-from feasibee.studies.suitable import all_strategies, suitable
+from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of, wait_for
+from feasibee.studies.findings import Findings, Trial
+from feasibee.studies.needs import all_strategies, asked_of, suitable
+from feasibee.studies.recommend import (
+    TOLERATES,
+    Candidate,
+    Constraints,
+    Recommendation,
+    opposite_of,
+    recommend_within,
+    world_of,
+)
+from feasibee.studies.report import section_as_html, sections, table_of
+from feasibee.studies.size import Rule, band_within, size_within
 from feasibee.sweeps.sweep import Execution, Rounds
+
+
+@dataclass(frozen=True)
+class Assessment(Findings):
+    """What an assessment found, with its words and tables in notebooks.
+
+    Its fields are those of `feasibee.studies.findings.Findings`.
+    """
+
+    def _repr_html_(self) -> str:
+        """Return the assessment as HTML, for notebooks."""
+        tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
+        parts = [section_as_html(each) for each in sections(self)]
+        parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
+        return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
+
 
 AS_IT_IS: Final = "as it is"
 EXPECTED: Final = 3

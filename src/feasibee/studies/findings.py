@@ -10,11 +10,10 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import Interval
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.comparison import Outcome, difference
+from feasibee.studies.comparison import Outcome, difference, wait_for
 from feasibee.studies.needs import Asked
-from feasibee.studies.recommendation import Candidate, Recommendation
-from feasibee.studies.shares import wait_for
-from feasibee.studies.sizing import Band, Sizing
+from feasibee.studies.recommend import Candidate, Recommendation
+from feasibee.studies.size import Band, Sizing
 
 READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
 SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY: ("red", "■")}

@@ -1,12 +1,15 @@
-"""What a strategy asks of its robots, in a scenario: by its file's declarations, and by its messages."""
+"""What strategies ask of robots, and which of them a scenario supports."""
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
+from feasibee.errors import ScenarioError
 from feasibee.scenario.messages import bare_bits, knowledge_bits
+from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
+from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import TESTED, untested
 from feasibee.strategies.contract import Me
 from feasibee.strategies.words import Words
@@ -19,6 +22,41 @@ WORD_BITS: Final = 32
 FLOAT_BITS: Final = 64
 LOOKS: Final = 20
 """Number of steps of a run, evenly spaced, at which messages are measured."""
+
+
+def suitable(scenario: Scenario) -> tuple[dict[str, Scenario], dict[str, ScenarioError]]:
+    """Return the scenario with each built-in strategy that it supports, and the problems with the others.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Its own strategy keeps its parameters.
+
+    Returns
+    -------
+    scenarios : dict of str to Scenario
+        By the name of the strategy.
+    problems : dict of str to ScenarioError
+        Such as that of a strategy that needs the number of robots.
+    """
+    scenarios, problems = {}, {}
+    for name in STRATEGIES:
+        try:
+            scenarios[name] = scenario.replace(strategy_change(scenario, name))
+        except ScenarioError as error:
+            problems[name] = error
+    return scenarios, problems
+
+
+def strategy_change(scenario: Scenario, name: str) -> dict[str, Any]:
+    """Return the changes that give a scenario another strategy; its own one keeps its parameters."""
+    own = name == scenario.decision.strategy
+    return {} if own else {"decision.strategy": name, "decision.parameters": {}}
+
+
+def all_strategies(scenario: Scenario) -> list[str]:
+    """Return the names of the built-in strategies, of those of installed packages, and the scenario's own."""
+    return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
 
 
 class Asked(NamedTuple):

@@ -1,4 +1,8 @@
-"""The paper's study: its three figures, their data, and its claims checked.
+"""The paper's study: its figures, its claims checked, and its Fig. 3 in worlds closer to robots at work.
+
+The interval of a claim has 95 % confidence for the claim as a whole. A claim about several ratios gives each
+its share of the error (Bonferroni). A claim holds if its whole interval lies on its side of the bar. It fails
+if the whole interval lies on the other side. Otherwise there are too few runs to tell.
 
 References
 ----------
@@ -8,25 +12,238 @@ Fuady, Tarapore, Ehsan, Soorati, "Collective Decision-Making on Task Allocation 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from statistics import NormalDist
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from feasibee.figures.arena import plot_arena
-from feasibee.figures.decisions import draw_opinion_panels, plot_decisions
+from feasibee.figures.decisions import Panel, draw_opinion_panels, draw_panels, plot_decisions
 from feasibee.figures.style import figure, save_both
 from feasibee.files import atomic_write, make_folder, write_csv
-from feasibee.model.codes import COLOURS, DECISIONS, MODEL_VERSION
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.record import Record
-from feasibee.results.statistics import decision_times, opinion_quartiles
+from feasibee.results.statistics import (
+    CONFIDENCE,
+    Interval,
+    Quartiles,
+    accuracy,
+    decision_rates,
+    decision_times,
+    opinion_quartiles,
+    wilson,
+)
+from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
-from feasibee.studies.claims import Claim, RatioSummary, check_claims
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
+
+HOLDS, FAILS, CANNOT_TELL = "holds", "fails", "can't tell"
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class RatioSummary:
+    """Outcome of the runs at one ratio of robots to tasks.
+
+    Parameters
+    ----------
+    robots, tasks : int
+        Number of robots, and of tasks.
+    first_run : int
+        Number of the first run.
+    decision : int8 array, shape (runs,)
+        1 feasible, 0 infeasible, -1 undecided.
+    decision_step : int32 array, shape (runs,)
+        First step at which the swarm had decided; -1 if undecided.
+    quartiles : float64 array, shape (3, steps + 1)
+        Quartiles over the runs of the percentage of robots with opinion 1; empty where nothing draws them.
+    thinned : float32 array, shape (runs, steps // 25 + 1)
+        That percentage in each run at every 25th step; empty likewise.
+    """
+
+    robots: int
+    tasks: int
+    first_run: int
+    decision: NDArray[np.int8]
+    decision_step: NDArray[np.int32]
+    quartiles: NDArray[np.float64]
+    thinned: NDArray[np.float32]
+
+    @property
+    def ratio(self) -> float:
+        """Robots per task."""
+        return self.robots / self.tasks
+
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return self.decision.size
+
+    def rate(self, decision: int, confidence: float = CONFIDENCE) -> Interval:
+        """Return the share of runs with a decision, with its interval."""
+        return wilson(int((self.decision == decision).sum()), self.runs, confidence)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence of the paper, the statistic that tests it, and the verdict."""
+
+    claim: str
+    source: str
+    statistic: str
+    estimate: float
+    low: float
+    high: float
+    bar: str
+    verdict: str
+
+
+def check_claims(points: Sequence[RatioSummary], seed: int) -> list[Claim]:
+    """Check every claim of the paper's results.
+
+    Parameters
+    ----------
+    points : sequence of RatioSummary
+        Ratios symmetrical on a log scale, 1, 2 and 10 among them; the last two with curves.
+    seed : int
+        Seed of the bootstrap.
+    """
+    ordered = sorted(points, key=lambda point: point.ratio)
+    return [
+        _correct(
+            "more than 75 % of runs decide feasible at ratios larger than 2",
+            FEASIBLE,
+            [point for point in ordered if point.ratio > 2],
+        ),
+        _correct(
+            "more than 75 % of runs decide infeasible at ratios smaller than 0.5",
+            INFEASIBLE,
+            [point for point in ordered if point.ratio < 0.5],
+        ),
+        _symmetrical(ordered),
+        _diverging(_at(ordered, 1.0)),
+        _earlier([point for point in ordered if point.ratio >= 2]),
+        _narrower(_at(ordered, 10.0), _at(ordered, 2.0), seed),
+    ]
+
+
+def _correct(claim: str, decision: int, points: Sequence[RatioSummary]) -> Claim:
+    """Compare the least share of right decisions over several ratios with 75 %."""
+    each = [point.rate(decision, 1 - (1 - CONFIDENCE) / len(points)) for point in points]
+    worst = points[int(np.argmin([rate.estimate for rate in each]))]
+    least = Interval(*(min(values) for values in zip(*each, strict=True)))
+    statistic = f"least share of right decisions over {len(points)} ratios (at {worst.ratio:.3g})"
+    return _claim(claim, "section III, Fig. 3", statistic, least, 0.75, above=True)
+
+
+def _symmetrical(points: Sequence[RatioSummary]) -> Claim:
+    """Compare the shares of right decisions at mirrored ratios: within 10 percentage points on average."""
+    pairs = [(low, high) for low, high in zip(points, points[::-1], strict=True) if low.ratio < high.ratio]
+    rates = [(high.rate(FEASIBLE), low.rate(INFEASIBLE)) for low, high in pairs]
+    mean = sum(feasible.estimate - infeasible.estimate for feasible, infeasible in rates) / len(pairs)
+    variance = sum(
+        _variance(feasible.estimate, high.runs) + _variance(infeasible.estimate, low.runs)
+        for (feasible, infeasible), (low, high) in zip(rates, pairs, strict=True)
+    )
+    half = _z() * math.sqrt(variance) / len(pairs)
+    claim = "feasible and infeasible decisions are symmetrical around ratio 1"
+    statistic = f"right at n/m less right at m/n, on average over {len(pairs)} pairs"
+    interval = Interval(mean, mean - half, mean + half)
+    bar = "between -0.1 and 0.1 (our reading of symmetrical)"
+    inside = interval.low > -0.1 and interval.high < 0.1
+    outside = interval.high < -0.1 or interval.low > 0.1
+    return Claim(claim, "section III, Fig. 3", statistic, *interval, bar, _verdict(inside, outside))
+
+
+def _diverging(point: RatioSummary) -> Claim:
+    """Compare the rarer decision's share at ratio 1 with the 25 % that a reliable swarm would stay under."""
+    rarer = min((point.rate(FEASIBLE), point.rate(INFEASIBLE)), key=lambda rate: rate.estimate)
+    claim = "the opinions diverge when the ratio is close to 1"
+    return _claim(
+        claim, "section III, Fig. 2b", "share of the rarer decision at ratio 1", rarer, 0.25, above=True
+    )
+
+
+def _earlier(points: Sequence[RatioSummary]) -> Claim:
+    """Correlate, over runs, the ratio with the decision step; undecided runs come last."""
+    ratio = np.concatenate([np.full(point.runs, point.ratio) for point in points])
+    step = np.concatenate([point.decision_step for point in points])
+    step = np.where(step < 0, np.iinfo(np.int32).max, step)
+    if np.ptp(step) == 0:
+        r, half = 0.0, math.inf  # all runs decided at one step, or none did
+    else:
+        r = float(np.clip(np.corrcoef(_ranks(ratio), _ranks(step))[0, 1], -1 + 1e-12, 1 - 1e-12))
+        # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
+        half = _z() * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
+    interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))
+    claim = "consensus is reached earlier when the ratio is larger"
+    statistic = "rank correlation of ratio and decision step, ratios from 2 up"
+    return _claim(claim, "section III, Fig. 2a", statistic, interval, 0.0, above=False)
+
+
+def _narrower(large: RatioSummary, small: RatioSummary, seed: int) -> Claim:
+    """Compare the quartile bands of Fig. 2a at ratios 10 and 2, averaged over time, by resampling runs."""
+    random = np.random.Generator(np.random.Philox(key=seed))
+
+    def difference(large_runs: NDArray[np.float32], small_runs: NDArray[np.float32]) -> float:
+        return float(_band(large_runs) - _band(small_runs))
+
+    resampled = [
+        difference(*(point.thinned[random.integers(point.runs, size=point.runs)] for point in (large, small)))
+        for _ in range(RESAMPLES)
+    ]
+    low, high = np.quantile(resampled, (0.5 - CONFIDENCE / 2, 0.5 + CONFIDENCE / 2))
+    interval = Interval(difference(large.thinned, small.thinned), float(low), float(high))
+    claim = "the interquartile range is smaller at ratio 10 than at ratio 2"
+    statistic = "mean width of the quartile band, ratio 10 less ratio 2, percentage points"
+    return _claim(claim, "section III, Fig. 2a", statistic, interval, 0.0, above=False)
+
+
+def _claim(claim: str, source: str, statistic: str, interval: Interval, bar: float, *, above: bool) -> Claim:
+    on_side = interval.low > bar if above else interval.high < bar
+    on_other = interval.high <= bar if above else interval.low >= bar
+    words = f"{'above' if above else 'below'} {bar:g}"
+    return Claim(claim, source, statistic, *interval, words, _verdict(on_side, on_other))
+
+
+def _verdict(holds: bool, fails: bool) -> str:
+    return HOLDS if holds else FAILS if fails else CANNOT_TELL
+
+
+def _at(points: Sequence[RatioSummary], ratio: float) -> RatioSummary:
+    return min(points, key=lambda point: abs(math.log(point.ratio / ratio)))
+
+
+def _z() -> float:
+    return NormalDist().inv_cdf(0.5 + CONFIDENCE / 2)
+
+
+def _variance(rate: float, runs: int) -> float:
+    """Return the variance of a rate, with one added success and one added failure: 0 of 100 isn't certain."""
+    shrunk = (rate * runs + 1) / (runs + 2)
+    return shrunk * (1 - shrunk) / (runs + 2)
+
+
+def _ranks(values: NDArray[np.generic]) -> NDArray[np.float64]:
+    """Return ranks, equal values sharing their mean rank."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    mean: NDArray[np.float64] = last - (count - 1) / 2
+    return mean[place]
+
+
+def _band(percentages: NDArray[np.float32]) -> float:
+    low, high = np.quantile(percentages, (0.25, 0.75), axis=0)
+    return float((high - low).mean())
+
 
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)
 """Numbers of tasks for 20 robots: ratios from 10 to 0.1, mirrored to within 2 % (m m' = 400)."""
@@ -160,3 +377,191 @@ def _write_decisions(folder: Path, points: Sequence[RatioSummary]) -> None:
     )
     header = ("tasks", "ratio", "first_run", "runs", *columns, "step_q25", "step_median", "step_q75")
     write_csv(folder / "fig3_decisions.csv", header, rows)
+
+
+PLACES = (2, 4, 8, 10, 13, 16, 20, 25, 31, 40, 50, 100, 200)
+"""Numbers of robots that the tasks need; with 20 robots, ratios from 10 to 0.1, mirrored to within 2 %."""
+
+BASELINE, MIXED = "as in the paper", "mixed team"
+WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
+    BASELINE: {},
+    "walls and collisions": {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}},
+    "unique observation": {"sensing": {"observation": "unique"}},
+    "10 % message loss": {"radio": {"loss": 0.1}},
+    "10 % Byzantine": {"faults": {"byzantine": 0.1}},
+    "both clustered": {"robots": {"placement": "clusters"}, "tasks": {"placement": "clusters"}},
+    MIXED: {
+        "robots": {
+            "classes": [
+                {"name": "lifter", "count": 2, "skills": ["lift"]},
+                {"name": "scout", "count": 16, "skills": ["scan"]},
+                {"name": "all-rounder", "count": 2, "skills": ["lift", "scan"]},
+            ]
+        }
+    },
+}
+"""Values that differ from the paper's, by panel."""
+
+
+@dataclass(frozen=True)
+class PanelPoint:
+    """Decisions of the swarms of one panel at one ratio.
+
+    Parameters
+    ----------
+    panel : str
+        Name of the panel, a key of `WORLDS`.
+    robots, places : int
+        Number of robots, and number of robots that the tasks need.
+    first_run, runs : int
+        Number of the first run, and number of runs.
+    truth : bool
+        Whether the tasks are feasible.
+    rates : mapping of str to Interval
+        Shares of the runs by decision.
+    accuracy : Interval
+        Share of the runs whose decision is the truth.
+    times : Quartiles
+        Steps by which a quarter, half and three quarters of the runs had decided.
+    """
+
+    panel: str
+    robots: int
+    places: int
+    first_run: int
+    runs: int
+    truth: bool
+    rates: Mapping[str, Interval]
+    accuracy: Interval
+    times: Quartiles
+
+    @property
+    def ratio(self) -> float:
+        """Robots per place."""
+        return self.robots / self.places
+
+
+def reproduce_beyond(
+    out: str | Path, runs: int = 2000, seed: int = 0, execution: Execution | None = None
+) -> list[PanelPoint]:
+    """Run the study, write ``beyond.png``, ``.pdf`` and ``.csv`` into a folder, and return what they show.
+
+    Parameters
+    ----------
+    out : path
+        Folder; made if need be.
+    runs : int
+        Number of runs at each ratio of each panel.
+    seed : int
+        64 bits.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in a journal in ``out``.
+
+    Returns
+    -------
+    list of PanelPoint
+        Panel by panel, from the fewest places to the most.
+    """
+    Runs.of_point(0, runs, seed)  # raises before anything is computed
+    folder = make_folder(out)
+    points = simulate_panels(runs, seed, execution or Execution(folder))
+    write_panels(folder, points)
+    return points
+
+
+def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[PanelPoint]:
+    """Simulate all panels; see `reproduce_beyond`."""
+    designs = [
+        DesignPoint(
+            {"panel": panel, "places": places},
+            world(panel, places),
+            Runs.of_point(places, runs, seed).first,
+        )
+        for panel in WORLDS
+        for places in PLACES
+    ]
+    with Rounds(execution, len(designs) * runs) as rounds:
+        records = rounds.run(Study(designs, runs, seed))
+        return [_panel_point(design, record) for design, record in zip(designs, records, strict=True)]
+
+
+def write_panels(folder: Path, points: Sequence[PanelPoint]) -> None:
+    """Write the figure as PNG and PDF, and its data as CSV."""
+    drawn = draw_panels(
+        [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
+    )
+    save_both(drawn, folder / "beyond")
+    _write_rows(folder / "beyond.csv", points)
+
+
+def summary(points: Sequence[PanelPoint]) -> list[list[str]]:
+    """Return a short table: each panel's accuracy at four ratios, and its median decision step at ratio 2."""
+    shown = (2, 10, 40, 200)
+    ratios = [f"at {point.ratio:g}" for point in points if point.panel == BASELINE and point.places in shown]
+    table = [["panel", *ratios, "half by (at 2)"]]
+    for panel in WORLDS:
+        chosen = [point for point in points if point.panel == panel and point.places in shown]
+        step = chosen[1].times.median
+        shares = (f"{point.accuracy.estimate:.1%}" for point in chosen)
+        table.append([panel, *shares, "not reached" if step is None else f"step {step}"])
+    return table
+
+
+def world(panel: str, places: int) -> Scenario:
+    """Return the scenario of a panel whose tasks need so many robots."""
+    tables = {name: dict(table) for name, table in WORLDS[panel].items()}
+    tasks = _mixed_tasks(places) if panel == MIXED else {"count": places}
+    tables["tasks"] = {**tables.get("tasks", {}), **tasks}
+    tables["run"] = {"stop_at_decision": True}
+    return Scenario.model_validate(tables)
+
+
+def _mixed_tasks(places: int) -> dict[str, Any]:
+    """Return tasks of which about three places in five are at a load that two robots lift and one scans."""
+    carries = (2 * places + 5) // 10
+    return {
+        "classes": [
+            {"name": "carry", "count": carries, "needs": {"lift": 2, "scan": 1}},
+            {"name": "survey", "count": places - 3 * carries, "needs": {"scan": 1}},
+        ]
+    }
+
+
+def _panel_point(design: DesignPoint, record: Record) -> PanelPoint:
+    feasible = truth(design.scenario)
+    return PanelPoint(
+        panel=design.values["panel"],
+        robots=design.scenario.robots.count,
+        places=design.values["places"],
+        first_run=record.first_run,
+        runs=record.runs,
+        truth=feasible,
+        rates=decision_rates(record.decision),
+        accuracy=accuracy(record.decision, feasible),
+        times=decision_times(record.decision_step),
+    )
+
+
+def _panel(title: str, points: Sequence[PanelPoint]) -> Panel:
+    last = max(point.places for point in points if point.truth)
+    first = min(point.places for point in points if not point.truth)
+    rates = {name: [point.rates[name] for point in points] for name in points[0].rates}
+    tip = points[0].robots / (last * first) ** 0.5
+    return Panel(title, [point.ratio for point in points], rates, tip)
+
+
+def _write_rows(path: Path, points: Sequence[PanelPoint]) -> None:
+    rates = [f"{name}{part}" for name in points[0].rates for part in ("", "_low", "_high")]
+    header = ["panel", "robots", "places", "ratio", "first_run", "runs", "truth", *rates]
+    header += ["accuracy", "accuracy_low", "accuracy_high", "step_q25", "step_median", "step_q75"]
+    lines = (
+        [
+            *(point.panel, point.robots, point.places, point.ratio, point.first_run, point.runs),
+            "feasible" if point.truth else "infeasible",
+            *(value for interval in point.rates.values() for value in interval),
+            *point.accuracy,
+            *("" if step is None else step for step in point.times),
+        ]
+        for point in points
+    )
+    write_csv(path, header, lines)

@@ -1,10 +1,11 @@
-"""Search for the parameters with which a swarm is right most often, or follows changes soonest."""
+"""Search for good parameters, and for those that matter: Parzen estimators and rank correlations."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,12 +14,123 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
-from feasibee.results.statistics import Interval
+from feasibee.model.record import Record
+from feasibee.results.measures import MEASURES, PER, Measure, false_alarms_of, steps_of
+from feasibee.results.statistics import (
+    Interval,
+    mean_difference,
+    mean_of,
+    mean_share,
+    paired_difference,
+    wilson,
+)
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.studies.objectives import Objective, Scored, objective_for, scored
 from feasibee.studies.space import Dimension
-from feasibee.sweeps.plan import DesignPoint
+from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
+
+Values = NDArray[np.float64]
+RIGHT_AT_END: Final = "right_at_end"
+TUNED: Final = tuple(each.name for each in MEASURES.values() if each.values is not None)
+"""Names of the measures that a search may improve."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What a search improves.
+
+    Parameters
+    ----------
+    measure : str
+        One of `TUNED`.
+    false_alarms : float, optional
+        Parameters with more false alarms per 1,000 steps aren't chosen.
+    """
+
+    measure: str = RIGHT_AT_END
+    false_alarms: float | None = None
+
+    @property
+    def of(self) -> Measure:
+        """The measure."""
+        return MEASURES[self.measure]
+
+    @property
+    def sign(self) -> int:
+        """1 if more is better, otherwise -1."""
+        return -1 if self.of.less else 1
+
+    def score(self, runs: Scored) -> float:
+        """Return the mean of the measure, negative if less is better; -inf where it must not be chosen."""
+        known = _known(runs.values)
+        if not known.size or (self.false_alarms is not None and runs.false_alarms > self.false_alarms):
+            return -math.inf
+        return self.sign * float(known.mean())
+
+    def interval(self, values: Values) -> Interval:
+        """Return the mean over runs with its interval."""
+        if self.of.holds is not None:
+            return wilson(int(values.sum()), values.size)
+        return mean_of(_known(values)) if self.of.less else mean_share(values)
+
+    def gain(self, one: Values, other: Values) -> Interval:
+        """Return by how much the first runs are better than the second: the same runs otherwise."""
+        if self.of.holds is not None:
+            return paired_difference(one, other)
+        return mean_of(_known(other - one)) if self.of.less else mean_difference(one, other)
+
+
+class Scored(NamedTuple):
+    """Runs of one design point, as an objective sees them."""
+
+    values: Values
+    """The measure of each run."""
+    false_alarms: float
+    """False alarms per 1,000 steps; 0 in a world that doesn't change."""
+
+
+def objective_for(
+    scenario: Scenario, measure: str | None = None, false_alarms: float | None = None
+) -> Objective:
+    """Return the objective for a scenario; by default, its swarms are to be right as often as possible.
+
+    Raises
+    ------
+    FeasibeeError
+        If the measure, or a bound on false alarms, needs a world that changes.
+    """
+    chosen = measure or ("right_share" if scenario.dynamic else RIGHT_AT_END)
+    if chosen not in TUNED:
+        raise FeasibeeError(f"measure = {chosen}: is no measure; choose from {', '.join(TUNED)}")
+    if not scenario.dynamic and (chosen != RIGHT_AT_END or false_alarms is not None):
+        what = "false alarms" if chosen == RIGHT_AT_END else chosen
+        raise FeasibeeError(f"{what}: needs a world that changes; add [[events]] or rates, or leave it out")
+    return Objective(chosen, false_alarms)
+
+
+def scored(
+    rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int, objective: Objective
+) -> list[Scored]:
+    """Run one round; return the measure of each run of each point."""
+    records, values = rounds.run(Study(designs, runs, seed)), objective.of.values
+    assert values is not None  # as of all that `objective_for` returns
+    return [
+        Scored(values(record, design.scenario), _alarms(record, design.scenario))
+        for design, record in zip(designs, records, strict=True)
+    ]
+
+
+def _alarms(record: Record, scenario: Scenario) -> float:
+    if not scenario.dynamic:
+        return 0.0
+    alarms, steps = false_alarms_of(record.truth, record.held), steps_of(record.truth)
+    return PER * float(alarms.sum()) / max(1, int(steps.sum()))
+
+
+def _known(values: Values) -> Values:
+    return values[np.isfinite(values)]
+
 
 RIGHT = Objective()
 """By default, swarms are to be right at the last step."""
@@ -177,7 +289,7 @@ def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int
     scores = [swarms.objective.score(found) for found in finals]
     best = finalists[scores.index(max(scores))]
     at_start, at_best = swarms.scored([{}, best], FRESH_RUNS * runs, FRESH_SEED)
-    measure = swarms.objective.of
+    measure = swarms.objective
     return Tuned(
         values=best,
         start=measure.interval(at_start.values),
@@ -196,14 +308,19 @@ def draw_search(tuned: Tuned) -> Figure:
     values span a decade.
     """
     names = list(tuned.values)
-    measure = tuned.objective.of
+    objective, measure = tuned.objective, tuned.objective.of
+    label = f"mean {measure.label}" if measure.ends else measure.label
     scores = np.array([score for _, score in tuned.trials])
-    shares = np.where(np.isfinite(scores), (measure.sign if measure.sign < 0 else 100) * scores, np.nan)
-    so_far = np.fmax if measure.sign > 0 else np.fmin
+    shares = np.where(np.isfinite(scores), (100 if measure.unit == "%" else objective.sign) * scores, np.nan)
+    so_far = np.fmin if measure.less else np.fmax
     with figure(2.4 * (1 + len(names)), 2.6, columns=1 + len(names), sharey=True) as (drawn, axes):
         axes[0].plot(shares, "o", color=GREY, markersize=3)
         axes[0].step(np.arange(shares.size), so_far.accumulate(shares), color=PALETTE[0], where="post")
-        axes[0].set(xlabel="trial", ylabel=measure.label, title="best so far")
+        axes[0].set(
+            xlabel="trial",
+            ylabel=label,
+            title="best so far",
+        )
         for ax, name in zip(axes[1:], names, strict=True):
             values = [parameters[name] for parameters, _ in tuned.trials]
             shown = [str(value) for value in values] if isinstance(values[0], str | bool) else values
@@ -223,3 +340,135 @@ def _mark_chosen(ax: Axes, tuned: Tuned, shown: Sequence[Any], shares: NDArray[n
     ax.annotate(
         "chosen", (shown[place], shares[place]), (0, 5), textcoords="offset points", ha="center", **look
     )
+
+
+RESAMPLES = 2000
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Rank correlation of a field with the share of right swarms.
+
+    Parameters
+    ----------
+    path : str
+        The field.
+    correlation : Interval
+        Spearman's correlation over the points, -1 to 1, with its 95 % interval (bootstrap).
+    """
+
+    path: str
+    correlation: Interval
+
+    @property
+    def matters(self) -> bool:
+        """Whether the interval of the correlation excludes 0."""
+        return self.correlation.low > 0 or self.correlation.high < 0
+
+
+def sensitivities(
+    scenario: Scenario,
+    space: Sequence[Dimension],
+    points: int = 200,
+    runs: int = 20,
+    seed: int = 0,
+    execution: Execution | None = None,
+) -> tuple[list[Sensitivity], NDArray[np.float64], NDArray[np.float64]]:
+    """Vary all fields at once; correlate each with the share of right swarms.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What all points have in common.
+    space : sequence of Dimension
+        Fields to vary.
+    points : int
+        Number of points of the Latin hypercube.
+    runs : int
+        Number of runs at each point.
+    seed : int
+        Seed of the hypercube and of the runs.
+    execution : Execution, optional
+        Where to compute and keep the runs; by default on threads, and in memory.
+
+    Returns
+    -------
+    list of Sensitivity
+        The strongest first.
+    float64 array, shape (points, fields)
+        Place of each point in each field, as a share of the way from its low end to its high end.
+    float64 array, shape (points,)
+        Share of swarms that are right at the last step, at each point; in a world that changes, share of
+        steps at which they are right.
+    """
+    Runs(points * runs, seed)  # raises before anything is computed
+    places = latin_hypercube(points, len(space), seed)
+    designs = [_design(scenario, space, place, number * runs) for number, place in enumerate(places)]
+    with Rounds(execution, points * runs) as rounds:
+        found_runs = scored(rounds, designs, runs, seed, objective_for(scenario))
+        shares = np.array([each.values.mean() for each in found_runs])
+    found = [
+        Sensitivity(each.path, spearman(places[:, column], shares, seed)) for column, each in enumerate(space)
+    ]
+    return sorted(found, key=lambda each: -abs(each.correlation.estimate)), places, shares
+
+
+def _design(
+    scenario: Scenario, space: Sequence[Dimension], place: NDArray[np.float64], first_run: int
+) -> DesignPoint:
+    values = {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
+    changed = scenario.replace({**values, "run.stop_at_decision": False})
+    return DesignPoint(values, changed, first_run)
+
+
+def latin_hypercube(points: int, dimensions: int, seed: int) -> NDArray[np.float64]:
+    """Return points in the unit cube: each axis has as many slices as points, and each slice one point.
+
+    References
+    ----------
+    McKay, Beckman, Conover, "A comparison of three methods for selecting values of input variables", 1979.
+    """
+    random = np.random.default_rng(seed)
+    slices = np.stack([random.permutation(points) for _ in range(dimensions)], axis=1)
+    places: NDArray[np.float64] = (slices + random.random((points, dimensions))) / points
+    return places
+
+
+def spearman(one: NDArray[np.float64], other: NDArray[np.float64], seed: int) -> Interval:
+    """Return the rank correlation of two quantities with a bootstrap interval; 0 if one is constant."""
+    random = np.random.default_rng(seed)
+    drawn = random.integers(0, one.size, (RESAMPLES, one.size))
+    resampled = np.array([_correlation(one[rows], other[rows]) for rows in drawn])
+    low, high = np.quantile(resampled, (0.025, 0.975))
+    return Interval(_correlation(one, other), float(low), float(high))
+
+
+def _correlation(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    first, second = (_ranks(each) for each in (one, other))
+    first, second = first - first.mean(), second - second.mean()
+    scale = float(np.sqrt((first**2).sum() * (second**2).sum()))
+    return float((first * second).sum() / scale) if scale > 0 else 0.0
+
+
+def _ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ranks; equal values share their mean."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(counts)
+    ranks: NDArray[np.float64] = (last - (counts - 1) / 2)[inverse]
+    return ranks
+
+
+def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
+    """Draw each field's correlation with its interval, the strongest on top; grey if it may be 0."""
+    with figure(5.0, 1.0 + 0.28 * len(found)) as (drawn, ax):
+        rows = np.arange(len(found))[::-1]
+        ax.axvline(0, color="0.8", linewidth=0.8, zorder=0)
+        for row, each in zip(rows, found, strict=True):
+            middle, low, high = each.correlation
+            colour = PALETTE[0] if each.matters else GREY
+            ax.errorbar(
+                middle, row, xerr=[[middle - low], [high - middle]], fmt="o", color=colour, markersize=4
+            )
+        ax.set_yticks(rows, [each.path for each in found])
+        ax.set(xlim=(-1, 1), ylim=(-0.6, len(found) - 0.4), xlabel="rank correlation with right decisions")
+    return drawn

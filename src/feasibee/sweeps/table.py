@@ -1,87 +1,53 @@
-"""A journal as a table of its points: what each varies, and statistics of its runs."""
+"""A journal as tables: its points and what came of their runs, and all runs for other programs."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, UnknownFieldError
-from feasibee.model.outcomes import TRACES
-from feasibee.results.declarations import (
-    Declarations,
-    DeclareTimes,
-    declare_times,
-    declared_right,
-    declared_wrong,
+from feasibee.files import RESULTS, atomic_write, check_output
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
+from feasibee.model.outcomes import OUTCOMES, TRACES
+from feasibee.results.dataset import attributes_of, write_netcdf
+from feasibee.results.measures import (
+    MEASURES,
+    OF_RUNS,
+    Measured,
+    measured,
+    measures_of_runs,
+    rightness,
+    together,
 )
-from feasibee.results.judging import decided_right, ended_right, mean_bits
-from feasibee.results.replicates import Quartiles
-from feasibee.results.statistics import (
-    DecisionTimes,
-    Interval,
-    confidence_sequence,
-    decision_counts,
-    decision_times,
-    wilson,
-)
-from feasibee.results.tracking import RunCounts, Tracking, counts_of, summarised
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.schema import Entry
-from feasibee.sweeps.stored import StoredPoint, stored_point
-from feasibee.sweeps.survey import Survey
+from feasibee.results.statistics import Interval
+from feasibee.sweeps.content import Survey
+from feasibee.sweeps.journal import Journal, StoredPoint, stored_point
+from feasibee.sweeps.schema import PLACES, Entry
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
 
 SOURCE = "source"
-TRACKED = ("right_share", "detection_delay", "missed", "false_alarms")
-"""Measures of worlds that change, by their names in `Tracking`."""
+NUMBER: Final = "number of the run"
+SEED: Final = "seed"
+POINT: Final = "point"
+"""The dimension of points that don't form a grid."""
 
 
 class Summary(NamedTuple):
-    """Statistics of the runs of one point."""
+    """A point, and what came of its runs."""
 
     row: StoredPoint
-    runs: int
-    counts: dict[str, int]
-    """Number of runs of each kind: ``accuracy`` (right decisions), ``right_at_end``, the three decisions, and
-    ``declared_ok`` and ``declared_wrong`` if the robots can declare."""
-    times: DecisionTimes
-    declare_times: DeclareTimes | None
-    """None if the robots can't declare."""
-    bits: float
-    """Bits per robot-step."""
-    run_counts: RunCounts | None = None
-    """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
-
-    def share(self, show: str) -> Interval | None:
-        """Return the share of a kind of runs in ``counts``; None without runs or such a kind."""
-        return share([self], self.counts[show]) if self.runs and show in self.counts else None
-
-    @property
-    def tracking(self) -> Tracking | None:
-        """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
-        return summarised([self.run_counts]) if self.runs and self.run_counts else None
-
-    @property
-    def declared(self) -> Declarations | None:
-        """Declarations in the runs; None without runs, or if the robots can't declare."""
-        ok, wrong = self.share("declared_ok"), self.share("declared_wrong")
-        if ok is None or wrong is None or self.declare_times is None:
-            return None
-        return Declarations(ok, wrong, self.declare_times)
-
-
-def share(points: Sequence[Summary], runs: int) -> Interval:
-    """Return a number of runs as a share of all runs of some points.
-
-    The interval is Wilson's; a confidence sequence if a stopping rule chose the runs of one of the points.
-    """
-    interval = confidence_sequence if any(point.row.until for point in points) else wilson
-    return interval(runs, sum(point.runs for point in points))
+    found: Measured
 
 
 def summaries(journal: Journal) -> list[Summary]:
@@ -101,27 +67,7 @@ def survey(journal: Journal) -> tuple[list[Summary], Survey]:
 
 
 def _summary(row: StoredPoint, results: SimpleNamespace) -> Summary:
-    results = results_in(row, results)
-    scenario, decision, step = row.scenario, results.decision, results.decision_step
-    right, right_at_end = rightness(row, results)
-    chosen = {"accuracy": right, "right_at_end": right_at_end}
-    if scenario.manifest.declares:
-        chosen["declared_ok"] = declared_right(results, scenario, row.truth)
-        chosen["declared_wrong"] = declared_wrong(results, scenario, row.truth)
-    return Summary(
-        row,
-        decision.size,
-        decision_counts(decision) | {name: int(runs.sum()) for name, runs in chosen.items()},
-        decision_times(step),
-        declare_times(results.declare_step) if scenario.manifest.declares else None,
-        mean_bits(results, scenario),
-        counts_of(results) if scenario.dynamic else None,
-    )
-
-
-def rightness(row: StoredPoint, results: SimpleNamespace) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return for each run of a point whether its decision was right, and whether it was right at the end."""
-    return decided_right(results, row.scenario), ended_right(results, row.scenario)
+    return Summary(row, measured(results_in(row, results), row.scenario, bool(row.until)))
 
 
 def results_in(row: StoredPoint, results: SimpleNamespace) -> SimpleNamespace:
@@ -180,47 +126,23 @@ def pooled_fields(points: Sequence[StoredPoint], shown: Sequence[str], others: S
 def shares_by_line(
     points: Sequence[Summary], x: str, hue: str | None, show: str
 ) -> dict[Any, dict[Any, Interval]]:
-    """Return a share of the runs by value of ``hue``, then by value of ``x``; see `share_of` for ``show``."""
+    """Return a measure by value of ``hue``, then by value of ``x``."""
     lines: dict[Any, dict[Any, list[Summary]]] = {}
     for each in points:
         line = _shown_value(each, hue) if hue else ""
         lines.setdefault(line, {}).setdefault(_shown_value(each, x), []).append(each)
     return {
-        line: {value: share_of(group, show) for value, group in groups.items()}
+        line: {value: together([each.found for each in group], show) for value, group in groups.items()}
         for line, groups in lines.items()
     }
 
 
 def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict[tuple[Any, Any], Interval]:
-    """Return a share of the runs by value of ``x`` and value of ``y``; see `share_of` for ``show``."""
+    """Return a measure by value of ``x`` and value of ``y``."""
     cells: dict[tuple[Any, Any], list[Summary]] = {}
     for each in points:
         cells.setdefault((_shown_value(each, x), _shown_value(each, y)), []).append(each)
-    return {cell: share_of(group, show) for cell, group in cells.items()}
-
-
-def share_of(group: Sequence[Summary], show: str) -> Interval:
-    """Return the share of a kind of runs in ``Summary.counts``, or a measure of tracking; NaN without runs.
-
-    The interval of a delay of detection is from its lower to its upper quartile.
-    """
-    if show in TRACKED:
-        return _tracked([each.run_counts for each in group if each.run_counts and each.runs], show)
-    counted = [each for each in group if each.runs and show in each.counts]
-    if not counted:
-        return Interval(math.nan, math.nan, math.nan)
-    return share(counted, sum(each.counts[show] for each in counted))
-
-
-def _tracked(parts: Sequence[RunCounts], show: str) -> Interval:
-    """Return a measure of the runs of some points together; NaN where it is unknown, or never."""
-    found = getattr(summarised(parts), show) if parts else None
-    if found is None:
-        return Interval(math.nan, math.nan, math.nan)
-    if isinstance(found, Quartiles):
-        ends = (math.nan if step is None else float(step) for step in (found.median, found.q25, found.q75))
-        return Interval(*ends)
-    return Interval(*found)
+    return {cell: together([each.found for each in group], show) for cell, group in cells.items()}
 
 
 def _shown_value(point: Summary, path: str) -> Any:
@@ -243,3 +165,216 @@ def value_of(row: StoredPoint, path: str) -> Any:
     except UnknownFieldError:
         return None
     return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
+
+
+def export(journal: Journal, path: Path) -> int:
+    """Write all runs to a file, which is complete or missing; return their number.
+
+    Parameters
+    ----------
+    journal : Journal
+        The journal to export.
+    path : path
+        The file: ``.csv`` has a row per run, ``.nc`` a dimension per field that the study varies.
+    """
+    if check_output(path, RESULTS) == ".nc":
+        write_netcdf(to_dataset(journal), path, {})
+        return sum(runs for runs, _ in journal.counts().values())
+    rows = to_dataframe(journal)
+    with atomic_write(path) as temporary:
+        rows.to_csv(temporary, index=False)
+    return len(rows)
+
+
+def to_dataframe(journal: Journal) -> pd.DataFrame:
+    """Return one row per run: the point, what the study varies, the truth, whether it was right, outcomes.
+
+    Runs of a world that changes also have `feasibee.results.measures.OF_RUNS`. There, the column ``truth`` is
+    that before any change.
+    """
+    import pandas as pd
+
+    points, parts = journal.points, []
+    fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
+    for number, row in enumerate(points):
+        results = results_in(row, journal.results(row.id))
+        part = pd.DataFrame({name: getattr(results, name) for name in PLACES})
+        part.insert(0, "point", row.id)
+        for place, (path, values) in enumerate(fields.items(), start=1):
+            part.insert(place, path, values[number])
+        part.insert(1 + len(fields), "seed", np.uint64(row.seed))
+        part.insert(2 + len(fields), "truth", int(row.truth))
+        for place, (name, right) in enumerate(rightness(results, row.scenario).items()):
+            part.insert(3 + len(fields) + place, name, right)
+        if row.scenario.dynamic:
+            part = part.assign(**measures_of_runs(results))
+        parts.append(part)
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def to_dataset(journal: Journal) -> xr.Dataset:
+    """Return all runs as a dataset with a dimension per field that the study varies, and one of the runs.
+
+    If the points don't form a grid, because a study combines values otherwise or several studies share the
+    journal, the dataset has the dimension ``point`` instead, and the fields are its coordinates. The
+    coordinate ``run`` is the number of the run. If the points have different numbers of runs, missing values
+    are NaN. If they have runs of different numbers, ``run`` counts from 0, and the variable ``run_number``
+    has the numbers.
+    """
+    import xarray as xr
+
+    points = journal.points
+    axes = _axes_of(points)
+    results = [results_in(row, journal.results(row.id)) for row in points]
+    runs = _Runs.of([each.run for each in results])
+    grid = _Grid(tuple(axes), tuple(map(len, axes.values())), _cells(points, axes), runs)
+    data = _of_points(grid, points) | _of_runs(grid, points, results)
+    coordinates: dict[str, Any] = {name: (name, values) for name, values in axes.items()}
+    coordinates["run"] = ("run", runs.numbers, {"long_name": NUMBER if runs.shared else "place of the run"})
+    if POINT in axes:
+        coordinates |= {path: (POINT, values) for path, values in _fields(points).items()}
+    variables = {name: data[name] for name in data if name not in axes}
+    recipe = json.dumps({"model_version": MODEL_VERSION, "points": _recipes(points)})
+    return xr.Dataset(variables, coordinates, {"title": "feasibee sweep", "recipe": recipe})
+
+
+def _of_points(grid: _Grid, points: Sequence[StoredPoint]) -> dict[str, Any]:
+    """Return the variables with a value per point."""
+    flags = {
+        "flag_values": np.array([INFEASIBLE, FEASIBLE], np.int8),
+        "flag_meanings": f"{DECISIONS[INFEASIBLE]} {DECISIONS[FEASIBLE]}",
+    }
+    return {
+        POINT: grid.of_points([row.id for row in points], "number of the point in the recipe"),
+        SEED: grid.of_points([np.uint64(row.seed) for row in points], "seed of the runs"),
+        "truth": grid.of_points(
+            [np.int8(row.truth) for row in points], "ground truth before any change", **flags
+        ),
+    }
+
+
+def _of_runs(
+    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
+) -> dict[str, Any]:
+    """Return the variables with a value per run."""
+    right = [rightness(each, row.scenario) for row, each in zip(points, results, strict=True)]
+    data = {
+        each.column: grid.of_runs([of[each.column] for of in right], "bool", {"long_name": each.of_run})
+        for each in MEASURES.values()
+        if each.column
+    }
+    for outcome in OUTCOMES:
+        values = [getattr(each, outcome.name) for each in results]
+        data[outcome.name] = grid.of_runs(values, outcome.dtype, attributes_of(outcome))
+    if not grid.runs.shared:
+        data["run_number"] = grid.of_runs([each.run for each in results], "int64", {"long_name": NUMBER})
+    return data | _of_tracked(grid, points, results)
+
+
+def _of_tracked(
+    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
+) -> dict[str, Any]:
+    """Return the variables of worlds that change; none if no point is of one."""
+    if not any(row.scenario.dynamic for row in points):
+        return {}
+    found = [
+        measures_of_runs(each) if row.scenario.dynamic else dict.fromkeys(OF_RUNS, np.full(each.run.size, -1))
+        for row, each in zip(points, results, strict=True)
+    ]
+    return {
+        name: grid.of_runs([each[name] for each in found], "int64", {"long_name": words})
+        for name, words in OF_RUNS.items()
+    }
+
+
+def _recipes(points: Sequence[StoredPoint]) -> list[dict[str, Any]]:
+    return [
+        {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
+        for row in points
+    ]
+
+
+def _axes_of(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
+    """Return the values of each field if the points form a grid; otherwise the numbers of the points."""
+    fields = _fields(points)
+    if len({row.seed for row in points}) > 1:
+        fields[SEED] = [row.seed for row in points]
+    axes = {path: list(dict.fromkeys(values)) for path, values in fields.items()}
+    distinct = len(set(zip(*fields.values(), strict=True))) if fields else 1
+    missing = any(isinstance(value, float) and math.isnan(value) for one in axes.values() for value in one)
+    if missing or not distinct == len(points) == math.prod(map(len, axes.values())):
+        return {POINT: [row.id for row in points]}
+    return {path: values if isinstance(values[0], str) else sorted(values) for path, values in axes.items()}
+
+
+def _fields(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
+    """Return the value of each point of each field that varies."""
+    return {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
+
+
+def _cells(points: Sequence[StoredPoint], axes: Mapping[str, Sequence[Any]]) -> list[tuple[int, ...]]:
+    """Return the place of each point on each axis."""
+    own = {**_fields(points), POINT: [row.id for row in points], SEED: [row.seed for row in points]}
+    places = [[list(values).index(value) for value in own[path]] for path, values in axes.items()]
+    return list(zip(*places, strict=True)) if places else [() for _ in points]
+
+
+class _Runs(NamedTuple):
+    """The dimension ``run``."""
+
+    numbers: NDArray[np.int64]
+    shared: bool
+    """Whether a run has the same number in all points; otherwise the numbers are places within a point."""
+    places: list[NDArray[np.int64]]
+    """Of the runs of each point along the dimension."""
+
+    @classmethod
+    def of(cls, numbers: Sequence[NDArray[np.int64]]) -> _Runs:
+        """Return the dimension for the numbers of the runs of each point."""
+        longest = max((each.size for each in numbers), default=0)
+        together = np.unique(np.concatenate([np.empty(0, np.int64), *numbers]))
+        if together.size == longest:
+            return cls(together, True, [np.searchsorted(together, each) for each in numbers])
+        return cls(np.arange(longest), False, [np.arange(each.size) for each in numbers])
+
+
+class _Grid(NamedTuple):
+    """Where the values of points and runs stand in arrays with a dimension per field."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    cells: list[tuple[int, ...]]
+    """Of each point."""
+    runs: _Runs
+
+    def of_points(self, values: Sequence[Any], words: str, **attributes: Any) -> tuple[Any, ...]:
+        """Return a variable with a value per point."""
+        array = np.zeros(self.shape, np.array(values).dtype)
+        for cell, value in zip(self.cells, values, strict=True):
+            array[cell] = value
+        return self.dims, array, {"long_name": words, **attributes}
+
+    def of_runs(self, values: Sequence[Any], dtype: str, attributes: dict[str, Any]) -> tuple[Any, ...]:
+        """Return a variable with a value per run; NaN, in a file a fill value, where a point lacks a run."""
+        whole = all(each.size == self.runs.numbers.size for each in values)
+        kind = np.dtype(dtype if whole else "float64")
+        array = np.full((*self.shape, self.runs.numbers.size), 0 if whole else np.nan, kind)
+        for cell, places, each in zip(self.cells, self.runs.places, values, strict=True):
+            array[cell][places] = each
+        stored = "int8" if dtype == "bool" else dtype
+        encoding: dict[str, Any] = {"zlib": True, "complevel": 4}
+        if not whole:
+            encoding |= {"dtype": stored, "_FillValue": np.iinfo(stored).min}
+        return (*self.dims, "run"), array, attributes, encoding
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Return values of one type, as the formats need them: numbers, Booleans, or else text."""
+    kinds = {type(value) for value in values} - {type(None)}
+    if kinds and kinds <= {int, float}:
+        return [math.nan if value is None else value for value in values]
+    if kinds == {bool} and None not in values:
+        return values
+    return [
+        "" if value is None else value if isinstance(value, str) else json.dumps(value) for value in values
+    ]

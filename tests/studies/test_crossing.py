@@ -10,8 +10,8 @@ import pytest
 from scipy.special import betaln
 from scipy.stats import binom
 
-from feasibee.results.crossing import Crossing, Finding, Rule, find_crossing, finding_at, most_tests
 from feasibee.results.statistics import Interval
+from feasibee.studies.size import Crossing, Finding, Rule, find_crossing, finding_at, most_tests
 
 UNKNOWN = Interval(0.5, 0.0, 1.0)
 

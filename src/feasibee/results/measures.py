@@ -1,0 +1,605 @@
+"""How well the runs of a scenario went: the one table of measures, and how they are computed.
+
+A run is judged by the ground truth; in a world that changes, by that of the step in question. Commands,
+studies and figures derive from `MEASURES`, and sum up runs by `Measured`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.model.outcomes import CHANGES, DECLARES, Need
+from feasibee.results.statistics import (
+    DeclareTimes,
+    Interval,
+    Quartiles,
+    bits_per_robot_and_step,
+    confidence_sequence,
+    decision_times,
+    declare_times,
+    event_rate,
+    mean_share,
+    quartiles,
+    wilson,
+)
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
+
+PER: Final = 1000
+"""Steps that false alarms are counted per."""
+OF_RUNS: Final[Mapping[str, str]] = {
+    "right_steps": "steps, from step 1 on, at which the swarm held the truth of that step",
+    "changes": "changes of truth just before which the swarm was right",
+    "missed": "changes of these that the swarm did not follow before the next one or the end",
+    "first_delay": "steps until the swarm followed the first of these changes; -1: none, or missed",
+    "false_alarms": "times that the swarm took up the wrong opinion though the truth had not changed",
+    "robot_steps": "robots present, summed over the steps from step 1 on",
+}
+"""Measures of single runs, in words."""
+
+
+def decided_right(results: Any, scenario: Scenario) -> NDArray[np.bool_]:
+    """Return whether the first collective decision of each run was the truth of its step: shape (runs,).
+
+    Parameters
+    ----------
+    results : Record, Dataset or DataFrame
+        Runs of the scenario, with each outcome as an attribute.
+    scenario : Scenario
+        What the runs were simulated from.
+    """
+    there = truth_of_decisions(results) if scenario.dynamic else int(truth(scenario))
+    right: NDArray[np.bool_] = column(results, "decision") == there
+    return right
+
+
+def truth_of_decisions(results: Any) -> NDArray[np.int8]:
+    """Return the truth of the step of each run's first decision; of an undecided run, that of step 0."""
+    truths, step = np.asarray(results.truth), np.maximum(column(results, "decision_step"), 0)
+    there: NDArray[np.int8] = truths[np.arange(step.size), step]
+    return there
+
+
+def ended_right(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
+    """Return whether more than the threshold's share of each run's robots were right at the end.
+
+    Parameters
+    ----------
+    results : Record, Dataset or DataFrame
+        Runs of the scenario, with each outcome as an attribute.
+    scenario : Scenario
+        What the runs were simulated from.
+    feasible : bool, optional
+        The opinion that is right; by default the ground truth at the end of each run.
+    """
+    if scenario.dynamic:
+        there = np.asarray(results.truth)[:, -1] if feasible is None else int(feasible)
+        agreed: NDArray[np.bool_] = np.asarray(results.held)[:, -1] == there
+        return agreed
+    wanted = truth(scenario) if feasible is None else feasible
+    return is_quorum(column(results, "feasible_at_end" if wanted else "infeasible_at_end"), results, scenario)
+
+
+def ended_agreed(results: Any, scenario: Scenario) -> NDArray[np.bool_]:
+    """Return whether more than the threshold's share of each run's robots agreed at the end, on either."""
+    return ended_right(results, scenario, True) | ended_right(results, scenario, False)
+
+
+def mean_bits(results: Any, scenario: Scenario) -> float:
+    """Return the mean number of bits per robot-step over all runs; robots count while they are present."""
+    if scenario.dynamic:
+        return int(column(results, "bits_sent").sum()) / max(1, int(robot_steps(results).sum()))
+    return bits_per_robot_and_step(
+        column(results, "bits_sent"),
+        column(results, "decision_step"),
+        scenario.robots.count,
+        scenario.run.steps,
+        scenario.run.stop_at_decision,
+    )
+
+
+def robot_steps(results: Any) -> NDArray[np.int64]:
+    """Return the number of robot-steps of each run in a world that changes: shape (runs,)."""
+    present = np.asarray(results.robots_present)[:, 1:]
+    total: NDArray[np.int64] = np.maximum(present, 0).sum(axis=1, dtype=np.int64)
+    return total
+
+
+def is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray[np.bool_]:
+    """Return whether a number of robots of each run is more than the threshold's share of those that count.
+
+    Robots may stop working during a run. A run may end at its decision, before they do.
+    """
+    needed, stop = exact(scenario.decision.threshold), scenario.faults.stop_step
+    last = np.full(counts.size, scenario.run.steps)
+    if scenario.run.stop_at_decision:
+        decided = column(results, "decision_step")
+        last = np.where(decided >= 0, decided, last)
+    counted = np.where(last < stop, scenario.counted(0), scenario.counted(stop))
+    enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
+    return enough
+
+
+def column(results: Any, name: str) -> NDArray[np.int64]:
+    """Return an outcome as 64-bit integers: shape (runs,)."""
+    return np.asarray(getattr(results, name)).astype(np.int64)
+
+
+class Declarations(NamedTuple):
+    """Declarations in the runs of a scenario."""
+
+    ok: Interval
+    """Share of runs in which more than the threshold's share of robots declared rightly, and none wrongly."""
+    wrong: Interval
+    """Share of runs in which at least one robot declared wrongly."""
+    step_90: DeclareTimes
+    """Steps by which more than the threshold's share of the robots had declared."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the statistics as plain tables, for programs."""
+        return {
+            "ok": self.ok._asdict(),
+            "wrong": self.wrong._asdict(),
+            "step_90": {
+                name: list(value) if isinstance(value, tuple) else value
+                for name, value in self.step_90._asdict().items()
+            },
+        }
+
+
+def declarations(results: Any, scenario: Scenario) -> Declarations | None:
+    """Return the shares of runs that declared rightly and wrongly, and when; None without declarations.
+
+    Parameters
+    ----------
+    results : Record, Dataset or DataFrame
+        Runs of the scenario, with each outcome as an attribute.
+    scenario : Scenario
+        What the runs were simulated from.
+    """
+    return measured(results, scenario).declared
+
+
+def declared_right(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
+    """Return whether enough robots of each run declared rightly, and none wrongly: bool, shape (runs,).
+
+    ``feasible`` is the opinion that is right; by default the ground truth, before any change.
+    """
+    wanted = truth(scenario) if feasible is None else feasible
+    right = column(results, "declared_feasible" if wanted else "declared_infeasible")
+    return is_quorum(right, results, scenario) & ~declared_wrong(results, scenario, wanted)
+
+
+def declared_wrong(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
+    """Return whether at least one robot of each run declared wrongly: bool, shape (runs,)."""
+    wanted = truth(scenario) if feasible is None else feasible
+    return column(results, "declared_infeasible" if wanted else "declared_feasible") > 0
+
+
+class Changes(NamedTuple):
+    """Changes of the truth just before which a swarm was right, in the order of runs and steps."""
+
+    run: NDArray[np.int64]
+    """Row of the run."""
+    step: NDArray[np.int64]
+    """Step of the change."""
+    delay: NDArray[np.int64]
+    """Steps until the swarm held the new truth; -1 if it did not before the next change or the end."""
+    watched: NDArray[np.int64]
+    """Last delay that could have been seen: up to the step before the next change, or up to the end."""
+
+
+class Tracking(NamedTuple):
+    """Measures of runs in a world that changes."""
+
+    right_share: Interval
+    """Share of steps at which the swarm held the truth of that step, mean over runs."""
+    detection_delay: Quartiles
+    """Steps from a change of truth to the first step at which the swarm held the new truth."""
+    missed: Interval | None
+    """Share of changes that the swarm did not follow before the next one or the end; None without any."""
+    changes: int
+    """Number of changes of truth just before which the swarm was right: those that delays are of."""
+    false_alarms: Interval
+    """Number of false alarms per 1,000 steps."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the measures as plain tables, for programs."""
+        return {
+            "right_share": self.right_share._asdict(),
+            "detection_delay": {**self.detection_delay._asdict(), "changes": self.changes},
+            "missed": None if self.missed is None else self.missed._asdict(),
+            "false_alarms": self.false_alarms._asdict(),
+        }
+
+
+class RunCounts(NamedTuple):
+    """What is counted of runs in a world that changes; runs of several scenarios can be joined."""
+
+    steps: NDArray[np.int64]
+    """Number of steps, by run."""
+    right: NDArray[np.int64]
+    """Number of steps at which the swarm was right, by run."""
+    alarms: NDArray[np.int64]
+    """Number of false alarms, by run."""
+    delay: NDArray[np.int64]
+    """Delay of each of the `Changes` of all runs."""
+    watched: NDArray[np.int64]
+    """Last delay that could have been seen of each."""
+
+
+def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking | None:
+    """Return how swarms tracked the truth; None in a world that doesn't change, or without steps.
+
+    Parameters
+    ----------
+    results : Record or Dataset
+        Runs of the scenario, with ``truth`` and ``held``.
+    scenario : Scenario
+        What the runs were simulated from.
+    first_step : int
+        Steps before it, and changes and alarms at them, aren't counted: a warm-up.
+
+    Notes
+    -----
+    A *change* is a step whose truth differs from that of the step before. A *false alarm* is a step at which
+    a swarm takes up the wrong opinion, although the last opinion that it held since the last change of truth
+    was right. Delay and false alarms are the two sides of quickest detection [1]_ [2]_.
+
+    References
+    ----------
+    .. [1] Page, "Continuous inspection schemes", Biometrika 1954.
+    .. [2] Basseville, Nikiforov, "Detection of Abrupt Changes: Theory and Application", 1993.
+    """
+    found = counts_of(results, first_step) if scenario.dynamic else None
+    return None if found is None or not found.steps.sum() else summarised([found])
+
+
+def counts_of(results: Any, first_step: int = 1) -> RunCounts:
+    """Return what is counted of runs in a world that changes; the arguments are those of `tracking`."""
+    truth, held = np.asarray(results.truth), np.asarray(results.held)
+    changes = changes_of(truth, held, first_step)
+    return RunCounts(
+        steps_of(truth, first_step),
+        right_steps_of(truth, held, first_step),
+        false_alarms_of(truth, held, first_step),
+        changes.delay,
+        changes.watched,
+    )
+
+
+def summarised(parts: Sequence[RunCounts]) -> Tracking:
+    """Return the measures of some runs together, at least one of which has a step."""
+    steps, right, alarms, delay, watched = (np.concatenate(each) for each in zip(*parts, strict=True))
+    played, missed = steps > 0, int((delay < 0).sum())
+    rate = event_rate(alarms, steps)
+    return Tracking(
+        mean_share(right[played] / steps[played]),
+        quartiles(delay, watched),
+        wilson(missed, delay.size) if delay.size else None,
+        delay.size,
+        Interval(*(PER * each for each in rate)),
+    )
+
+
+def measures_of_runs(results: Any) -> dict[str, NDArray[np.int64]]:
+    """Return the measures `OF_RUNS` of each run of a world that changes: shape (runs,)."""
+    truth, held = np.asarray(results.truth), np.asarray(results.held)
+    runs, changes = truth.shape[0], changes_of(truth, held)
+    first = np.full(runs, -1, np.int64)
+    first[changes.run[::-1]] = changes.delay[::-1]  # the first change of a run is written last
+    return {
+        "right_steps": right_steps_of(truth, held),
+        "changes": np.bincount(changes.run, minlength=runs),
+        "missed": np.bincount(changes.run[changes.delay < 0], minlength=runs),
+        "first_delay": first,
+        "false_alarms": false_alarms_of(truth, held),
+        "robot_steps": robot_steps(results),
+    }
+
+
+def steps_of(truth: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
+    """Return the number of simulated steps of each run from a step on: shape (runs,)."""
+    counts: NDArray[np.int64] = (np.asarray(truth)[:, first_step:] >= 0).sum(axis=1)
+    return counts
+
+
+def right_steps_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
+    """Return the number of steps of each run at which its swarm held the truth of that step: shape (runs,).
+
+    Parameters
+    ----------
+    truth, held : int8 array, shape (runs, steps + 1)
+        As in ``feasibee.model.record.Record``.
+    first_step : int
+        First step that counts.
+    """
+    counts: NDArray[np.int64] = _is_right(truth, held)[:, first_step:].sum(axis=1)
+    return counts
+
+
+def right_shares(results: Any, first_step: int = 1) -> NDArray[np.float64]:
+    """Return the share of steps at which each swarm held the truth of that step: shape (runs,)."""
+    steps = np.maximum(1, steps_of(results.truth, first_step))
+    shares: NDArray[np.float64] = right_steps_of(results.truth, results.held, first_step) / steps
+    return shares
+
+
+def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Changes:
+    """Return the changes of truth just before which a swarm was right, and when it followed them.
+
+    Parameters
+    ----------
+    truth, held : int8 array, shape (runs, steps + 1)
+        As in ``feasibee.model.record.Record``.
+    first_step : int
+        First step whose change counts.
+    """
+    truths, right = np.asarray(truth), _is_right(truth, held)
+    length = truths.shape[1]
+    row, step = np.nonzero(_changed(truths))
+    end = (truths >= 0).sum(axis=1)[row]  # the step after the last one watched
+    same = row[1:] == row[:-1]
+    end[:-1][same] = step[1:][same]
+    first = row * length + step
+    found = np.append(np.flatnonzero(right.ravel()), right.size)
+    followed = found[np.searchsorted(found, first)]
+    delay = np.where(followed < row * length + end, followed - first, -1)
+    counts = right[row, step - 1] & (step >= first_step)
+    return Changes(row[counts], step[counts], delay[counts], (end - 1 - step)[counts])
+
+
+def false_alarms_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
+    """Return the number of false alarms of each run: shape (runs,).
+
+    Parameters
+    ----------
+    truth, held : int8 array, shape (runs, steps + 1)
+        As in ``feasibee.model.record.Record``.
+    first_step : int
+        First step whose alarm counts.
+    """
+    truths, opinions = np.asarray(truth), np.asarray(held)
+    runs, length = truths.shape
+    starts = _changed(truths)
+    starts[:, :1] = True
+    stretch = np.cumsum(starts.ravel())  # steps of one run and one truth have the same number
+    at = np.flatnonzero(((opinions >= 0) & (truths >= 0)).ravel())
+    right = _is_right(truth, held).ravel()[at]
+    alarm = np.zeros(at.size, np.bool_)
+    alarm[1:] = right[:-1] & ~right[1:] & (stretch[at[1:]] == stretch[at[:-1]])
+    places = at[alarm]
+    return np.bincount(places[places % length >= first_step] // length, minlength=runs)
+
+
+def truth_intervals(truth: ArrayLike) -> list[dict[str, Any]] | None:
+    """Return the stretches of steps with one truth, if all runs share them; else None.
+
+    Parameters
+    ----------
+    truth : int8 array, shape (runs, steps + 1)
+        As in ``feasibee.model.record.Record``.
+
+    Examples
+    --------
+    >>> from feasibee.results.tracking import truth_intervals
+    >>> truth_intervals([[1, 1, 0]])
+    [{'first': 0, 'last': 1, 'truth': 'feasible'}, {'first': 2, 'last': 2, 'truth': 'infeasible'}]
+    """
+    truths = np.asarray(truth)
+    if not truths.size or (truths != truths[0]).any():
+        return None
+    shared = truths[0][truths[0] >= 0]
+    edges = [0, *(np.flatnonzero(np.diff(shared)) + 1).tolist(), shared.size]
+    return [
+        {"first": first, "last": after - 1, "truth": DECISIONS[int(shared[first])]}
+        for first, after in pairwise(edges)
+    ]
+
+
+def _is_right(truth: ArrayLike, held: ArrayLike) -> NDArray[np.bool_]:
+    """Return whether each swarm held the truth at each step; False after the end of a run."""
+    truths = np.asarray(truth)
+    right: NDArray[np.bool_] = (np.asarray(held) == truths) & (truths >= 0)
+    return right
+
+
+def _changed(truths: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return whether the truth of each step differs from that of the step before."""
+    changed = np.zeros(truths.shape, np.bool_)
+    changed[:, 1:] = (truths[:, 1:] != truths[:, :-1]) & (truths[:, 1:] >= 0)
+    return changed
+
+
+def mean_delays(results: Any, scenario: Scenario) -> NDArray[np.float64]:
+    """Return the mean delay of each run over its changes; a missed one counts as long as it was watched.
+
+    This is the restricted mean of a censored time; a run without changes that count has NaN.
+
+    References
+    ----------
+    Royston, Parmar, "Restricted mean survival time: an alternative to the hazard ratio", 2013.
+    """
+    changes, runs = changes_of(results.truth, results.held), np.asarray(results.truth).shape[0]
+    waited = np.where(changes.delay >= 0, changes.delay, changes.watched + 1)
+    number = np.bincount(changes.run, minlength=runs)
+    total = np.bincount(changes.run, waited, minlength=runs)
+    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+
+class Measure(NamedTuple):
+    """A number that says how well the runs of a scenario went."""
+
+    name: str
+    """Name in commands, tables and JSON."""
+    words: str
+    """What it is, as the label of an axis."""
+    unit: str = "%"
+    """Unit in figures; empty if the words have it."""
+    needs: Need | None = None
+    """What a scenario must have for it; None if all scenarios have it."""
+    holds: Callable[[Any, Scenario], NDArray[np.bool_]] | None = None
+    """Returns whether it holds of each run, if it is a share of the runs; `Tracking` has the others."""
+    values: Callable[[Any, Scenario], NDArray[np.float64]] | None = None
+    """Returns what ``feasibee tune`` improves: a number of each run, NaN for a run without it."""
+    less: bool = False
+    """Whether less of it is better."""
+    ends: str = ""
+    """What stands for its estimate and the ends of its interval, if no confidence interval does."""
+    column: str = ""
+    """Name of its column in exports, if it has one."""
+    of_run: str = ""
+    """What that column says of a run."""
+
+    @property
+    def label(self) -> str:
+        """The words with the unit, for an axis."""
+        return f"{self.words} ({self.unit})" if self.unit else self.words
+
+
+def _decided(code: int) -> Callable[[Any, Scenario], NDArray[np.bool_]]:
+    return lambda results, scenario: column(results, "decision") == code
+
+
+_TABLE: Final = (
+    Measure(
+        "accuracy",
+        "right decisions",
+        holds=decided_right,
+        column="right",
+        of_run="whether the swarm's collective decision is the truth",
+    ),
+    Measure(
+        "right_at_end",
+        "runs that are right at the end",
+        holds=ended_right,
+        values=lambda results, scenario: ended_right(results, scenario).astype(np.float64),
+        column="right_at_end",
+        of_run="whether more than the threshold's share of the robots hold the true opinion at the end",
+    ),
+    Measure("declared_ok", "runs that declared rightly", needs=DECLARES, holds=declared_right),
+    Measure(
+        "declared_wrong", "runs with a robot that declared wrongly", needs=DECLARES, holds=declared_wrong
+    ),
+    Measure("feasible", "runs that decide feasible", holds=_decided(FEASIBLE)),
+    Measure("infeasible", "runs that decide infeasible", holds=_decided(INFEASIBLE)),
+    Measure("undecided", "runs that stay undecided", holds=_decided(UNDECIDED)),
+    Measure(
+        "right_share",
+        "steps at which swarms are right",
+        needs=CHANGES,
+        values=lambda results, scenario: right_shares(results),
+    ),
+    Measure(
+        "detection_delay",
+        "delay of detection",
+        "steps",
+        CHANGES,
+        values=mean_delays,
+        less=True,
+        ends="median and quartiles",
+    ),
+    Measure("missed", "changes of truth that swarms missed", needs=CHANGES, less=True),
+    Measure("false_alarms", "false alarms per 1,000 steps", "", CHANGES, less=True),
+)
+MEASURES: Final[Mapping[str, Measure]] = {each.name: each for each in _TABLE}
+"""All measures by name, in the order in which commands offer them."""
+TRACKED: Final = tuple(each.name for each in _TABLE if each.needs is CHANGES)
+"""Those of worlds that change, each a field of `Tracking`."""
+NONE: Final = Interval(np.nan, np.nan, np.nan)
+
+
+def rightness(results: Any, scenario: Scenario) -> dict[str, NDArray[np.bool_]]:
+    """Return the measures with a column in exports, of each run: bool, shape (runs,)."""
+    return {each.column: each.holds(results, scenario) for each in _TABLE if each.column and each.holds}
+
+
+class Measured(NamedTuple):
+    """What came of the runs of one scenario."""
+
+    runs: int
+    counts: Mapping[str, int]
+    """Number of runs of which each measure holds that is a share of the runs."""
+    times: Quartiles
+    """Steps of the decisions."""
+    bits: float
+    """Bits per robot-step."""
+    declare_times: DeclareTimes | None
+    """None if the robots can't declare."""
+    followed: RunCounts | None
+    """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
+    sequential: bool = False
+    """Whether a stopping rule chose the number of runs."""
+
+    def share(self, name: str) -> Interval | None:
+        """Return a share of the runs; None without runs, or if their scenario doesn't have it."""
+        return together([self], name) if self.runs and name in self.counts else None
+
+    @property
+    def tracking(self) -> Tracking | None:
+        """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
+        played = self.followed is not None and self.followed.steps.sum()
+        return summarised([self.followed]) if self.followed and played else None
+
+    @property
+    def declared(self) -> Declarations | None:
+        """Declarations in the runs; None without runs, or if the robots can't declare."""
+        ok, wrong = self.share("declared_ok"), self.share("declared_wrong")
+        if ok is None or wrong is None or self.declare_times is None:
+            return None
+        return Declarations(ok, wrong, self.declare_times)
+
+
+def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Measured:
+    """Sum up the runs of a scenario.
+
+    Parameters
+    ----------
+    results : Record, Dataset or DataFrame
+        Runs of the scenario, with each outcome as an attribute.
+    scenario : Scenario
+        What the runs were simulated from.
+    sequential : bool
+        Whether a stopping rule chose the number of runs; shares then have confidence sequences.
+    """
+    had = [each for each in _TABLE if each.needs is None or each.needs.is_met(scenario)]
+    return Measured(
+        column(results, "decision").size,
+        {each.name: int(each.holds(results, scenario).sum()) for each in had if each.holds},
+        decision_times(results.decision_step),
+        mean_bits(results, scenario),
+        declare_times(column(results, "declare_step")) if scenario.manifest.declares else None,
+        counts_of(results) if scenario.dynamic else None,
+        sequential,
+    )
+
+
+def together(parts: Sequence[Measured], name: str) -> Interval:
+    """Return a measure of the runs of some points together; NaN where it is unknown, or never.
+
+    The interval of a share of runs is Wilson's, or a confidence sequence if a stopping rule chose the runs of
+    one of the points. That of a delay of detection is from its lower to its upper quartile.
+    """
+    if name not in TRACKED:
+        counted = [each for each in parts if each.runs and name in each.counts]
+        runs = sum(each.counts[name] for each in counted), sum(each.runs for each in counted)
+        interval = confidence_sequence if any(each.sequential for each in counted) else wilson
+        return interval(*runs) if counted else NONE
+    followed = [each.followed for each in parts if each.runs and each.followed]
+    found = getattr(summarised(followed), name) if followed else None
+    if isinstance(found, Quartiles):
+        ends = (np.nan if step is None else float(step) for step in (found.median, found.q25, found.q75))
+        return Interval(*ends)
+    return NONE if found is None else found
+
+
+def tracked(results: Any, scenario: Scenario) -> dict[str, Any]:
+    """Return how swarms tracked the truth, and when it changed, as plain tables; none if it can't change."""
+    found = tracking(results, scenario)
+    return {} if found is None else {**found.to_dict(), "truth_intervals": truth_intervals(results.truth)}
