@@ -1,52 +1,51 @@
 """Where runs are computed: threads of this process, other processes, or a Dask cluster.
 
-`Workers` compute the chunks of a schedule. A worker that dies is replaced. Ctrl-C is handled between two chunks.
+`Workers` compute the chunks of a schedule, and replace a worker that dies. Ctrl-C is handled between chunks.
 """
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import dataclass
-from multiprocessing import connection, get_context, parent_process
-from threading import Thread
-from typing import Any
-from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.simulation.ensemble import processors
+import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
     CancelledError,
     Executor,
     Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
     as_completed,
     wait,
 )
-from contextlib import suppress
-from feasibee.errors import FeasibeeError
-from feasibee.scenario.runs import Runs
-from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps.encoding import EncodedRuns, encode
-from feasibee.sweeps.pace import Pace
-from feasibee.sweeps.plan import Study
-from feasibee.sweeps.schedule import RunRange, Schedule
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from multiprocessing import resource_tracker
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing import connection, get_context, parent_process, resource_tracker
+from threading import Thread
 from types import FrameType
 from typing import Any, Self
 
-
+from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.ensemble import processors, simulate_record
+from feasibee.sweeps.plan import Study
+from feasibee.sweeps.schedule import Pace, RunRange, Schedule
+from feasibee.sweeps.schema import EncodedRuns, encode
 
 PATIENCE = 20.0
 """Seconds to wait for the answer of a cluster."""
+PULSE = 1.0
+"""Progress is reported at least so often, in seconds, however long a chunk takes."""
+TRIES = 3
+"""Number of tries of a chunk whose worker dies; the last one alone, since others died with it."""
+
+Pieces = list[RunRange]
+Chunk = Future[list[EncodedRuns]]
 
 
 @dataclass(frozen=True)
@@ -147,15 +146,6 @@ def _connected(address: str) -> Any:
         raise FeasibeeError(
             f"--dask {address}: doesn't answer: {error}; give a scheduler's address"
         ) from None
-
-
-PULSE = 1.0
-"""Progress is reported at least so often, in seconds, however long a chunk takes."""
-TRIES = 3
-"""Number of tries of a chunk whose worker dies; the last one alone, since others died with it."""
-
-Pieces = list[RunRange]
-Chunk = Future[list[EncodedRuns]]
 
 
 def play(

@@ -7,15 +7,22 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
+
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT
-from feasibee.sweeps.encoding import EncodedRuns
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import StoppingRule, Study
+from feasibee.sweeps.schema import EncodedRuns
 
-
-
+CHUNK_WORK = 40_000_000
+"""Robot-steps per chunk at most: about one second of a processor of 2020."""
+CHUNK_SECONDS = 1.0
+"""Intended duration of a chunk: how long an interruption waits, and how much work a kill costs."""
+FIRST_WORK = 1_000_000
+"""Robot-steps of the first chunks, before the workers' speed is known: about 25 ms."""
+LEAST_WORK = 500_000
+"""Robot-steps down to which the last chunks shrink, so that all workers end together: about 12 ms."""
 ROUNDS = 8
 """Each point's runs are split into so many pieces, so that a half-done sweep is balanced."""
 LEAST_PIECE = 4_000_000
@@ -169,17 +176,7 @@ def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
     by_step = 8 * curves + 10 * scenario.dynamic
     room = CURVES_LIMIT // 64 // (by_step * (scenario.run.steps + 1)) if by_step else runs
     balanced = max(-(-runs // ROUNDS), LEAST_PIECE // _work(scenario))
-    return max(1, min(pace.CHUNK_WORK // _work(scenario), balanced, room))
-
-
-CHUNK_WORK = 40_000_000
-"""Robot-steps per chunk at most: about one second of a processor of 2020."""
-CHUNK_SECONDS = 1.0
-"""Intended duration of a chunk: how long an interruption waits, and how much work a kill costs."""
-FIRST_WORK = 1_000_000
-"""Robot-steps of the first chunks, before the workers' speed is known: about 25 ms."""
-LEAST_WORK = 500_000
-"""Robot-steps down to which the last chunks shrink, so that all workers end together: about 12 ms."""
+    return max(1, min(CHUNK_WORK // _work(scenario), balanced, room))
 
 
 class Pace:

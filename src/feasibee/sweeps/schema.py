@@ -5,25 +5,21 @@ Each change of a journal by anything else is found when it is read, since digest
 
 from __future__ import annotations
 
-from enum import IntEnum
-from typing import Final, NamedTuple
-from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 import hashlib
 import json
 import os
-from collections.abc import Mapping
-from pathlib import Path
-from typing import Any
-import numpy as np
-from feasibee.model.codes import MODEL_VERSION
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import numpy as np
 from numpy.typing import NDArray
+
+from feasibee.model.codes import MODEL_VERSION
+from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
-from feasibee.model.outcomes import CURVES, TRACES
-
-
 
 NAME: Final = "journal.sqlite"
 LOCK: Final = "journal.lock"
@@ -174,12 +170,12 @@ def _digest(*parts: bytes) -> bytes:
     return found.digest()
 
 
-def of_entry(entry: Entry) -> bytes:
+def digest_of_entry(entry: Entry) -> bytes:
     """Return the digest of a point; it depends on the format and the model version."""
     return _digest(json.dumps([FORMAT, MODEL_VERSION, *entry]).encode())
 
 
-def of_rows(kind: Kind, point: int, rows: Any) -> bytes:
+def digest_of_rows(kind: Kind, point: int, rows: Any) -> bytes:
     """Return the digest of a chunk: an array of runs, or tuples of a run and what is kept by step."""
     place = json.dumps([kind, point]).encode()
     if kind is Kind.RUNS:
@@ -187,7 +183,7 @@ def of_rows(kind: Kind, point: int, rows: Any) -> bytes:
     return _digest(place, *(part for run, *blobs in rows for part in (str(run).encode(), *blobs)))
 
 
-def of_about(about: Mapping[str, str]) -> str:
+def digest_of_about(about: Mapping[str, str]) -> str:
     """Return the digest of the table ``about``, without its row for the digest."""
     rows = sorted((key, value) for key, value in about.items() if key != "digest")
     return _digest(json.dumps(rows).encode()).hex()

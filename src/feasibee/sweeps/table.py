@@ -3,30 +3,33 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from types import SimpleNamespace
-from typing import Any, NamedTuple
-import numpy as np
-from feasibee.errors import FeasibeeError, UnknownFieldError
-from feasibee.model.outcomes import TRACES
-from feasibee.results.measures import Measured, measured, together
-from feasibee.results.statistics import Interval
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.schema import Entry
-from feasibee.sweeps.stored import StoredPoint, stored_point
-from feasibee.sweeps.survey import Survey
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
 from numpy.typing import NDArray
+
+from feasibee.errors import FeasibeeError, UnknownFieldError
 from feasibee.files import RESULTS, atomic_write, check_output
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
-from feasibee.model.outcomes import OUTCOMES
+from feasibee.model.outcomes import OUTCOMES, TRACES
 from feasibee.results.dataset import attributes_of, write_netcdf
-from feasibee.results.measures import MEASURES, OF_RUNS, measures_of_runs, rightness
-from feasibee.sweeps.schema import PLACES
-from feasibee.sweeps.stored import StoredPoint
+from feasibee.results.measures import (
+    MEASURES,
+    OF_RUNS,
+    Measured,
+    measured,
+    measures_of_runs,
+    rightness,
+    together,
+)
+from feasibee.results.statistics import Interval
+from feasibee.sweeps.content import Survey
+from feasibee.sweeps.journal import Journal, StoredPoint, stored_point
+from feasibee.sweeps.schema import PLACES, Entry
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,6 +37,10 @@ if TYPE_CHECKING:
 
 
 SOURCE = "source"
+NUMBER: Final = "number of the run"
+SEED: Final = "seed"
+POINT: Final = "point"
+"""The dimension of points that don't form a grid."""
 
 
 class Summary(NamedTuple):
@@ -158,12 +165,6 @@ def value_of(row: StoredPoint, path: str) -> Any:
     except UnknownFieldError:
         return None
     return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
-
-
-NUMBER: Final = "number of the run"
-SEED: Final = "seed"
-POINT: Final = "point"
-"""The dimension of points that don't form a grid."""
 
 
 def export(journal: Journal, path: Path) -> int:
