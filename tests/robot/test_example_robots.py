@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
-from feasibee.firmware import header
+from feasibee.robot.firmware import header
 from tests.firmware import boards
 
 EXAMPLES = boards.SOURCES.parents[2] / "examples"

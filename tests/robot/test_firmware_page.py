@@ -6,9 +6,10 @@ import re
 import subprocess
 from pathlib import Path
 
-from feasibee.firmware import header, strategies_in_c
-from feasibee.strategies import STRATEGIES
 from tests.firmware.driving import HERE, SANITIZED, STRICT, compiler
+
+from feasibee.robot.firmware import header, strategies_in_c
+from feasibee.strategies import STRATEGIES
 
 PAGE = Path(__file__).parents[2] / "docs" / "firmware.md"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from feasibee.firmware import strategies_in_c
+from feasibee.robot.firmware import strategies_in_c
 from tests.firmware import boards, frames
 
 SMALL = ["dmmd", "dc", "census", "tally", "estimate", "quiet-census", "turns", "totals"]

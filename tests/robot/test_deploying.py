@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from feasibee import Scenario
-from feasibee.firmware import header
+from feasibee.robot.firmware import header
 from tests.firmware import boards
 
 ROOT = boards.SOURCES.parents[2]
