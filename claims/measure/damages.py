@@ -16,7 +16,7 @@ from pathlib import Path
 from click.testing import CliRunner, Result
 
 from feasibee.cli import main as feasibee
-from feasibee.sweeps import executors, pace
+from feasibee.sweeps import executors, schedule
 from feasibee.sweeps.plan import Study
 from feasibee.sweeps.schema import NAME, SEAL
 from feasibee.sweeps.sweep import Progress, sweep
@@ -54,15 +54,15 @@ def keep_journals(folder: Path) -> None:
     """Sweep a study into a journal of each kind, in chunks of three runs."""
     (folder / "own.py").write_text(OWN, encoding="utf-8")
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    before = pace.CHUNK_WORK, pace.CHUNK_SECONDS
-    pace.CHUNK_WORK, pace.CHUNK_SECONDS = 600, 1e9
+    before = schedule.CHUNK_WORK, schedule.CHUNK_SECONDS
+    schedule.CHUNK_WORK, schedule.CHUNK_SECONDS = 600, 1e9
     try:
         for kind, midway in (("open", -1), ("halfway", 120)):
             shutil.rmtree(folder / "closed", ignore_errors=True)
             plan = Study.read(folder / "study.toml")
             sweep(plan, folder / "closed", executors.threads(1), progress=_copying(folder, kind, midway))
     finally:
-        pace.CHUNK_WORK, pace.CHUNK_SECONDS = before
+        schedule.CHUNK_WORK, schedule.CHUNK_SECONDS = before
 
 
 def _copying(folder: Path, kind: str, midway: int) -> Callable[[Progress], None]:

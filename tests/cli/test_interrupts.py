@@ -17,8 +17,8 @@ import pytest
 from feasibee import Scenario, simulate
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.pace import CHUNK_WORK, LEAST_WORK, Pace
 from feasibee.sweeps.plan import study_of
+from feasibee.sweeps.schedule import CHUNK_WORK, LEAST_WORK, Pace
 from feasibee.sweeps.sweep import sweep
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="no signals to send")

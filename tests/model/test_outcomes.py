@@ -16,10 +16,10 @@ from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps.exports import export
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.schema import PLACES
+from feasibee.sweeps.table import export
 
 NAMES = [each.name for each in OUTCOMES]
 SCENARIO = Scenario(robots={"count": 5}, run={"steps": 30}, decision={"commit": {"rounds": 1, "heard": 1}})

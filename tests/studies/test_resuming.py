@@ -27,7 +27,7 @@ from feasibee.studies.recommend import Constraints, recommend
 from feasibee.studies.size import Rule, size
 from feasibee.studies.space import dimensions
 from feasibee.studies.tuning import _finalists, sensitivities, tune
-from feasibee.sweeps import executors, pace, workers
+from feasibee.sweeps import executors, schedule
 from feasibee.sweeps.executors import WorkerPool
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, Study
@@ -105,7 +105,7 @@ class Player:
     limit: float = float("inf")
     error: BaseException = field(default_factory=lambda: RuntimeError("crashed"))
     runs: Counter = field(default_factory=Counter)
-    play: object = workers.play
+    play: object = executors.play
 
     def __call__(self, scenarios, pieces, seed, curves):
         if sum(self.runs.values()) >= self.limit:
@@ -120,11 +120,11 @@ class Player:
 @pytest.fixture
 def played(monkeypatch):
     """Small chunks; a call replaces what plays them."""
-    monkeypatch.setattr(pace, "CHUNK_WORK", 1000)
-    monkeypatch.setattr(pace, "CHUNK_SECONDS", 1e9)
+    monkeypatch.setattr(schedule, "CHUNK_WORK", 1000)
+    monkeypatch.setattr(schedule, "CHUNK_SECONDS", 1e9)
 
     def by(player):
-        monkeypatch.setattr(workers, "play", player)
+        monkeypatch.setattr(executors, "play", player)
         return player
 
     return by
@@ -139,7 +139,7 @@ def undisturbed():
         if study not in kept:
             with pytest.MonkeyPatch.context() as patch:
                 player = Player()
-                patch.setattr(workers, "play", player)
+                patch.setattr(executors, "play", player)
                 execution = Execution(pool=executors.threads(1))
                 kept[study] = STUDIES[study](execution), player.runs
         return kept[study]
@@ -294,7 +294,7 @@ def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
     arguments = [*COMMANDS[study], "--out", "out"]
     first = CliRunner().invoke(main, arguments)
     assert first.exit_code == 0, first.output
-    monkeypatch.setattr(workers, "play", Player(0))
+    monkeypatch.setattr(executors, "play", Player(0))
     again = CliRunner().invoke(main, [*arguments, "--workers", "1"])
     assert (again.exit_code, again.stdout) == (0, first.stdout)
     with Journal(tmp_path / "out") as journal:
@@ -337,10 +337,10 @@ def test_every_command_takes_threads_processes_and_dask(monkeypatch, tmp_path, s
 @pytest.mark.skipif(os.name == "nt", reason="no signals to send")
 def test_a_comparison_that_is_killed_goes_on_to_the_same_bytes(tmp_path):
     slow = (
-        "import time\nfrom feasibee.cli import main\nfrom feasibee.sweeps import pace, workers\n"
-        "play, pace.CHUNK_WORK = workers.play, 400\n"
+        "import time\nfrom feasibee.cli import main\nfrom feasibee.sweeps import executors, schedule\n"
+        "play, schedule.CHUNK_WORK = executors.play, 400\n"
         "def slow(*arguments):\n    time.sleep(0.5)\n    return play(*arguments)\n"
-        "workers.play = slow\nmain()"
+        "executors.play = slow\nmain()"
     )
     arguments = [*COMMANDS["comparison"], "--out", "out"]
     process = subprocess.Popen([sys.executable, "-c", slow, *arguments], cwd=tmp_path)

@@ -26,12 +26,10 @@ from feasibee.results.measures import (
 )
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps.exports import export
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.merging import merge
+from feasibee.sweeps.journal import Journal, merge
 from feasibee.sweeps.plan import DesignPoint
-from feasibee.sweeps.rescue import rescue
 from feasibee.sweeps.schema import NAME, Kind
+from feasibee.sweeps.table import export
 
 WORLD = {"arena": {"side": 6.0}, "robots": {"count": 5}, "tasks": {"count": 3}, "run": {"steps": 60}}
 STILL = Scenario(**WORLD)
@@ -91,7 +89,7 @@ def test_runs_without_their_traces_are_missing(folder):
         database.execute("DELETE FROM traces WHERE run = 3")
     with Journal(folder) as journal, pytest.raises(FeasibeeError, match="damaged"):
         journal.results(2)
-    with Journal(folder, write=True, rescue=rescue) as journal:
+    with Journal(folder, write=True, rescue=True) as journal:
         assert "12 undamaged runs" in journal.rescued or "24 undamaged runs" in journal.rescued
         assert journal.missing(2, 0, 12, False, True) == [(0, 12)]
         assert journal.missing(1, 0, 12, False) == []
@@ -108,7 +106,7 @@ def test_runs_that_have_kept_their_traces_are_still_read(records, tmp_path, tabl
         journal.write([(number, records[1].part(4, 12))])
     with closing(sqlite3.connect(tmp_path / NAME, isolation_level=None)) as database:
         database.execute(f"DELETE FROM {table} WHERE run = 2")
-    with Journal(tmp_path, write=True, rescue=rescue) as journal:
+    with Journal(tmp_path, write=True, rescue=True) as journal:
         results = journal.results(1)
         assert journal.missing(1, 0, 12, False, True) == [(0, 4)]
     assert results.run.tolist() == list(range(4, 12))

@@ -18,9 +18,8 @@ from claims.measure.damages import KINDS, LOG, RUNS, copied, export, invoke, kee
 from feasibee import FeasibeeError, Scenario
 from feasibee.studies.space import dimensions
 from feasibee.studies.tuning import tune
-from feasibee.sweeps import checksums
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.rescue import FOLDER
+from feasibee.sweeps import schema
+from feasibee.sweeps.journal import RESCUE, Journal
 from feasibee.sweeps.schema import NAME, SEAL, Entry
 from feasibee.sweeps.sweep import Execution
 
@@ -211,7 +210,7 @@ def test_what_isnt_the_scenarios_is_refused_though_its_digest_is_right(folder, c
         columns = "points.id, hash, seed, truth, vary, scenario, until, source, text"
         joined = f"SELECT {columns} FROM points JOIN sources ON sources.id = source WHERE points.id = 3"
         entry = Entry._make(database.execute(joined).fetchone())
-        database.execute("UPDATE points SET digest = ? WHERE id = 3", (checksums.of_entry(entry),))
+        database.execute("UPDATE points SET digest = ? WHERE id = 3", (schema.digest_of_entry(entry),))
     assert "damaged: point 3" in refused_in_a_line("results", "export", folder)
 
 
@@ -291,11 +290,11 @@ def test_what_is_no_database_any_more_is_lost_as_a_whole(kept, folder):
 
 def test_a_rescue_that_was_killed_is_begun_again(kept, table, folder):
     change(folder, *DAMAGES["a decision"])
-    (folder / FOLDER).mkdir()
-    (folder / FOLDER / NAME).write_text("half")
+    (folder / RESCUE).mkdir()
+    (folder / RESCUE / NAME).write_text("half")
     assert swept(kept, folder)[0] == 3
     assert export(folder) == table
-    assert not (folder / FOLDER).exists()
+    assert not (folder / RESCUE).exists()
 
 
 def test_a_rescue_without_room_leaves_the_journal_as_it_is(kept, folder, monkeypatch):

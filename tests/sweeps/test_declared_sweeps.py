@@ -13,10 +13,9 @@ from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_rig
 from feasibee.results.statistics import confidence_sequence, declare_times, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps.exports import to_dataframe
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
-from feasibee.sweeps.table import summaries
+from feasibee.sweeps.table import summaries, to_dataframe
 
 TRUTHS = {"quiet": True, "crowded": False, "dmmd": True}
 

@@ -21,9 +21,8 @@ from feasibee.cli import main
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps import checksums
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.merging import merge
+from feasibee.sweeps import schema
+from feasibee.sweeps.journal import Journal, merge
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
 from feasibee.sweeps.schema import FORMAT, LOCK, NAME, PLACES, SCHEMA, SEAL, Entry, Kind
 from feasibee.sweeps.table import summaries
@@ -91,39 +90,39 @@ def test_the_digest_of_a_chunk_is_that_of_its_kind_point_runs_and_all_values():
         chunks += [
             (kind, 1, [first, (1, *blobs)]) for blobs in ((b"ex", b"gh"), (b"ef", b"gx"), (b"e", b"fgh"))
         ]
-    assert len({checksums.of_rows(*each) for each in chunks}) == len(chunks)
+    assert len({schema.digest_of_rows(*each) for each in chunks}) == len(chunks)
 
 
 def test_the_digest_of_a_point_is_that_of_all_its_fields_and_of_both_versions(monkeypatch):
     entry = Entry(1, "hash", "7", 1, "{}", "{}", None, None, None)
     others = Entry(2, "other", "8", 0, '{"a": 1}', '{"b": 2}', "{}", 1, "text")
     entries = [entry, *(entry._replace(**{name: value}) for name, value in others._asdict().items())]
-    digests = [checksums.of_entry(each) for each in entries]
+    digests = [schema.digest_of_entry(each) for each in entries]
     for name in ("FORMAT", "MODEL_VERSION"):
         with monkeypatch.context() as patch:
-            patch.setattr(checksums, name, 99)
-            digests.append(checksums.of_entry(entry))
+            patch.setattr(schema, name, 99)
+            digests.append(schema.digest_of_entry(entry))
     assert len(set(digests)) == len(digests)
 
 
 def test_the_digest_of_what_a_journal_is_about_is_that_of_all_but_itself(filled):
     with database(filled) as other:
         about = dict(other.execute("SELECT key, value FROM about"))
-    assert checksums.of_about(about) == about.pop("digest")
-    found = {checksums.of_about(about)}
-    found |= {checksums.of_about({**about, name: "99"}) for name in about}
-    keys = list(about)
-    found.add(checksums.of_about(dict(zip(keys, [*list(about.values())[1:], about[keys[0]]], strict=True))))
+    assert schema.digest_of_about(about) == about.pop("digest")
+    found = {schema.digest_of_about(about)}
+    found |= {schema.digest_of_about({**about, name: "99"}) for name in about}
+    first, *others = about.values()
+    found.add(schema.digest_of_about(dict(zip(about, [*others, first], strict=True))))
     assert len(found) == len(about) + 2
     assert set(about) == {"format", "model_version", "version", "commits", "points", "chunks"}
 
 
 def test_a_seal_whose_digest_is_another_says_nothing(tmp_path):
-    checksums.write_seal(tmp_path, 12)
-    assert checksums.read_seal(tmp_path) == 12
+    schema.write_seal(tmp_path, 12)
+    assert schema.read_seal(tmp_path) == 12
     text = (tmp_path / SEAL).read_text()
     (tmp_path / SEAL).write_text(text.replace("12", "13", 1))
-    assert checksums.read_seal(tmp_path) == 0
+    assert schema.read_seal(tmp_path) == 0
 
 
 # --- In and out ---
@@ -237,8 +236,7 @@ def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
     code = """
 import sys
 from pathlib import Path
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.merging import merge
+from feasibee.sweeps.journal import Journal, merge
 folder = Path(sys.argv[1])
 with Journal(folder) as journal, Journal(folder / sys.argv[2], write=True) as other:
     merge(other, [folder])
@@ -313,7 +311,7 @@ def other_journal(folder, statement=None, curves=False):
             other.execute(statement)
             for kind in Kind:
                 rows = other.execute(f"SELECT {kind.columns} FROM {kind.table} ORDER BY run").fetchall()
-                digest = checksums.of_rows(kind, number, rows)
+                digest = schema.digest_of_rows(kind, number, rows)
                 other.execute("UPDATE chunks SET digest = ? WHERE kind = ?", (digest, kind))
     return folder
 
@@ -357,7 +355,7 @@ def test_a_truth_that_differs_is_named(filled, tmp_path):
     with database(other) as opened:
         columns = "id, hash, seed, 1 - truth, vary, scenario, until, source, NULL"
         entry = Entry._make(opened.execute(f"SELECT {columns} FROM points").fetchone())
-        digest = checksums.of_entry(entry)
+        digest = schema.digest_of_entry(entry)
         opened.execute("UPDATE points SET truth = 1 - truth, digest = ?", (digest,))
     rule = f"point 1, seed 7, its truth is 1 in {filled} and 0 in {other}, and only one can be right"
     with Journal(filled, write=True) as journal, pytest.raises(FeasibeeError, match=re.escape(rule)):
@@ -483,7 +481,7 @@ def test_other_versions_are_refused(filled, key, number, rule):
             del about[key]
         else:
             about[key] = str(number)
-        about["digest"] = checksums.of_about(about)
+        about["digest"] = schema.digest_of_about(about)
         other.execute("DELETE FROM about")
         other.executemany("INSERT INTO about VALUES (?, ?)", about.items())
         other.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -29,15 +29,14 @@ from feasibee.results.measures import together
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps import executors, pace, workers
-from feasibee.sweeps.executors import WorkerPool
+from feasibee.sweeps import executors, schedule
+from feasibee.sweeps.executors import WorkerPool, play
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.sweeps.schedule import Schedule, _piece_size, is_sure
 from feasibee.sweeps.schema import NAME, PLACES
 from feasibee.sweeps.sweep import Progress, sweep
 from feasibee.sweeps.table import shares_by_cell, shares_by_line, summaries
-from feasibee.sweeps.workers import play
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -94,8 +93,8 @@ class Here(Executor):
 @pytest.fixture
 def small_chunks(monkeypatch):
     """Chunks of two runs or so."""
-    monkeypatch.setattr(pace, "CHUNK_WORK", 2 * WORK)
-    monkeypatch.setattr(pace, "CHUNK_SECONDS", 1e9)  # or less, on a slow machine
+    monkeypatch.setattr(schedule, "CHUNK_WORK", 2 * WORK)
+    monkeypatch.setattr(schedule, "CHUNK_SECONDS", 1e9)  # or less, on a slow machine
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +141,7 @@ def test_nothing_is_computed_again(tmp_path):
 
 
 def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks, monkeypatch):
-    monkeypatch.setattr(pace, "CHUNK_WORK", WORK)  # chunks of one run
+    monkeypatch.setattr(schedule, "CHUNK_WORK", WORK)  # chunks of one run
     sweep(study(runs=5), tmp_path, executors.threads(1))
     with sqlite3.connect(tmp_path / NAME) as database:
         database.execute("DELETE FROM runs WHERE point = 2 AND run IN (1, 2, 4)")
@@ -234,7 +233,7 @@ def test_a_chunk_that_is_being_computed_is_kept(tmp_path, small_chunks):
 @pytest.mark.slow
 def test_processes_give_the_same_and_a_death_is_survived(whole, tmp_path, small_chunks, monkeypatch):
     """The spawned processes import this module, whose play ends the first that comes."""
-    monkeypatch.setattr(workers, "play", play_but_die_once)
+    monkeypatch.setattr(executors, "play", play_but_die_once)
     monkeypatch.setenv("FEASIBEE_TEST_MARK", str(tmp_path / "died"))
     monkeypatch.syspath_prepend(str(Path(__file__).parent))
     done = sweep(study(curves=True), tmp_path / "out", executors.processes(2))
@@ -344,7 +343,7 @@ def test_an_error_of_the_work_isnt_hidden(tmp_path, monkeypatch):
     def fail(*arguments):
         raise MemoryError
 
-    monkeypatch.setattr(workers, "play", fail)
+    monkeypatch.setattr(executors, "play", fail)
     with pytest.raises(MemoryError):
         sweep(study(), tmp_path, executors.threads(2))
     monkeypatch.undo()
@@ -410,9 +409,9 @@ from distributed import Client, LocalCluster
 sys.path[:0] = [sys.argv[1], os.path.dirname(sys.argv[1])]
 
 def main():
-    from test_sweep import WORK, executors, pace, study, sweep
+    from test_sweep import WORK, executors, schedule, study, sweep
 
-    pace.CHUNK_WORK = WORK
+    schedule.CHUNK_WORK = WORK
     killed = []
 
     def tell(progress):
@@ -517,7 +516,7 @@ def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
         assert len(set(counts(tmp_path))) > 1
     assert sweep(plan, tmp_path, executors.threads(1)).runs_new == 0
     for number, (chunk, crew) in enumerate([(WORK, executors.threads(3)), (7 * WORK, WorkerPool(Here, 2))]):
-        monkeypatch.setattr(pace, "CHUNK_WORK", chunk)
+        monkeypatch.setattr(schedule, "CHUNK_WORK", chunk)
         sweep(plan, tmp_path / str(number), crew)
         assert everything(tmp_path / str(number)) == everything(tmp_path)
 
@@ -621,9 +620,9 @@ import os, random, signal, sys, time
 from pathlib import Path
 
 sys.path[:0] = [sys.argv[1], os.path.dirname(sys.argv[1])]
-from test_sweep import WORK, executors, everything, pace, study, sweep
+from test_sweep import WORK, executors, everything, schedule, study, sweep
 
-pace.CHUNK_WORK = WORK
+schedule.CHUNK_WORK = WORK
 folder, times = Path(sys.argv[2]), int(sys.argv[3])
 plan = study(curves=True)
 begin = time.monotonic()
@@ -686,10 +685,10 @@ def test_a_sweep_that_is_killed_fifty_times_goes_on(tmp_path):
 CHUNKED = """
 import signal, sys
 from feasibee.cli import main
-from feasibee.sweeps import pace
+from feasibee.sweeps import schedule
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
-pace.CHUNK_WORK = 400
+schedule.CHUNK_WORK = 400
 main(prog_name="feasibee")
 """
 
@@ -1254,7 +1253,7 @@ def test_a_piece_is_small_enough_for_the_memory(monkeypatch):
     """A step of a run with curves takes 8 bytes; a piece has room for an eighth of a gigabyte."""
     scenario = study(scenario={**SMALL, "run": {"steps": 10_000_000}}).points[0].scenario
     assert _piece_size(scenario, 100, False) == 1
-    monkeypatch.setattr(pace, "CHUNK_WORK", 10**12)
+    monkeypatch.setattr(schedule, "CHUNK_WORK", 10**12)
     assert _piece_size(scenario, 1000, False) == 125
     assert _piece_size(scenario, 1000, True) == 1
     assert _piece_size(scenario, 0, True) == 1

@@ -176,7 +176,7 @@ def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) 
 )
 @seed_option
 @workforce_options
-@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in seven worlds unlike the paper's.")
+@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in six worlds unlike the paper's.")
 def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -> None:
     """Reproduce the paper: its three figures, the data behind them, its claims checked.
 

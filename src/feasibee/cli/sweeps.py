@@ -303,8 +303,8 @@ def export(folder: Path, out: Path | None) -> None:
       feasibee results export
       feasibee results export --out ratio.nc
     """
-    from feasibee.sweeps.exports import export as write
     from feasibee.sweeps.journal import Journal
+    from feasibee.sweeps.table import export as write
 
     target = out or folder / "runs.csv"
     with Journal(folder) as journal:
@@ -376,7 +376,7 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
       feasibee results merge results part1 part2 part3
     """
     from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.merging import merge as merge_all
+    from feasibee.sweeps.journal import merge as merge_all
 
     for part in parts:
         Journal(part).close()  # an invalid one is reported before anything is written

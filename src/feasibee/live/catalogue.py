@@ -18,8 +18,7 @@ from feasibee.results.measures import truth_of_decisions
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import STRATEGIES
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.stored import StoredPoint
+from feasibee.sweeps.journal import Journal, StoredPoint
 
 STREAM: Final[Mapping[str, Any]] = {
     "robots.count": 20,

@@ -390,7 +390,6 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
     "10 % message loss": {"radio": {"loss": 0.1}},
     "10 % Byzantine": {"faults": {"byzantine": 0.1}},
     "both clustered": {"robots": {"placement": "clusters"}, "tasks": {"placement": "clusters"}},
-    "robots in a corner": {"robots": {"placement": "corner"}},
     MIXED: {
         "robots": {
             "classes": [

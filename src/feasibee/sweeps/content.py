@@ -1,23 +1,38 @@
-"""Read a journal's tables, and compare each digest with what was read."""
+"""Open a journal's file, read its tables, compare each digest with what was read, and survey the damage."""
 
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import chain
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.errors import FeasibeeError
+from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import TRACES
 from feasibee.scenario.complete import hash_of
-from feasibee.sweeps import checksums
-from feasibee.sweeps.encoding import curve_of
-from feasibee.sweeps.schema import PLACES, Chunk, Entry, Kind
+from feasibee.sweeps.schema import (
+    FORMAT,
+    NAME,
+    PLACES,
+    STATEMENTS,
+    Chunk,
+    Entry,
+    Kind,
+    curve_of,
+    digest_of_about,
+    digest_of_entry,
+    digest_of_rows,
+    read_seal,
+)
 
 Rows = list[tuple[Any, ...]]
 Array = NDArray[np.int64]
@@ -26,6 +41,28 @@ SURROUNDINGS: Final = ("FULL", "IOERR", "READONLY", "CANTOPEN", "BUSY", "LOCKED"
 """Errors of SQLite that aren't caused by the file's contents, except IOERR_READ: a bad sector."""
 UNREADABLE: Final = (ArithmeticError, LookupError, TypeError, ValueError, RecursionError)
 """Errors that the values of a damaged row may raise: text in place of numbers, invalid JSON."""
+
+
+Visit = Callable[[Entry, SimpleNamespace], object]
+"""Called with a point and the outcomes of its runs by name."""
+NAMED = 20
+"""Number of damaged points that an error names."""
+AGAIN = "run the command that wrote it again: it computes what is damaged, and nothing else"
+SETTINGS = (
+    "writable_schema = ON",  # without it, SQLite reads nothing of a truncated file
+    "busy_timeout = 60000",
+    "synchronous = FULL",
+    "cell_size_check = ON",
+)
+REMEDIES: Mapping[str, str] = {
+    "SQLITE_IOERR_READ": f"it is damaged: {AGAIN}",
+    "SQLITE_FULL": "free some room, and run the same command again: the runs in the journal are kept",
+    "SQLITE_IOERR": "free some room, and run the same command again: the runs in the journal are kept",
+    "SQLITE_READONLY": "choose a folder that you may write to",
+    "SQLITE_CANTOPEN": "choose a folder that you may write to",
+    "SQLITE_BUSY": "another process has locked it: wait for that process",
+    "": f"it is damaged: {AGAIN}",
+}
 
 
 class Damage(Exception):  # noqa: N818
@@ -57,7 +94,113 @@ def short(error: Exception) -> str:
     return text if len(text) <= 100 else f"{text[:100]}..."
 
 
-def about(database: sqlite3.Connection) -> dict[str, str]:
+@contextmanager
+def translating_errors(path: Path) -> Iterator[None]:
+    """Raise SQLite's errors as errors of feasibee, with a remedy."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        code = getattr(error, "sqlite_errorname", "") or ""
+        remedy = next(text for start, text in REMEDIES.items() if code.startswith(start))
+        raise FeasibeeError(f"{path}: {short(error)}; {remedy}") from None
+
+
+def connect(folder: Path, write: bool) -> sqlite3.Connection:
+    """Open the file; to read, don't change it, and if nobody can write to the folder, as immutable."""
+    path = folder / NAME
+    if write:
+        name = str(path)
+    else:
+        fixed = not path.with_name(f"{NAME}-wal").exists() and not os.access(folder, os.W_OK)
+        name = f"{path.resolve().as_uri()}?mode=ro{'&immutable=1' if fixed else ''}"
+    database = sqlite3.connect(name, timeout=60, isolation_level=None, uri=not write)
+    with _readable(path):
+        for setting in SETTINGS:
+            database.execute(f"PRAGMA {setting}")
+    return database
+
+
+def is_empty(database: sqlite3.Connection, path: Path) -> bool:
+    """Whether a file has no tables yet: it is new, or its maker was killed before it made them."""
+    with _readable(path):
+        ((tables,),) = database.execute("SELECT COUNT(*) FROM sqlite_master")
+        ((pages,),) = database.execute("PRAGMA page_count")
+        return bool(tables == 0 and pages <= 1)
+
+
+def check_schema(database: sqlite3.Connection, path: Path) -> None:
+    """Check that a file is a journal of this format and model version, with readable tables.
+
+    Raises
+    ------
+    FeasibeeError
+        If it isn't, or nothing of it can be rescued.
+    """
+    with _readable(path):
+        query = "SELECT sql FROM sqlite_master WHERE sql IS NOT NULL"
+        schema = sorted(sql for (sql,) in database.execute(query))
+    about: dict[str, str] = {}
+    with suppress(Damage):
+        about = about_of(database)
+    if "format" in about and about.get("digest") in (None, digest_of_about(about)):  # format 2 had none
+        _check_versions(about, path)
+    if not any(sql in STATEMENTS for sql in schema) and not read_seal(path.parent):
+        raise FeasibeeError(f"{path}: isn't a journal of feasibee; choose another folder")
+    if schema != sorted(STATEMENTS):
+        raise _hopeless(path, "its tables aren't as feasibee made them")
+
+
+def _check_versions(about: Mapping[str, str], path: Path) -> None:
+    try:
+        found = int(about["format"]), int(about["model_version"])
+    except (KeyError, ValueError):
+        raise FeasibeeError(f"{path}: isn't a journal of feasibee; choose another folder") from None
+    for name, number, ours in zip(("format", "model version"), found, (FORMAT, MODEL_VERSION), strict=True):
+        if number != ours:
+            newer = "install the newer feasibee" if number > ours else "choose another folder"
+            raise FeasibeeError(f"{path}: has {name} {number}, this feasibee has {ours}; {newer}")
+
+
+def move(fresh: Path, path: Path) -> None:
+    """Replace a journal by another file; delete its log, which SQLite would apply to the new file."""
+    try:
+        for suffix in ("-wal", "-shm"):
+            path.with_name(path.name + suffix).unlink(missing_ok=True)
+        fresh.replace(path)
+        fresh.parent.rmdir()
+    except OSError as error:
+        raise FeasibeeError(
+            f"{path}: can't be replaced: {error.strerror}; end what reads it, and run the same command again"
+        ) from None
+
+
+def is_sound(database: sqlite3.Connection, path: Path) -> bool:
+    """Whether SQLite finds the pages and indices of a file intact, and can write to it."""
+    with path.open("rb") as file:
+        versions = file.read(20)[18:]  # formats for writing and reading; SQLite doesn't write later ones
+    with suppress(Damage), checked():
+        found = database.execute("PRAGMA integrity_check(1)").fetchall()
+        return found == [("ok",)] and versions in (b"\1\1", b"\2\2")
+    return False
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        with checked():
+            yield
+    except Damage as error:
+        raise _hopeless(path, str(error)) from None
+
+
+def _hopeless(path: Path, why: str) -> FeasibeeError:
+    return FeasibeeError(
+        f"{path}: damaged as a whole ({why}): none of its runs can be rescued; move it away, and run the "
+        "command that wrote it again: it computes all of them"
+    )
+
+
+def about_of(database: sqlite3.Connection) -> dict[str, str]:
     """Return the rows of the table ``about``."""
     with checked():
         found = dict(database.execute("SELECT key, value FROM about").fetchall())
@@ -106,7 +249,7 @@ def _is_whole(entry: Entry, digest: Any) -> bool:
     """Whether a point matches its digest, and its scenario the hash that identifies its runs."""
     with suppress(*UNREADABLE):
         return bool(
-            digest == checksums.of_entry(entry)
+            digest == digest_of_entry(entry)
             and entry.hash == hash_of(json.loads(entry.scenario), entry.text or "")
         )
     return False
@@ -251,6 +394,133 @@ def _check(kind: Kind, point: int, chunk: Chunk, rows: Any) -> None:
     if (
         len(rows) != chunk.runs
         or rows[0][0] != chunk.first_run
-        or checksums.of_rows(kind, point, rows) != chunk.digest
+        or digest_of_rows(kind, point, rows) != chunk.digest
     ):
         raise Damage(f"runs {chunk.first_run} to {chunk.first_run + chunk.runs - 1}")
+
+
+class Inventory(NamedTuple):
+    """The points of a journal, without their runs."""
+
+    entries: list[Entry]
+    """Undamaged points."""
+    damaged: list[int]
+    """Numbers of damaged points, as far as known."""
+    flaws: list[str]
+    """Other damage, in words."""
+    commits: int
+    """Number of transactions, as far as known."""
+
+
+class Survey(NamedTuple):
+    """Result of reading a journal from end to end."""
+
+    folder: Path
+    inventory: Inventory
+    damaged: dict[int, str]
+    """Names of damaged points, by number."""
+    good: int
+    """Number of undamaged points."""
+    runs: int
+    """Number of their runs."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing is damaged."""
+        return not self.damaged and not self.inventory.flaws
+
+    @property
+    def harm(self) -> str:
+        """What is damaged, in words."""
+        named = list(self.damaged.values())[:NAMED]
+        more = len(self.damaged) - len(named)
+        return ", ".join([*self.inventory.flaws, *named, *([f"and {more} more points"] if more else [])])
+
+    @property
+    def line(self) -> str:
+        """What is damaged, what isn't, and the remedy, in one line."""
+        return (
+            f"{self.folder / NAME}: damaged: {self.harm or 'what was read just now'}; {self.runs} runs of "
+            f"{self.good} other points are undamaged; {AGAIN}"
+        )
+
+
+@contextmanager
+def snapshot(database: sqlite3.Connection) -> Iterator[None]:
+    """Read one state of a database, whatever other processes write meanwhile."""
+    if database.in_transaction:
+        yield
+        return
+    database.execute("BEGIN")
+    try:
+        yield
+    finally:
+        if database.in_transaction:
+            database.execute("ROLLBACK")
+
+
+def inventory(database: sqlite3.Connection, folder: Path) -> Inventory:
+    """Return the points, and the damage to them or to the journal as a whole."""
+    sealed = read_seal(folder)  # before the tables: a writer commits before it seals
+    flaws: list[str] = []
+    with snapshot(database):
+        commits = points = chunks = None
+        with suppress(Damage), checked():
+            about = about_of(database)
+            if about.get("digest") == digest_of_about(about):
+                commits, points, chunks = (int(about[key]) for key in ("commits", "points", "chunks"))
+        if commits is None:
+            flaws.append("its table about")
+        elif commits < sealed:
+            flaws.append(f"commits missing at its end: {sealed - commits}")
+        counts: dict[int, int] = {}
+        try:
+            counts = chunk_counts(database)
+        except Damage:
+            flaws.append("its table chunks")
+            chunks = None
+        good, bad = entries(database, points or max(counts, default=0))
+    known = {*bad, *(entry.id for entry in good)}
+    bad += [point for point in counts if point not in known]
+    if points is not None and points > len(good) + len(bad):
+        flaws.append(f"points missing: {points - len(good) - len(bad)}")
+    if chunks is not None and chunks != sum(counts.values()):
+        flaws.append(f"chunks missing: {chunks - sum(counts.values())}")
+    return Inventory(good, sorted(bad), flaws, max(commits or 0, sealed))
+
+
+def survey(database: sqlite3.Connection, folder: Path, visit: Visit) -> Survey:
+    """Read a journal from end to end.
+
+    Parameters
+    ----------
+    database : sqlite3.Connection
+        Connection to the journal.
+    folder : path
+        Where it is.
+    visit : callable
+        Called with each undamaged point and the outcomes of its runs; may raise `Damage` itself.
+    """
+    runs = good = 0
+    with snapshot(database):
+        found = inventory(database, folder)
+        damaged = {number: f"point {number}" for number in found.damaged}
+        for entry in found.entries:
+            try:
+                results = results_of(database, entry.id)
+                for _ in chunks_of(database, Kind.CURVES, entry.id):
+                    pass
+                visit(entry, results)
+            except Damage:
+                damaged[entry.id] = name_of(entry.id, entry.vary)
+            else:
+                good += 1
+                runs += results.run.size
+    return Survey(folder, found, dict(sorted(damaged.items())), good, runs)
+
+
+def name_of(point: int, vary: str) -> str:
+    """Return a point's name: its number and what its study varies."""
+    named = ", ".join(f"{path} = {value}" for path, value in json.loads(vary).items())
+    named = named if len(named) <= 100 else f"{named[:100]}..."
+    return f"point {point} ({named})" if named else f"point {point}"

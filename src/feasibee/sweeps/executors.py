@@ -1,22 +1,51 @@
-"""Where runs are computed: threads of this process, other processes, or a Dask cluster."""
+"""Where runs are computed: threads of this process, other processes, or a Dask cluster.
+
+`Workers` compute the chunks of a schedule, and replace a worker that dies. Ctrl-C is handled between chunks.
+"""
 
 from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+    wait,
+)
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, get_context, parent_process, resource_tracker
 from threading import Thread
-from typing import Any
+from types import FrameType
+from typing import Any, Self
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.simulation.ensemble import processors
-from feasibee.sweeps.interrupts import inherited_block
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.ensemble import processors, simulate_record
+from feasibee.sweeps.plan import Study
+from feasibee.sweeps.schedule import Pace, RunRange, Schedule
+from feasibee.sweeps.schema import EncodedRuns, encode
 
 PATIENCE = 20.0
 """Seconds to wait for the answer of a cluster."""
+PULSE = 1.0
+"""Progress is reported at least so often, in seconds, however long a chunk takes."""
+TRIES = 3
+"""Number of tries of a chunk whose worker dies; the last one alone, since others died with it."""
+
+Pieces = list[RunRange]
+Chunk = Future[list[EncodedRuns]]
 
 
 @dataclass(frozen=True)
@@ -117,3 +146,208 @@ def _connected(address: str) -> Any:
         raise FeasibeeError(
             f"--dask {address}: doesn't answer: {error}; give a scheduler's address"
         ) from None
+
+
+def play(
+    scenarios: Sequence[Scenario], pieces: Sequence[RunRange], seed: int, curves: bool
+) -> list[EncodedRuns]:
+    """Compute a chunk, wherever this runs; ``scenarios`` has one for each piece, with its strategy's text."""
+    return [_play(scenario, piece, seed, curves) for scenario, piece in zip(scenarios, pieces, strict=True)]
+
+
+def _play(scenario: Scenario, piece: RunRange, seed: int, curves: bool) -> EncodedRuns:
+    try:
+        runs = Runs(piece.runs, seed, piece.first_run)
+        record = simulate_record(scenario, runs, curves=curves, threads=1)
+    except MemoryError:
+        raise FeasibeeError(
+            f"robots.count = {scenario.robots.count}: a worker has not enough memory for such a swarm; use "
+            "fewer workers or robots, and run the same command again: the runs in the journal are kept"
+        ) from None
+    return encode(record)
+
+
+class Workers:
+    """The workers of a pool, kept over all rounds of a study.
+
+    Parameters
+    ----------
+    pool : WorkerPool
+        Makes them.
+    """
+
+    def __init__(self, pool: WorkerPool) -> None:
+        self.pool = pool
+        self._pace = Pace(pool.workers)
+        self._executor: Executor | None = None
+        self._waiting: dict[Chunk, Pieces] = {}
+        self._again: deque[Pieces] = deque()
+        self._deaths: Counter[tuple[RunRange, ...]] = Counter()
+
+    def close(self) -> None:
+        """End the workers; wait for what they compute."""
+        if self._executor is not None:
+            self._executor.shutdown(wait=True)
+            self._executor = None
+
+    def work_off(self, schedule: Schedule, report: Callable[[bool], None]) -> bool:
+        """Compute all chunks of a schedule; few of them wait, so that memory stays flat.
+
+        Parameters
+        ----------
+        schedule : Schedule
+            Says what is missing, and writes what was computed to the journal.
+        report : callable
+            Called after each chunk, and each second, with whether an interrupt was seen.
+
+        Returns
+        -------
+        bool
+            Whether an interrupt ended the work.
+        """
+        self._again.clear()
+        self._deaths.clear()
+        self._pace.rest()
+        with Interrupts(self._kill) as interrupts:
+            try:
+                while (schedule.queue or self._again or self._waiting) and not interrupts.seen:
+                    self._submit_chunks(schedule)
+                    self._collect(schedule, report)
+                if interrupts.seen:
+                    report(True)
+            finally:
+                self._stop(schedule)
+        return interrupts.seen > 0
+
+    def _submit_chunks(self, schedule: Schedule) -> None:
+        while self._may_submit(schedule):
+            pieces = self._again.popleft() if self._again else schedule.chunk(self._pace.share(schedule.left))
+            self._waiting[self._submit(schedule.study, pieces)] = pieces
+
+    def _may_submit(self, schedule: Schedule) -> bool:
+        """Whether to submit the next chunk; one that may have killed workers goes alone at its last try."""
+        some = bool(self._again or schedule.queue)
+        if not self._waiting:
+            return some
+        near = (*self._waiting.values(), *list(self._again)[:1])
+        at_last = [self._deaths[tuple(pieces)] >= TRIES - 1 for pieces in near]
+        return some and len(self._waiting) < 2 * self.pool.workers and not any(at_last)
+
+    def _submit(self, study: Study, pieces: Pieces) -> Chunk:
+        if self._executor is None:
+            self._executor = self.pool.make()
+        scenarios = [study.points[piece.point].scenario for piece in pieces]
+        try:
+            return self._executor.submit(play, scenarios, pieces, study.seed, study.curves)
+        except BrokenExecutor as error:  # a worker has died since the last look
+            failed: Chunk = Future()
+            failed.set_exception(error)
+            return failed
+
+    def _collect(self, schedule: Schedule, report: Callable[[bool], None]) -> None:
+        """Enter the chunks that are done; submit all again if a worker has died."""
+        done = wait(self._waiting, PULSE, return_when=FIRST_COMPLETED).done
+        if not done:
+            report(False)
+        for chunk in done:
+            if isinstance(_failure(chunk, schedule.study, self._waiting[chunk]), BrokenExecutor):
+                self._replace(schedule.study)
+                return
+            pieces = self._waiting.pop(chunk)
+            schedule.enter(pieces, chunk.result())
+            self._pace.count(schedule.work(pieces), time.monotonic())
+            report(False)
+
+    def _replace(self, study: Study) -> None:
+        """Make new workers in place of a broken executor's; give up a chunk that has killed one alone."""
+        if self._executor is not None:
+            self._executor.shutdown(wait=False)
+            self._executor = None
+        self._again.extendleft(reversed(self._waiting.values()))
+        self._deaths.update(map(tuple, self._waiting.values()))
+        self._waiting = {}
+        for pieces in self._again:
+            if self._deaths[tuple(pieces)] >= TRIES:
+                raise _deadly(study, pieces)
+
+    def _kill(self) -> bool:
+        """Kill the workers if they are processes; return whether they are."""
+        kill = getattr(self._executor, "kill_workers", None)
+        if kill is not None:
+            kill()
+        return kill is not None
+
+    def _stop(self, schedule: Schedule) -> None:
+        """Cancel the chunks that wait; enter those that are being computed or have been."""
+        running = [chunk for chunk in self._waiting if not chunk.cancel()]
+        for chunk in as_completed(running):
+            with suppress(Exception):  # the error that ended the work is the one to raise
+                schedule.enter(self._waiting[chunk], chunk.result())
+        self._waiting = {}
+
+
+def _failure(chunk: Chunk, study: Study, pieces: Pieces) -> BaseException | None:
+    """Return the error of a chunk, if any; raise that of a cluster."""
+    try:
+        error = chunk.exception()
+    except CancelledError:
+        raise FeasibeeError(
+            "the cluster has gone; start it, and run the same command again: the runs in the journal are kept"
+        ) from None
+    if type(error).__name__ == "KilledWorker":  # Dask's, which has tried it on several workers by now
+        raise _deadly(study, pieces) from None
+    return error
+
+
+def _deadly(study: Study, pieces: Pieces) -> FeasibeeError:
+    return FeasibeeError(
+        f"workers died {TRIES} times, at last with runs of {dict(study.points[pieces[0].point].values)}: "
+        "they may have run out of memory; use fewer workers or smaller swarms"
+    )
+
+
+class Interrupts:
+    """Counts Ctrl-C; the second one kills the workers, and a third one calls the handler before this one.
+
+    Outside the main thread, or where Python doesn't handle Ctrl-C, nothing is counted.
+
+    Parameters
+    ----------
+    stop : callable
+        Kills the workers if they are processes; returns whether they are. If not, the second Ctrl-C calls
+        the handler before this one.
+    """
+
+    def __init__(self, stop: Callable[[], bool]) -> None:
+        self.seen = 0
+        self._stop = stop
+        self._before: Any = None
+
+    def __enter__(self) -> Self:
+        is_main = threading.current_thread() is threading.main_thread()
+        if is_main and callable(signal.getsignal(signal.SIGINT)):
+            self._before = signal.signal(signal.SIGINT, self._count)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _count(self, number: int, frame: FrameType | None) -> None:
+        self.seen += 1
+        if self.seen > 2 or (self.seen == 2 and not self._stop()):
+            self._before(number, frame)
+
+
+@contextmanager
+def inherited_block() -> Iterator[None]:
+    """Block Ctrl-C in processes that are started within; a terminal sends it even while they start."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # starting it later would unblock Ctrl-C
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

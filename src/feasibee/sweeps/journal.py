@@ -8,34 +8,51 @@ a digest: every method that reads raises an error if what it reads is damaged.
 from __future__ import annotations
 
 import json
+import shutil
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from itertools import chain, count
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder
 from feasibee.files.locking import lock
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.results.measures import truth_of_decisions
 from feasibee.scenario.feasibility import truth
-from feasibee.sweeps import checksums, content, opening
-from feasibee.sweeps.agreement import difference
-from feasibee.sweeps.content import Damage, Rows
-from feasibee.sweeps.encoding import EncodedRuns, curve_of, encode, fill
+from feasibee.scenario.scenario import Scenario
+from feasibee.sweeps import content
+from feasibee.sweeps.content import Damage, Rows, Survey, Visit, inventory, name_of, snapshot, survey
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
-from feasibee.sweeps.schema import FORMAT, LOCK, NAME, STATEMENTS, Entry, Kind
-from feasibee.sweeps.stored import StoredPoint, stored_point
-from feasibee.sweeps.survey import Survey, Visit, inventory, name_of, snapshot, survey
+from feasibee.sweeps.schema import (
+    FORMAT,
+    LOCK,
+    NAME,
+    SEAL,
+    STATEMENTS,
+    EncodedRuns,
+    Entry,
+    Kind,
+    curve_of,
+    difference,
+    digest_of_about,
+    digest_of_entry,
+    digest_of_rows,
+    encode,
+    fill,
+    write_seal,
+)
 
-Rescue = Callable[[sqlite3.Connection, Survey], tuple[Path, str]]
+RESCUE = ".rescue"
+"""Folder within a damaged journal's, in which the undamaged part is copied."""
 
 
 class Journal:
@@ -47,8 +64,8 @@ class Journal:
         Folder of the journal.
     write : bool
         Whether to write. Then it is made if need be, and locked against other writers.
-    rescue : callable, optional
-        Copies the undamaged part of a damaged journal before a write; see ``feasibee.sweeps.rescue``.
+    rescue : bool
+        Whether to keep the undamaged part of a damaged journal, and write to that.
 
     Attributes
     ----------
@@ -63,15 +80,15 @@ class Journal:
 
     _lock: sqlite3.Connection | None
 
-    def __init__(self, folder: str | Path, write: bool = False, rescue: Rescue | None = None) -> None:
+    def __init__(self, folder: str | Path, write: bool = False, rescue: bool = False) -> None:
         self._begin(Path(folder))
         if not write and not self.path.is_file():
             raise FeasibeeError(f"{self.folder}: has no {NAME}; name the folder of a sweep or study")
         try:
-            with opening.translating_errors(self.path):
+            with content.translating_errors(self.path):
                 if write:
                     self._lock = lock(self.folder, LOCK)
-                self._database = opening.connect(self.folder, write)
+                self._database = content.connect(self.folder, write)
                 self._open(write, rescue)
         except BaseException:
             self.close()
@@ -122,7 +139,7 @@ class Journal:
 
     def survey(self, visit: Visit) -> Survey:
         """Read the journal from end to end; call ``visit`` with each undamaged point and its runs."""
-        with opening.translating_errors(self.path):
+        with content.translating_errors(self.path):
             return survey(self._database, self.folder, visit)
 
     def missing(
@@ -130,7 +147,7 @@ class Journal:
     ) -> list[tuple[int, int]]:
         """Return the missing runs from ``first`` to before ``last``, as pairs of the same kind."""
         kinds = Kind.of(curves, dynamic)
-        with opening.translating_errors(self.path):
+        with content.translating_errors(self.path):
             return content.missing(self._database, kinds, point, first, last)
 
     def counts(self) -> dict[int, tuple[int, int]]:
@@ -145,7 +162,7 @@ class Journal:
     def right(self, point: int, first: int, last: int) -> int:
         """Return the number of right decisions in a point's runs from ``first`` to before ``last``."""
         results = self.results(point)
-        with opening.translating_errors(self.path):
+        with content.translating_errors(self.path):
             ((true,),) = self._database.execute("SELECT truth FROM points WHERE id = ?", (point,))
         run = results.run
         return int(((first <= run) & (run < last) & _is_right(results, true)).sum())
@@ -240,7 +257,7 @@ class Journal:
                 "INSERT INTO points (id, hash, seed, truth, vary, scenario, until, source, digest)"
                 " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE"
                 " SET vary = excluded.vary, until = excluded.until, digest = excluded.digest",
-                (*entry[:-1], checksums.of_entry(entry)),
+                (*entry[:-1], digest_of_entry(entry)),
             )
             self._totals["points"] += 1 - before
 
@@ -275,7 +292,7 @@ class Journal:
                 database.executemany(
                     f"INSERT INTO {kind.table} VALUES ({marks})", ((point, *row) for row in new)
                 )
-                digest = checksums.of_rows(kind, point, new)
+                digest = digest_of_rows(kind, point, new)
                 database.execute(
                     "INSERT INTO chunks VALUES (?, ?, ?, ?, ?)", (point, kind, low, high - low, digest)
                 )
@@ -313,7 +330,7 @@ class Journal:
             yield self._database
             return
         before = dict(self._totals)
-        with opening.translating_errors(self.path):
+        with content.translating_errors(self.path):
             self._database.execute("BEGIN IMMEDIATE")
             self._writing = True
             try:
@@ -331,29 +348,24 @@ class Journal:
 
     def _seal(self) -> None:
         with suppress(OSError):  # without a seal, less damage is found
-            checksums.write_seal(self.folder, self._totals["commits"])
-
-    def outdo(self, commits: int) -> None:
-        """Continue the count of commits of a journal that this one replaces."""
-        with self.transaction():
-            self._totals["commits"] = max(commits, self._totals["commits"])
+            write_seal(self.folder, self._totals["commits"])
 
     def _sum_up(self) -> None:
         """Write the totals, the versions, and their digest."""
         self._totals["commits"] += 1
         about = {**self._versions, **{key: str(number) for key, number in self._totals.items()}}
-        about["digest"] = checksums.of_about(about)
+        about["digest"] = digest_of_about(about)
         self._database.executemany("REPLACE INTO about VALUES (?, ?)", about.items())
 
     # --- Opening ---
 
-    def _open(self, write: bool, rescue: Rescue | None) -> None:
-        if opening.is_empty(self._database, self.path) and write:
+    def _open(self, write: bool, rescue: bool) -> None:
+        if content.is_empty(self._database, self.path) and write:
             self._make_tables()
-        opening.check(self._database, self.path)
+        content.check_schema(self._database, self.path)
         if write:
             self._mend(rescue)
-            about = content.about(self._database)
+            about = content.about_of(self._database)
             self._totals = {key: int(about[key]) for key in self._totals}
             self._versions = {key: about[key] for key in self._versions}
             for setting in ("journal_mode = WAL", "writable_schema = OFF"):
@@ -364,25 +376,45 @@ class Journal:
             for statement in STATEMENTS:
                 database.execute(statement)
 
-    def _mend(self, rescue: Rescue | None) -> None:
+    def _mend(self, rescue: bool) -> None:
         """Check that nothing is damaged, or rescue the undamaged part."""
         found = self.survey(lambda entry, results: None)
-        if not opening.is_sound(self._database, self.path):
+        if not content.is_sound(self._database, self.path):
             found.inventory.flaws.append("its pages or indices")
         if found.is_whole:
             return
-        if rescue is None:
+        if not rescue:
             raise FeasibeeError(found.line)
-        fresh, self.rescued = rescue(self._database, found)
+        fresh = self._rescue(found)
         self._database.close()
-        opening.move(fresh, self.path)
-        self._database = opening.connect(self.folder, write=True)
+        content.move(fresh, self.path)
+        self._database = content.connect(self.folder, write=True)
+
+    def _rescue(self, found: Survey) -> Path:
+        """Copy the undamaged part into a new file, alone in a folder; a sweep computes again what is lost."""
+        folder = self.folder / RESCUE
+        shutil.rmtree(folder, ignore_errors=True)  # left by an attempt that was killed
+        kept = 0
+        with Journal(make_folder(folder), write=True) as fresh:
+            for entry in found.inventory.entries:
+                with fresh.transaction():
+                    fresh.store(entry)
+                    for kind in Kind:
+                        for rows in content.good_chunks(self._database, kind, entry.id):
+                            fresh.put(kind, entry.id, rows, "itself")
+                            kept += len(rows) if kind is Kind.RUNS else 0
+            with fresh.transaction():  # continues the count of commits of the journal that it replaces
+                fresh._totals["commits"] = max(found.inventory.commits, fresh._totals["commits"])
+        for name in (LOCK, SEAL):
+            (folder / name).unlink(missing_ok=True)
+        self.rescued = f"{self.path}: damaged: {found.harm}; {kept} undamaged runs are kept"
+        return folder / NAME
 
     @contextmanager
     def _strict(self) -> Iterator[None]:
         """Read one state, whatever others write meanwhile; raise an error if it is damaged."""
         try:
-            with opening.translating_errors(self.path), snapshot(self._database):
+            with content.translating_errors(self.path), snapshot(self._database):
                 yield
         except Damage:
             raise FeasibeeError(self.survey(_visit).line) from None
@@ -398,3 +430,75 @@ def _is_right(results: SimpleNamespace, true: int) -> NDArray[np.bool_]:
 def _visit(entry: Entry, results: SimpleNamespace) -> None:
     with suppress(FeasibeeError):  # a strategy that isn't installed here isn't damage
         stored_point(entry)
+
+
+class StoredPoint(NamedTuple):
+    """A point in the journal."""
+
+    id: int
+    hash: str
+    seed: int
+    truth: bool
+    values: dict[str, Any]
+    scenario: Scenario
+    """With the text of the strategy's file from the journal, which isn't run without the user's consent."""
+    until: dict[str, float] | None
+    """Stopping rule that chose the number of runs, if any."""
+    source: int | None
+    """Number of the text of its strategy's file, if any."""
+
+
+def stored_point(entry: Entry) -> StoredPoint:
+    """Return a point from its row; compute its truth again, and raise `Damage` if it differs."""
+    scenario = Scenario.from_tables(json.loads(entry.scenario), source=entry.text, trusted=False)
+    if truth(scenario) != entry.truth:
+        raise Damage("its truth")
+    return StoredPoint(
+        entry.id,
+        entry.hash,
+        int(entry.seed),
+        bool(entry.truth),
+        json.loads(entry.vary),
+        scenario,
+        json.loads(entry.until or "null"),
+        entry.source,
+    )
+
+
+class MemoryJournal(Journal):
+    """A journal that is gone when it is closed; it reads and writes as one in a folder does."""
+
+    def __init__(self) -> None:
+        self._begin(Path(":memory:"))
+        self._database = sqlite3.connect(":memory:", isolation_level=None)
+        self._make_tables()
+
+    def _seal(self) -> None:
+        """Do nothing: a seal finds what a file has lost."""
+
+
+def merge(journal: Journal, folders: Sequence[Path]) -> int:
+    """Copy all runs and curves of the journals in some folders; return the number of new runs.
+
+    Raises
+    ------
+    FeasibeeError
+        If a journal is damaged, or two journals differ in a run; then nothing is copied.
+    """
+    new = 0
+    with journal.transaction():
+        for folder in folders:
+            with Journal(folder) as other:
+                new += _take(journal, other)
+    return new
+
+
+def _take(journal: Journal, other: Journal) -> int:
+    entries, origin, new = other.entries(), str(other.folder), 0
+    numbers = journal.enter(entries, origin)
+    for number, entry in zip(numbers, entries, strict=True):
+        for kind in Kind:
+            for rows in other.chunks(kind, entry.id):
+                taken = journal.put(kind, number, rows, origin)
+                new += taken if kind is Kind.RUNS else 0
+    return new

@@ -1,11 +1,25 @@
-"""The tables of a journal, and the other files in its folder."""
+"""The tables of a journal, the rows that encode runs in them, their digests, and the files in its folder.
+
+Each change of a journal by anything else is found when it is read, since digests are compared.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import os
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
-from typing import Final, NamedTuple
+from pathlib import Path
+from typing import Any, Final, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
+from feasibee.model.record import Record
 
 NAME: Final = "journal.sqlite"
 LOCK: Final = "journal.lock"
@@ -142,3 +156,153 @@ class Chunk(NamedTuple):
     first_run: int
     runs: int
     digest: bytes
+
+
+SIZE = 16
+"""Bytes per digest: a random change goes unseen with probability 10**-38."""
+
+
+def _digest(*parts: bytes) -> bytes:
+    found = hashlib.blake2b(digest_size=SIZE)
+    for part in parts:
+        found.update(len(part).to_bytes(8, "little"))
+        found.update(part)
+    return found.digest()
+
+
+def digest_of_entry(entry: Entry) -> bytes:
+    """Return the digest of a point; it depends on the format and the model version."""
+    return _digest(json.dumps([FORMAT, MODEL_VERSION, *entry]).encode())
+
+
+def digest_of_rows(kind: Kind, point: int, rows: Any) -> bytes:
+    """Return the digest of a chunk: an array of runs, or tuples of a run and what is kept by step."""
+    place = json.dumps([kind, point]).encode()
+    if kind is Kind.RUNS:
+        return _digest(place, np.asarray(rows, "<i8").tobytes())
+    return _digest(place, *(part for run, *blobs in rows for part in (str(run).encode(), *blobs)))
+
+
+def digest_of_about(about: Mapping[str, str]) -> str:
+    """Return the digest of the table ``about``, without its row for the digest."""
+    rows = sorted((key, value) for key, value in about.items() if key != "digest")
+    return _digest(json.dumps(rows).encode()).hex()
+
+
+def write_seal(folder: Path, commits: int) -> None:
+    """Write a journal's number of commits to the seal, a file in the same folder."""
+    text = f"{commits:020d}"
+    handle = os.open(folder / SEAL, os.O_WRONLY | os.O_CREAT, 0o666)  # truncating it takes 2 ms
+    try:
+        os.write(handle, f"{text} {_digest(text.encode()).hex()}\n".encode())
+    finally:
+        os.close(handle)
+
+
+def read_seal(folder: Path) -> int:
+    """Return a journal's least possible number of commits; 0 if unknown."""
+    path = folder / SEAL
+    if not path.is_file():
+        return 0
+    try:
+        with path.open(encoding="ascii") as file:
+            commits, digest = file.read(100).split()
+    except (OSError, ValueError):
+        return 0
+    return int(commits) if digest == _digest(commits.encode()).hex() else 0
+
+
+LEVEL, WINDOW_BITS, MEMORY_LEVEL = 1, 12, 5
+"""Of zlib: 18 us per run of 1,000 steps, and 9 to read it. The usual 6, 15 and 8 take twice as long."""
+
+
+class EncodedRuns(NamedTuple):
+    """Consecutive runs of one point, as the rows of a journal's tables."""
+
+    runs: list[tuple[int, ...]]
+    """Number of each run, then its `OUTCOMES`."""
+    curves: list[tuple[Any, ...]]
+    """Number of each run, then its compressed `CURVES`; empty if no curves are kept."""
+    traces: list[tuple[Any, ...]]
+    """Number of each run, then its compressed `TRACES`; empty in a world that doesn't change."""
+
+
+def encode(record: Record) -> EncodedRuns:
+    """Encode runs, and their curves and traces if the record has any."""
+    by_step = (list(_rows_by_step(record, outcomes)) for outcomes in (CURVES, TRACES))
+    return EncodedRuns(list(rows_of_runs(record)), *by_step)
+
+
+def rows_of_runs(record: Record) -> Iterator[tuple[int, ...]]:
+    """Yield each run's number and its outcomes, in the order of `OUTCOMES`."""
+    numbers = range(record.first_run, record.first_run + record.runs)
+    return zip(numbers, *(getattr(record, each.name).tolist() for each in OUTCOMES), strict=True)
+
+
+def _rows_by_step(record: Record, outcomes: Sequence[Outcome]) -> Iterator[tuple[Any, ...]]:
+    """Yield each run's number and its compressed outcomes by step; nothing if the record has none."""
+    arrays = [getattr(record, each.name) for each in outcomes]
+    if arrays[0].shape[1]:
+        for row in range(record.runs):
+            yield record.first_run + row, *(_compressed(each[row]) for each in arrays)
+
+
+def _compressed(values: NDArray[Any]) -> bytes:
+    packer = zlib.compressobj(LEVEL, zlib.DEFLATED, WINDOW_BITS, MEMORY_LEVEL)
+    little = values.dtype.newbyteorder("<")
+    return packer.compress(np.ascontiguousarray(values, little).tobytes()) + packer.flush()
+
+
+def curve_of(blob: bytes, dtype: str = "int32") -> NDArray[Any]:
+    """Return an outcome at each step: shape (steps + 1,)."""
+    return np.frombuffer(zlib.decompress(blob), np.dtype(dtype).newbyteorder("<")).astype(dtype)
+
+
+def fill(
+    record: Record,
+    columns: NDArray[np.int64],
+    curves: Iterable[tuple[Any, ...]] = (),
+    traces: Iterable[tuple[Any, ...]] = (),
+) -> None:
+    """Fill in a record from the rows of a journal; rows of other runs are ignored.
+
+    Parameters
+    ----------
+    record : Record
+        Empty, of the runs and the curve length that are wanted.
+    columns : int64 array, shape (rows, columns of `PLACES`)
+        Number of each run, then its `OUTCOMES`.
+    curves : iterable of tuple
+        Number of each run, then its compressed `CURVES`.
+    traces : iterable of tuple
+        Number of each run, then its compressed `TRACES`.
+    """
+    first = record.first_run
+    wanted = columns[(first <= columns[:, 0]) & (columns[:, 0] < first + record.runs)]
+    rows = wanted[:, 0] - first
+    for place, outcome in enumerate(OUTCOMES, start=1):
+        getattr(record, outcome.name)[rows] = wanted[:, place]
+    for outcomes, by_step in ((CURVES, curves), (TRACES, traces)):
+        for run, *blobs in by_step:
+            if 0 <= run - first < record.runs:
+                for outcome, blob in zip(outcomes, blobs, strict=True):
+                    getattr(record, outcome.name)[run - first] = curve_of(blob, outcome.dtype)
+
+
+def difference(
+    kind: Kind, ours: tuple[Any, ...], theirs: tuple[Any, ...]
+) -> tuple[str, object, object] | None:
+    """Return the column in which two rows of a run differ, and both values; None if they agree."""
+    if ours == theirs:
+        return None
+    if kind is Kind.RUNS:
+        return next(each for each in zip(PLACES, ours, theirs, strict=True) if each[1] != each[2])
+    types = [each.dtype for each in (CURVES if kind is Kind.CURVES else TRACES)]
+    for name, dtype, mine, other in zip(COLUMNS[kind], types, ours[1:], theirs[1:], strict=True):
+        here, there = curve_of(mine, dtype), curve_of(other, dtype)  # another zlib may give other bytes
+        if here.size != there.size:
+            return "its number of steps", here.size - 1, there.size - 1
+        for step in np.flatnonzero(here != there)[:1]:
+            what = f"the count of {name} opinions" if kind is Kind.CURVES else name
+            return f"{what} at step {step}", int(here[step]), int(there[step])
+    return None

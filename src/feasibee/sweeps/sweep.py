@@ -20,13 +20,10 @@ from feasibee.model.record import Record
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT
 from feasibee.simulation.loading import load_engine
-from feasibee.sweeps.executors import WorkerPool, threads
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.memory import MemoryJournal
+from feasibee.sweeps.executors import WorkerPool, Workers, threads
+from feasibee.sweeps.journal import Journal, MemoryJournal
 from feasibee.sweeps.plan import Study
-from feasibee.sweeps.rescue import rescue
 from feasibee.sweeps.schedule import Schedule, Totals
-from feasibee.sweeps.workers import Workers
 
 
 @dataclass(frozen=True)
@@ -216,7 +213,7 @@ def sweep(
 def _journal_in(folder: str | Path | None) -> Journal:
     if folder is None:
         return MemoryJournal()
-    journal = Journal(make_folder(folder), write=True, rescue=rescue)
+    journal = Journal(make_folder(folder), write=True, rescue=True)
     if journal.rescued:
         print(f"feasibee: {journal.rescued}", file=sys.stderr, flush=True)
     return journal

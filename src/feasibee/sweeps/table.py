@@ -1,24 +1,46 @@
-"""A journal as a table of its points: what each varies, and statistics of its runs."""
+"""A journal as tables: its points and what came of their runs, and all runs for other programs."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, UnknownFieldError
-from feasibee.model.outcomes import TRACES
-from feasibee.results.measures import Measured, measured, together
+from feasibee.files import RESULTS, atomic_write, check_output
+from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
+from feasibee.model.outcomes import OUTCOMES, TRACES
+from feasibee.results.dataset import attributes_of, write_netcdf
+from feasibee.results.measures import (
+    MEASURES,
+    OF_RUNS,
+    Measured,
+    measured,
+    measures_of_runs,
+    rightness,
+    together,
+)
 from feasibee.results.statistics import Interval
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.schema import Entry
-from feasibee.sweeps.stored import StoredPoint, stored_point
-from feasibee.sweeps.survey import Survey
+from feasibee.sweeps.content import Survey
+from feasibee.sweeps.journal import Journal, StoredPoint, stored_point
+from feasibee.sweeps.schema import PLACES, Entry
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
 
 SOURCE = "source"
+NUMBER: Final = "number of the run"
+SEED: Final = "seed"
+POINT: Final = "point"
+"""The dimension of points that don't form a grid."""
 
 
 class Summary(NamedTuple):
@@ -143,3 +165,216 @@ def value_of(row: StoredPoint, path: str) -> Any:
     except UnknownFieldError:
         return None
     return value if isinstance(value, int | float | str) or value is None else json.dumps(value, default=str)
+
+
+def export(journal: Journal, path: Path) -> int:
+    """Write all runs to a file, which is complete or missing; return their number.
+
+    Parameters
+    ----------
+    journal : Journal
+        The journal to export.
+    path : path
+        The file: ``.csv`` has a row per run, ``.nc`` a dimension per field that the study varies.
+    """
+    if check_output(path, RESULTS) == ".nc":
+        write_netcdf(to_dataset(journal), path, {})
+        return sum(runs for runs, _ in journal.counts().values())
+    rows = to_dataframe(journal)
+    with atomic_write(path) as temporary:
+        rows.to_csv(temporary, index=False)
+    return len(rows)
+
+
+def to_dataframe(journal: Journal) -> pd.DataFrame:
+    """Return one row per run: the point, what the study varies, the truth, whether it was right, outcomes.
+
+    Runs of a world that changes also have `feasibee.results.measures.OF_RUNS`. There, the column ``truth`` is
+    that before any change.
+    """
+    import pandas as pd
+
+    points, parts = journal.points, []
+    fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
+    for number, row in enumerate(points):
+        results = results_in(row, journal.results(row.id))
+        part = pd.DataFrame({name: getattr(results, name) for name in PLACES})
+        part.insert(0, "point", row.id)
+        for place, (path, values) in enumerate(fields.items(), start=1):
+            part.insert(place, path, values[number])
+        part.insert(1 + len(fields), "seed", np.uint64(row.seed))
+        part.insert(2 + len(fields), "truth", int(row.truth))
+        for place, (name, right) in enumerate(rightness(results, row.scenario).items()):
+            part.insert(3 + len(fields) + place, name, right)
+        if row.scenario.dynamic:
+            part = part.assign(**measures_of_runs(results))
+        parts.append(part)
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def to_dataset(journal: Journal) -> xr.Dataset:
+    """Return all runs as a dataset with a dimension per field that the study varies, and one of the runs.
+
+    If the points don't form a grid, because a study combines values otherwise or several studies share the
+    journal, the dataset has the dimension ``point`` instead, and the fields are its coordinates. The
+    coordinate ``run`` is the number of the run. If the points have different numbers of runs, missing values
+    are NaN. If they have runs of different numbers, ``run`` counts from 0, and the variable ``run_number``
+    has the numbers.
+    """
+    import xarray as xr
+
+    points = journal.points
+    axes = _axes_of(points)
+    results = [results_in(row, journal.results(row.id)) for row in points]
+    runs = _Runs.of([each.run for each in results])
+    grid = _Grid(tuple(axes), tuple(map(len, axes.values())), _cells(points, axes), runs)
+    data = _of_points(grid, points) | _of_runs(grid, points, results)
+    coordinates: dict[str, Any] = {name: (name, values) for name, values in axes.items()}
+    coordinates["run"] = ("run", runs.numbers, {"long_name": NUMBER if runs.shared else "place of the run"})
+    if POINT in axes:
+        coordinates |= {path: (POINT, values) for path, values in _fields(points).items()}
+    variables = {name: data[name] for name in data if name not in axes}
+    recipe = json.dumps({"model_version": MODEL_VERSION, "points": _recipes(points)})
+    return xr.Dataset(variables, coordinates, {"title": "feasibee sweep", "recipe": recipe})
+
+
+def _of_points(grid: _Grid, points: Sequence[StoredPoint]) -> dict[str, Any]:
+    """Return the variables with a value per point."""
+    flags = {
+        "flag_values": np.array([INFEASIBLE, FEASIBLE], np.int8),
+        "flag_meanings": f"{DECISIONS[INFEASIBLE]} {DECISIONS[FEASIBLE]}",
+    }
+    return {
+        POINT: grid.of_points([row.id for row in points], "number of the point in the recipe"),
+        SEED: grid.of_points([np.uint64(row.seed) for row in points], "seed of the runs"),
+        "truth": grid.of_points(
+            [np.int8(row.truth) for row in points], "ground truth before any change", **flags
+        ),
+    }
+
+
+def _of_runs(
+    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
+) -> dict[str, Any]:
+    """Return the variables with a value per run."""
+    right = [rightness(each, row.scenario) for row, each in zip(points, results, strict=True)]
+    data = {
+        each.column: grid.of_runs([of[each.column] for of in right], "bool", {"long_name": each.of_run})
+        for each in MEASURES.values()
+        if each.column
+    }
+    for outcome in OUTCOMES:
+        values = [getattr(each, outcome.name) for each in results]
+        data[outcome.name] = grid.of_runs(values, outcome.dtype, attributes_of(outcome))
+    if not grid.runs.shared:
+        data["run_number"] = grid.of_runs([each.run for each in results], "int64", {"long_name": NUMBER})
+    return data | _of_tracked(grid, points, results)
+
+
+def _of_tracked(
+    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
+) -> dict[str, Any]:
+    """Return the variables of worlds that change; none if no point is of one."""
+    if not any(row.scenario.dynamic for row in points):
+        return {}
+    found = [
+        measures_of_runs(each) if row.scenario.dynamic else dict.fromkeys(OF_RUNS, np.full(each.run.size, -1))
+        for row, each in zip(points, results, strict=True)
+    ]
+    return {
+        name: grid.of_runs([each[name] for each in found], "int64", {"long_name": words})
+        for name, words in OF_RUNS.items()
+    }
+
+
+def _recipes(points: Sequence[StoredPoint]) -> list[dict[str, Any]]:
+    return [
+        {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
+        for row in points
+    ]
+
+
+def _axes_of(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
+    """Return the values of each field if the points form a grid; otherwise the numbers of the points."""
+    fields = _fields(points)
+    if len({row.seed for row in points}) > 1:
+        fields[SEED] = [row.seed for row in points]
+    axes = {path: list(dict.fromkeys(values)) for path, values in fields.items()}
+    distinct = len(set(zip(*fields.values(), strict=True))) if fields else 1
+    missing = any(isinstance(value, float) and math.isnan(value) for one in axes.values() for value in one)
+    if missing or not distinct == len(points) == math.prod(map(len, axes.values())):
+        return {POINT: [row.id for row in points]}
+    return {path: values if isinstance(values[0], str) else sorted(values) for path, values in axes.items()}
+
+
+def _fields(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
+    """Return the value of each point of each field that varies."""
+    return {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
+
+
+def _cells(points: Sequence[StoredPoint], axes: Mapping[str, Sequence[Any]]) -> list[tuple[int, ...]]:
+    """Return the place of each point on each axis."""
+    own = {**_fields(points), POINT: [row.id for row in points], SEED: [row.seed for row in points]}
+    places = [[list(values).index(value) for value in own[path]] for path, values in axes.items()]
+    return list(zip(*places, strict=True)) if places else [() for _ in points]
+
+
+class _Runs(NamedTuple):
+    """The dimension ``run``."""
+
+    numbers: NDArray[np.int64]
+    shared: bool
+    """Whether a run has the same number in all points; otherwise the numbers are places within a point."""
+    places: list[NDArray[np.int64]]
+    """Of the runs of each point along the dimension."""
+
+    @classmethod
+    def of(cls, numbers: Sequence[NDArray[np.int64]]) -> _Runs:
+        """Return the dimension for the numbers of the runs of each point."""
+        longest = max((each.size for each in numbers), default=0)
+        together = np.unique(np.concatenate([np.empty(0, np.int64), *numbers]))
+        if together.size == longest:
+            return cls(together, True, [np.searchsorted(together, each) for each in numbers])
+        return cls(np.arange(longest), False, [np.arange(each.size) for each in numbers])
+
+
+class _Grid(NamedTuple):
+    """Where the values of points and runs stand in arrays with a dimension per field."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    cells: list[tuple[int, ...]]
+    """Of each point."""
+    runs: _Runs
+
+    def of_points(self, values: Sequence[Any], words: str, **attributes: Any) -> tuple[Any, ...]:
+        """Return a variable with a value per point."""
+        array = np.zeros(self.shape, np.array(values).dtype)
+        for cell, value in zip(self.cells, values, strict=True):
+            array[cell] = value
+        return self.dims, array, {"long_name": words, **attributes}
+
+    def of_runs(self, values: Sequence[Any], dtype: str, attributes: dict[str, Any]) -> tuple[Any, ...]:
+        """Return a variable with a value per run; NaN, in a file a fill value, where a point lacks a run."""
+        whole = all(each.size == self.runs.numbers.size for each in values)
+        kind = np.dtype(dtype if whole else "float64")
+        array = np.full((*self.shape, self.runs.numbers.size), 0 if whole else np.nan, kind)
+        for cell, places, each in zip(self.cells, self.runs.places, values, strict=True):
+            array[cell][places] = each
+        stored = "int8" if dtype == "bool" else dtype
+        encoding: dict[str, Any] = {"zlib": True, "complevel": 4}
+        if not whole:
+            encoding |= {"dtype": stored, "_FillValue": np.iinfo(stored).min}
+        return (*self.dims, "run"), array, attributes, encoding
+
+
+def _column(values: list[Any]) -> list[Any]:
+    """Return values of one type, as the formats need them: numbers, Booleans, or else text."""
+    kinds = {type(value) for value in values} - {type(None)}
+    if kinds and kinds <= {int, float}:
+        return [math.nan if value is None else value for value in values]
+    if kinds == {bool} and None not in values:
+        return values
+    return [
+        "" if value is None else value if isinstance(value, str) else json.dumps(value) for value in values
+    ]
