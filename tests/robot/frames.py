@@ -10,7 +10,7 @@ from feasibee.robot import Controller, Wire, firmware
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
-from tests.firmware import boards
+from tests.robot import boards
 
 ROBOTS = 3
 

@@ -6,7 +6,7 @@ import re
 
 from feasibee import Scenario
 from feasibee.robot.firmware import header
-from tests.firmware import boards
+from tests.robot import boards
 
 ROOT = boards.SOURCES.parents[2]
 

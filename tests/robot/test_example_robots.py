@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee.robot.firmware import header
-from tests.firmware import boards
+from tests.robot import boards
 
 EXAMPLES = boards.SOURCES.parents[2] / "examples"
 INFEASIBLE_FOR_GOOD = "301"

@@ -9,13 +9,13 @@ import subprocess
 from fractions import Fraction
 
 import pytest
-from tests.firmware.swarms import STRICT
 
 from feasibee.robot.firmware import header
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, totals
 from feasibee.strategies.contract import Me, Thing
+from tests.robot.swarms import STRICT
 
 SOURCE = """
 #define FEASIBEE_WORDS 400

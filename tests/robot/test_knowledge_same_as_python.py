@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from tests.firmware.swarms import KNOWLEDGE, SANITIZED, assert_same, program
 
 from feasibee.strategies import STRATEGIES
+from tests.robot.swarms import KNOWLEDGE, SANITIZED, assert_same, program
 
 IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""

@@ -10,10 +10,10 @@ import struct
 import sys
 
 import pytest
-from tests.firmware.driving import HERE, NAMES, SANITIZED, Episode, answers, assert_same, compiled
 
 from feasibee.robot.firmware import strategies_in_c
 from feasibee.strategies import STRATEGIES
+from tests.robot.driving import HERE, NAMES, SANITIZED, Episode, answers, assert_same, compiled
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
 
