@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from feasibee import Scenario, ScenarioError
-from feasibee.firmware import header
+from feasibee.robot.firmware import header
 from feasibee.scenario.argos import ARGOS_FIELDS, FOOTBOT_DIAMETER, argos_text
 from feasibee.scenario.fields import fields
 from feasibee.strategies import STRATEGIES
