@@ -16,10 +16,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
-from feasibee.figures.responding import draw_service
+from feasibee.figures.comparison import (
+    Tracked,
+    draw_against_bits,
+    draw_against_ratio,
+    draw_against_time,
+    draw_delay_against_bits,
+    draw_right_over_time,
+    draw_service,
+)
+from feasibee.figures.decisions import infeasible_share
 from feasibee.figures.style import looks, save_both
-from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time, infeasible_share
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
