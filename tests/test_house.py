@@ -88,7 +88,7 @@ def test_the_program_handles_signals_before_it_loads_any_package():
 
 
 def test_a_robots_mind_needs_neither_numpy_nor_numba():
-    code = "import feasibee.robot, feasibee.firmware, feasibee.strategies"
+    code = "import feasibee.robot, feasibee.robot.firmware, feasibee.strategies"
     assert not {"numpy", "numba", "pydantic"} & loaded_by(code)
 
 

@@ -10,9 +10,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from feasibee.firmware import header
+from feasibee.robot.firmware import header
 
-SOURCE = Path(__file__).parents[2] / "tests" / "firmware" / "durations.c"
+SOURCE = Path(__file__).parents[2] / "tests" / "robot" / "durations.c"
 DRAWS = 1_000_000
 MEANS = [(10, 1, 20, 0), (2.5, 1, 1, 0), (10, 3, 7, 0), (10, 3, 7, 1), (100, 1, 1, 0), (1000, 1, 1, 0)]
 """Steps, and the share of them: part, whole, and whether it is the rest that counts."""

@@ -110,7 +110,6 @@ WORLDS = {
         "robots.most": 12,
         "response.patience": 3,
         "response.delay": 2,
-        "response.release": True,
         "events": [{"step": 5, "tasks": 5}, {"step": 30, "tasks": -6}],
         "run.steps": 60,
     },

@@ -289,7 +289,7 @@ def test_every_field_is_under_more(visit, port):
         parts.nth(part).click()
     changes = {
         "sensing.count_self": True,
-        "robots.placement": "corner",
+        "robots.placement": "clusters",
         "decision.commit": "{rounds = 2}",
         "decision.inbox_size": 4,
         "tasks.classes": '[{name = "carry", count = 3, needs = {lift = 2}}]',

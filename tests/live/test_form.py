@@ -26,7 +26,7 @@ def test_the_form_has_every_field_once():
     kinds = {field["path"]: field for part in form() for field in part["fields"]}
     assert kinds["preset"]["choices"] == list(PRESETS)
     assert kinds["sensing.count_self"]["kind"] == "boolean"
-    assert kinds["robots.placement"]["choices"] == ["uniform", "clusters", "corner", "points"]
+    assert kinds["robots.placement"]["choices"] == ["uniform", "clusters", "points"]
     assert (kinds["radio.id_bits"]["kind"], kinds["radio.id_bits"]["nullable"]) == ("integer", True)
     assert (kinds["radio.loss"]["min"], kinds["radio.loss"]["max"]) == (0, 1)
     assert all(field["note"] for field in kinds.values())

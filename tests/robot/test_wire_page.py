@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from feasibee import FeasibeeError
-from feasibee.firmware import header, strategies_in_c
 from feasibee.robot import Message, Wire, WireError
+from feasibee.robot.firmware import header, strategies_in_c
 from feasibee.scenario.plugins import load
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from feasibee import Scenario, ScenarioError
-from feasibee.firmware import header
+from feasibee.robot.firmware import header
 from feasibee.scenario.argos import ARGOS_FIELDS, FOOTBOT_DIAMETER, argos_text
 from feasibee.scenario.fields import fields
 from feasibee.strategies import STRATEGIES
@@ -21,7 +21,7 @@ from tests.commands import invoke
 EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
 BODIES = {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}}
 OTHER = {
-    "robots.placement": "corner",
+    "robots.placement": "clusters",
     "robots.clusters": 4,
     "robots.spread": 2.0,
     "robots.points": [[1.0, 2.0]],
@@ -39,7 +39,6 @@ OTHER = {
     "tasks.arrival_rate": 0.1,
     "tasks.lifetime": 100.0,
     "sensing.observation": "unique",
-    "sensing.memory": "life",
     "sensing.false_robots": 0.1,
     "sensing.false_tasks": 0.1,
     "sensing.misname": 0.1,
@@ -51,7 +50,6 @@ OTHER = {
     "faults.stubborn": 0.1,
     "response.patience": 10,
     "response.delay": 10,
-    "response.release": False,
     "response.margin": 3,
     "units.metres": 0.5,
     "units.seconds": 2.0,

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.firmware import header
 from feasibee.robot import Commit, Controller, Message
+from feasibee.robot.firmware import header
 from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
 

@@ -65,8 +65,8 @@ EDGES = {
     ),
     "contact": ({**BODIES, "robots.contact": "deflect"}, {"robots.contact": "deflect"}, "robots.contact"),
     "spread": (
-        {"arena.side": [20.0, 8.0], "tasks.placement": "corner", "tasks.spread": 20.0},
-        {"arena.side": [20.0, 8.0], "tasks.placement": "corner", "tasks.spread": 20.0001},
+        {"arena.side": [20.0, 8.0], "tasks.placement": "clusters", "tasks.spread": 20.0},
+        {"arena.side": [20.0, 8.0], "tasks.placement": "clusters", "tasks.spread": 20.0001},
         "tasks.spread",
     ),
     "points on a torus": (at_points("tasks", (0, 19.999)), at_points("tasks", (0, 20.0)), "tasks.points"),
@@ -126,11 +126,6 @@ EDGES = {
         {"response.patience": 50, "run.steps": 50},
         {"response.patience": 51, "run.steps": 50},
         "response.patience",
-    ),
-    "release": (
-        {"response.patience": 5, "response.release": True, "decision.strategy": "roster"},
-        {"response.patience": 5, "response.release": True, "decision.strategy": "dmmd"},
-        "response.release",
     ),
     "fields of no response": ({"response.margin": 2}, {"response.margin": 3}, "response.margin"),
     "an event at the end": (

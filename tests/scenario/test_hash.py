@@ -14,7 +14,7 @@ ROBOTS = {"name": "lift", "count": 12, "skills": ["arm"]}
 TASKS = {"name": "crate", "count": 9, "needs": {"arm": 1}}
 EVENT = {"step": 50, "tasks": 3, "robots": 2, "sensing": {"miss": 0.1}, "radio": {"loss": 0.1}}
 COMMIT = {"quorum": 0.8, "rounds": 2, "heard": 1}
-RESPONSE = {"patience": 5, "delay": 10, "release": True, "margin": 1}
+RESPONSE = {"patience": 5, "delay": 10, "margin": 1}
 
 
 def varied(table, **others):
@@ -38,7 +38,7 @@ OTHERS = {
     "commitment": [{"decision": {"commit": each}} for each in varied(COMMIT, quorum=0.7, rounds=1, heard=2)],
     "response": [
         {"decision": {"strategy": "fading"}, "response": each}
-        for each in varied(RESPONSE, patience=6, delay=11, release=False, margin=0)
+        for each in varied(RESPONSE, patience=6, delay=11, margin=0)
     ],
     "contact": [{"robots": {"avoid_collisions": True, "contact": each}} for each in ("stand", "deflect")],
     "parameters": [

@@ -37,7 +37,6 @@ PAPER = {
     "sensing": {
         "range": 2.0,
         "observation": "repeated",
-        "memory": "exploration",
         "count_self": False,
         "miss": 0.0,
         "false_robots": 0.0,
@@ -72,7 +71,7 @@ PAPER = {
 OTHER_VALUES = {
     "arena.side": 21.0,
     "arena.boundary": "walls",
-    "robots.placement": "corner",
+    "robots.placement": "clusters",
     "robots.clusters": 4,
     "robots.spread": 2.5,
     "robots.count": 21,
@@ -87,7 +86,6 @@ OTHER_VALUES = {
     "walk.mean_run": 11.0,
     "sensing.range": 3.0,
     "sensing.observation": "unique",
-    "sensing.memory": "life",
     "sensing.count_self": True,
     "sensing.miss": 0.1,
     "sensing.false_robots": 0.1,
@@ -128,7 +126,7 @@ UNSET = {
 DEFAULTED = [
     "robots.contact",
     "sensing.misname",
-    *(f"response.{name}" for name in ("patience", "delay", "release", "margin")),
+    *(f"response.{name}" for name in ("patience", "delay", "margin")),
 ]
 """Fields that need other fields."""
 PATHS = [
@@ -469,7 +467,7 @@ WRONG = [
     ("sensing.range", 10.001, "half the side", "arena.side"),
     ("sensing.range", [2.0], "number", "2.0"),
     ("sensing.observation", "once", "'repeated' or 'unique'", "repeated"),
-    ("sensing.memory", "run", "'exploration' or 'life'", "exploration"),
+    ("sensing.memory", "life", "unknown key", "each exploration counts anew"),
     ("sensing.miss", 1.1, "≤ 1", "0.0"),
     ("sensing.miss", -0.1, "≥ 0", "0.0"),
     ("sensing.false_robots", 51.0, "≤ 50", "0.0"),
@@ -483,8 +481,8 @@ WRONG = [
     ("faults.byzantine_says", "lies", "'opposite'", "opposite"),
     ("robots.diameter", 0.0, "> 0", "1.0"),
     ("robots.avoid_collisions", 1, "true or false", "false"),
-    ("robots.placement", "middle", "'corner'", "uniform"),
-    ("tasks.placement", "middle", "'corner'", "uniform"),
+    ("robots.placement", "middle", "'clusters'", "uniform"),
+    ("tasks.placement", "middle", "'clusters'", "uniform"),
     ("tasks.clusters", 0, "≥ 1", "3"),
     ("robots.clusters", 1001, "1000", "3"),
     ("tasks.spread", 0.0, "> 0", "1.5"),
@@ -831,7 +829,7 @@ def test_classes_make_the_counts():
 
 MIXED = {
     "arena": {"side": [30, 12.5], "boundary": "walls"},
-    "robots": {"classes": [LIFTERS, {"name": "b", "count": 1}], "placement": "corner"},
+    "robots": {"classes": [LIFTERS, {"name": "b", "count": 1}], "placement": "clusters"},
     "tasks": {"classes": [HEAPS], "placement": "points", "points": [[1, 2.5], [3.0, 4.0], [30.0, 12.5]]},
 }
 

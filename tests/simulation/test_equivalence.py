@@ -155,7 +155,7 @@ def task_classes(draw, count):
 @st.composite
 def placing(draw, sides, number, points):
     """Draw where things stand; ``number`` is how they are told, and ``points`` where they may be given."""
-    how = draw(st.sampled_from(["uniform", "clusters", "corner", "points"]))
+    how = draw(st.sampled_from(["uniform", "clusters", "points"]))
     if how == "points" and points:
         return {"placement": how, "points": points, **number}
     return {
@@ -234,7 +234,6 @@ def beyond(draw):
             "range": draw(reach),
             "count_self": draw(st.booleans()),
             "observation": draw(st.sampled_from(["repeated"] if judges else ["repeated", "unique"])),
-            "memory": draw(st.sampled_from(["exploration", "life"])),
             "miss": draw(chance),
             "false_robots": draw(false) if names_nothing else 0.0,
             "false_tasks": draw(false) if names_nothing else 0.0,
@@ -387,7 +386,7 @@ BEYOND = {
     "a rectangular torus": {"arena.side": [9.0, 4.5], "robots.count": 33, "sensing.observation": "unique"},
     "clusters and a bad sensor": {
         "robots.placement": "clusters",
-        "tasks.placement": "corner",
+        "tasks.placement": "clusters",
         "sensing.miss": 0.3,
         "sensing.false_robots": 0.5,
         "sensing.false_tasks": 0.7,
@@ -418,7 +417,6 @@ BEYOND = {
             {"name": "y", "count": 4, "needs": {"push": 1}},
         ],
         "sensing.observation": "unique",
-        "sensing.memory": "life",
         "arena.side": 10.0,
     },
 }

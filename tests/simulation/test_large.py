@@ -48,7 +48,7 @@ WORLDS = {
     },
     "loss": {"radio.loss": 0.3},
     "unique": {"sensing.observation": "unique"},
-    "unique for life": {"sensing.observation": "unique", "sensing.memory": "life", "sensing.miss": 0.2},
+    "unique, with misses": {"sensing.observation": "unique", "sensing.miss": 0.2},
     "short ids": {"radio.id_bits": 6, "decision.inbox_size": 2},
     "faults": {
         "faults.byzantine": 0.2,

@@ -57,7 +57,7 @@ def test_engine_equals_reference_with_wrong_names_in_a_world_that_changes(name):
 
 @pytest.mark.parametrize("name", ["census", "quiet-census"])
 def test_unique_observation_counts_a_task_once_under_its_first_name(name):
-    changes = {"sensing.observation": "unique", "sensing.memory": "life"}
+    changes = {"sensing.observation": "unique"}
     same(Scenario().replace({**SMALL, **NAMING[name], **changes}))
 
 

@@ -147,9 +147,8 @@ def test_surplus_robots_leave_at_once_but_for_the_margin(saying):
     assert (record.calls[0], record.robots_released[0]) == (0, 4)
 
 
-@pytest.mark.parametrize("changes", [{"response.margin": 4}, {"response.release": False}])
-def test_robots_within_the_margin_stay(saying, changes):
-    record = assert_response(steady(saying, -4, **changes))
+def test_robots_within_the_margin_stay(saying):
+    record = assert_response(steady(saying, -4, **{"response.margin": 4}))
     assert joined(record) == {}
     assert record.robots_released[0] == 0
 
@@ -173,7 +172,6 @@ def test_a_strategy_without_a_gap_calls_one_by_one_and_releases_none():
     }
     short = Scenario().replace({**changes, "run.steps": 300})
     record = assert_response(short)
-    assert not short.response.release
     assert set(joined(record).values()) == {1}
     assert record.calls[0] == record.robots_called[0] > 2
     idle = assert_response(short.replace({"tasks.count": 0}))
@@ -271,13 +269,11 @@ def test_a_response_is_part_of_the_text(seeing):
     assert Scenario().to_dict()["response"] == {"delay": 100, "margin": 2}
     scenario = Scenario(response={"patience": 60})
     assert scenario.dynamic
-    assert scenario.to_dict()["response"] == {"patience": 60, "delay": 100, "release": False, "margin": 2}
+    assert scenario.to_dict()["response"] == {"patience": 60, "delay": 100, "margin": 2}
     assert Scenario.from_toml(scenario.to_toml()) == scenario
     assert scenario.most.robots == 40
-    assert scenario.replace({"decision.strategy": seeing}).response.release
-    others = {"patience": 61, "delay": 99, "release": True, "margin": 3}
+    others = {"patience": 61, "delay": 99, "margin": 3}
     changed = [{"decision.strategy": seeing, f"response.{name}": others[name]} for name in others]
-    changed[2]["response.release"] = False
     known = {scenario.replace(each).hash for each in [{}, {"decision.strategy": seeing}, *changed]}
     assert len(known) == len(changed) + 2
 
@@ -289,13 +285,9 @@ def test_a_response_is_part_of_the_text(seeing):
             {"response.delay": 5},
             "response.delay = 5: needs response.patience: .*; set response.patience = 100",
         ),
-        ({"response.release": True}, "response.release = True: needs response.patience"),
+        ({"response.release": True}, "response.release = True: unknown key; .*if the strategy defines gap"),
         ({"response.patience": 0}, "response.patience = 0: must be ≥ 1"),
         ({"response.patience": 9, "response.delay": -1}, "response.delay = -1: must be ≥ 0"),
-        (
-            {"response.patience": 9, "response.release": True},
-            "response.release = True: needs a strategy that defines gap; with dmmd, .*; leave it out",
-        ),
         ({"response.patience": 1001}, "response.patience = 1001: is longer than a run, run.steps = 1000"),
         (
             {"response.patience": 9, "robots.most": 20},
@@ -317,7 +309,7 @@ def test_robots_that_are_released_make_room_for_those_called(seeing):
     full = {"response.patience": 9, "robots.most": 20, "decision.strategy": seeing}
     assert Scenario().replace(full).most.robots == 20
     with pytest.raises(ScenarioError, match="lets none join"):
-        Scenario().replace({**full, "response.release": False})
+        Scenario().replace({**full, "decision.strategy": "dmmd"})
 
 
 def test_robots_know_what_they_are_asked_for_from_the_first_step_on():
@@ -327,6 +319,6 @@ def test_robots_know_what_they_are_asked_for_from_the_first_step_on():
         tasks={"count": 0},
         decision={"strategy": "census", "threshold": 0.5},
         run={"steps": 3},
-        response={"patience": 1, "delay": 0, "release": True, "margin": 0},
+        response={"patience": 1, "delay": 0, "margin": 0},
     )
     assert_equal(scenario, seed=0, runs=40)

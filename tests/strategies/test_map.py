@@ -457,13 +457,12 @@ def worlds(draw):
         },
         tasks={
             "count": max(0, robots + draw(st.integers(-2, 3))),
-            "placement": draw(st.sampled_from(["uniform", "clusters", "corner"])),
+            "placement": draw(st.sampled_from(["uniform", "clusters"])),
             "spread": 0.5,
         },
         sensing={
             "range": sight,
             "observation": draw(st.sampled_from(["repeated", "unique"])),
-            "memory": draw(st.sampled_from(["exploration", "life"])),
         },
         radio={"range": draw(st.floats(0.5, 2.0)), "loss": draw(st.sampled_from([0.0, 0.5]))},
         decision={

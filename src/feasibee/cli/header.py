@@ -25,6 +25,6 @@ def header(strategies: tuple[str, ...], inbox: int | None) -> None:
       feasibee header --strategy dmmd --inbox 32 > feasibee.h
       feasibee header --strategy dmmd --strategy average > feasibee.h
     """
-    from feasibee.firmware import header
+    from feasibee.robot.firmware import header
 
     click.echo(header(strategies or None, inbox), nl=False)

@@ -176,7 +176,7 @@ def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) 
 )
 @seed_option
 @workforce_options
-@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in seven worlds unlike the paper's.")
+@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in six worlds unlike the paper's.")
 def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -> None:
     """Reproduce the paper: its three figures, the data behind them, its claims checked.
 
@@ -378,7 +378,7 @@ def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[
 
     share, difference = overall(group), overall_difference(group, baseline)
     first = sum(each.first.estimate for each in group) / len(group)
-    steps = sorted(each.times.median or float("inf") for each in group)
+    steps = sorted(each.found.times.median or float("inf") for each in group)
     row = [
         f"{100 * share.estimate:.1f}",
         f"{100 * share.low:.1f} to {100 * share.high:.1f}",

@@ -19,8 +19,7 @@ class Placement(IntEnum):
 
     UNIFORM = 0
     CLUSTERS = 1
-    CORNER = 2
-    POINTS = 3
+    POINTS = 2
 
 
 class Lie(IntEnum):
@@ -156,7 +155,6 @@ class SensingParams(NamedTuple):
     band: Band  # in units of 2**16
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
-    for_life: bool  # whether a thing counts once in a run, else once in an exploration
     by_class: bool  # whether robots or tasks have classes
     only_counts: bool  # whether counts of robots and tasks suffice: no classes, no knowledge
     counts_all: bool  # whether, in addition, all in sight count: no misses, repeated observation
@@ -255,7 +253,6 @@ class ResponseParams(NamedTuple):
     patience: int  # steps
     delay: int  # steps
     asks: bool  # whether the strategy says what robots believe the gap to be
-    releases: bool
     margin: int
 
 

@@ -139,17 +139,13 @@ def candidate(params, placing, run, i, joined, attempt, purposes):
     counter = ATTEMPTS * joined + attempt
     if placing.how == Placement.UNIFORM:
         return anywhere(params, placing, run, i, counter, uniform)
-    low = placing.margin if params.arena.walls else 0
-    x, y = low, low
-    if placing.how != Placement.CORNER:
-        chosen = choose(draw(params, run, i, joined, cluster), placing.clusters)
-        x, y = anywhere(params, placing, run, chosen, int64(0), centre)
+    chosen = choose(draw(params, run, i, joined, cluster), placing.clusters)
+    x, y = anywhere(params, placing, run, chosen, int64(0), centre)
     spread = placing.spread * (1 + attempt // 32)  # wider after each 32 failed attempts
     dx = normal(params, run, i, 6 * counter, scatter, spread)
     dy = normal(params, run, i, 6 * counter + 3, scatter, spread)
-    if placing.how == Placement.CORNER:
-        dx, dy = abs(dx), abs(dy)
     if params.arena.walls:
+        low = placing.margin
         x = min(max(x + dx, low), params.arena.width - low)
         y = min(max(y + dy, low), params.arena.height - low)
     else:

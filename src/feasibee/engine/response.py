@@ -52,7 +52,7 @@ def look(params, state, update, now):
         clock[Clock.CALLS] += 1
         clock[Clock.ROBOTS_CALLED] += clock[Clock.AWAITED]
         return int64(0)
-    return max(int64(0), -gap - params.response.margin) if params.response.releases else int64(0)
+    return max(int64(0), -gap - params.response.margin)
 
 
 @inlined

@@ -355,7 +355,7 @@ def forget(params, state, part, i):
     empty(params, state, part.thread, i)
     if params.strategy.forgets:
         clear_counts(params, state, i)
-    if params.sensing.unique and not params.sensing.for_life:
+    if params.sensing.unique:
         state.remembered[number_of(state.robots[Robot.LABEL, i])] = uint32(0)
 
 

@@ -90,7 +90,6 @@ class _Settings(Section):
     fault: str
     byzantine_says: str
     repeated: bool
-    forgets_things: bool
 
 
 def problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:

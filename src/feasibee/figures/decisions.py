@@ -272,8 +272,10 @@ def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
                     middle = 100 * np.array(panels[0].rates[name])[:, 0]
                     ax.plot(panels[0].ratios, middle, color=COLOURS[name], linewidth=2.6, alpha=0.22)
             _draw_panel(ax, panel)
-        for ax in grid.flat[len(panels) :]:
+        for place, ax in enumerate(grid.flat[len(panels) :], start=len(panels)):
             ax.set_visible(False)
+            if place >= columns:
+                grid.flat[place - columns].tick_params(labelbottom=True)
         drawn.supylabel("runs (%)", fontsize=9)
         drawn.supxlabel("ratio of robots to places asked for", fontsize=9)
         handles, labels = grid.flat[0].get_legend_handles_labels()

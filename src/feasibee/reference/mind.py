@@ -60,8 +60,6 @@ class Settings(NamedTuple):
     """What it says if it is Byzantine."""
     repeated: bool
     """Whether a robot or task counts each time it is seen."""
-    forgets_things: bool
-    """Whether each exploration counts robots and tasks as new."""
 
 
 class Mind(Controller):
@@ -146,7 +144,7 @@ class Mind(Controller):
         """Return whether a robot or task in sight counts: always, or only when new (model.md 6.3)."""
         if self.settings.repeated or number == -1:
             return True
-        if self.settings.forgets_things and self._remembers_since != self.explorations:
+        if self._remembers_since != self.explorations:
             self._remembers_since = self.explorations
             self._remembered.clear()
         is_new = (thing.is_robot, number) not in self._remembered

@@ -41,7 +41,7 @@ class Operator:
         gap = self._gap([robot for robot in counted if robot.mind.opinion == held])
         if held == INFEASIBLE:
             self._call(now, 1 if gap is None else gap + response.margin)
-        if held == FEASIBLE and response.release and gap is not None:
+        if held == FEASIBLE and gap is not None:
             return max(0, -gap - response.margin)
         return 0
 

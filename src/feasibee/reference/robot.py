@@ -143,7 +143,6 @@ class Robot:
             fault=self.fault,
             byzantine_says=self._scenario.faults.byzantine_says,
             repeated=sensing.observation == "repeated",
-            forgets_things=sensing.memory == "exploration",
         )
 
 

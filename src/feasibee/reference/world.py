@@ -136,11 +136,8 @@ class World:
             if section.placement == "uniform":
                 yield self._uniform(i, first + attempt, margin, uniform)
                 continue
-            if section.placement == "corner":
-                middle = (0, 0) if self.is_torus else (margin, margin)
-            else:
-                word = philox(self._seed, self._run, i, joined, cluster)[0]
-                middle = self._uniform(choose(word, section.clusters), 0, margin, centre)
+            word = philox(self._seed, self._run, i, joined, cluster)[0]
+            middle = self._uniform(choose(word, section.clusters), 0, margin, centre)
             # The more attempts have failed, the wider it spreads.
             spread = math.floor(exact(section.spread) / self.unit) * (1 + attempt // 32)
             words = [
@@ -149,8 +146,6 @@ class World:
                 for word in philox(self._seed, self._run, i, 6 * (first + attempt) + part, scatter)
             ]
             dx, dy = normal(words[:12], spread), normal(words[12:], spread)
-            if section.placement == "corner":
-                dx, dy = abs(dx), abs(dy)
             yield self._held((middle[0] + dx, middle[1] + dy), margin)
 
     def _uniform(self, i: int, attempt: int, margin: int, purpose: int) -> Place:

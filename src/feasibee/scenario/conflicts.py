@@ -301,7 +301,7 @@ def _contact(robots: Mapping[str, Any]) -> Iterator[Problem]:
 
 def _spread(section: str, explicit: Explicit) -> Iterator[Problem]:
     placed, longer = explicit[section], max(size_of(explicit))
-    if placed["placement"] in ("clusters", "corner") and placed["spread"] > longer:
+    if placed["placement"] == "clusters" and placed["spread"] > longer:
         rule = f"must be at most the arena's longer side, {longer:g} units"
         yield Problem(
             f"{section}.spread", placed["spread"], rule, f'lower it, or set {section}.placement = "uniform"'

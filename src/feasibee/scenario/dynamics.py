@@ -77,7 +77,7 @@ def dynamic_conflicts(
         What the strategy declares; None if its name is invalid.
     """
     rates = "robots.arrival_rate", "robots.failure_rate", "tasks.arrival_rate", "tasks.lifetime"
-    response = "response.patience", "response.release", "response.delay", "response.margin"
+    response = "response.patience", "response.delay", "response.margin"
     if not fit("events", "robots.most", "run.steps", *rates, *response):
         return
     yield from _most(sections, counts, strategy)
@@ -111,16 +111,13 @@ def _most(sections: Explicit, counts: tuple[int, int], strategy: Manifest | None
 
 def _response(sections: Explicit, strategy: Manifest | None) -> Iterator[Problem]:
     """Find values of a response that can't have an effect (model.md 6.19)."""
-    response, defaults = sections["response"], {"delay": 100, "release": None, "margin": 2}
+    response, defaults = sections["response"], {"delay": 100, "margin": 2}
     if not responds(sections):
         for name, default in defaults.items():
             if response[name] != default:
                 rule = "needs response.patience: without it, nobody responds"
                 yield Problem(f"response.{name}", response[name], rule, "set response.patience = 100")
         return
-    if response["release"] and strategy is not None and not strategy.knows_gap:
-        rule = f"needs a strategy that defines gap; with {strategy.name}, nobody knows how many are to spare"
-        yield Problem("response.release", True, rule, "leave it out, or set it to false")
     steps = sections["run"]["steps"]
     if response["patience"] > steps:
         rule = f"is longer than a run, run.steps = {steps}: nobody would be called"
@@ -129,10 +126,9 @@ def _response(sections: Explicit, strategy: Manifest | None) -> Iterator[Problem
 
 
 def _robots_leave(sections: Explicit, strategy: Manifest | None) -> bool:
-    response, knows_gap = sections["response"], strategy is None or strategy.knows_gap
-    released = responds(sections) and (knows_gap if response["release"] is None else response["release"])
+    released = responds(sections) and (strategy is None or strategy.knows_gap)
     by_event = any(each["robots"] < 0 for each in sections["events"])
-    return bool(sections["robots"]["failure_rate"]) or by_event or bool(released)
+    return bool(sections["robots"]["failure_rate"]) or by_event or released
 
 
 def _events(sections: Explicit) -> Iterator[Problem]:

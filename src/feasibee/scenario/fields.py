@@ -47,17 +47,15 @@ class Arena(Section):
 class Placed(Section):
     """The initial positions of robots or tasks (model.md 6.4)."""
 
-    placement: Literal["uniform", "clusters", "corner", "points"] = Field(
+    placement: Literal["uniform", "clusters", "points"] = Field(
         "uniform",
-        description="Initial positions: uniform over the arena, around random centres (clusters), around the "
-        "corner (0, 0), or at given points.",
+        description="Initial positions: uniform over the arena, around random centres (clusters), or at "
+        "given points.",
     )
     clusters: int = Field(
         3, ge=1, le=1000, description='Number of random centres, with placement "clusters".'
     )
-    spread: Length = Field(
-        1.5, description="Standard deviation around a centre or the corner, in units, per axis."
-    )
+    spread: Length = Field(1.5, description="Standard deviation around a centre, in units, per axis.")
     points: Points = Field(
         (),
         description='Initial positions in units, with placement "points": a CSV file of x and y, or a list '
@@ -166,12 +164,7 @@ class Sensing(Section):
     observation: Literal["repeated", "unique"] = Field(
         "repeated",
         description="Whether a robot counts each robot or task in range in every step (repeated), or once "
-        "(unique).",
-    )
-    memory: Literal["exploration", "life"] = Field(
-        "exploration",
-        description='With observation "unique", how long a robot remembers what it has counted: for one '
-        "exploration, or for the whole run.",
+        "in an exploration (unique).",
     )
     count_self: bool = Field(False, description="Whether a robot counts itself, once per step.")
     miss: Share = Field(
@@ -336,11 +329,6 @@ class Response(Section):
     )
     delay: int = Field(
         100, ge=0, le=1_000_000_000, description="Steps from a call until the called robots arrive."
-    )
-    release: bool | None = Field(
-        None,
-        description="Whether robots to spare are released; by default if the strategy defines `gap`.",
-        examples=[False],
     )
     margin: int = Field(
         2,

@@ -29,6 +29,11 @@ WORDS: Final = {
 """Phrases of pydantic's messages, and their replacements."""
 REMEDIES: Final = {"faulty": "use {count = 1} for one robot"}
 """What to do about the errors of some types of fields, by the type of the error."""
+REMOVED: Final = {
+    "sensing.memory": 'leave it out: with observation "unique", each exploration counts anew',
+    "response.release": "leave it out: robots are released if the strategy defines gap",
+}
+"""Fields of earlier versions, and what to do."""
 EVENT: Final = "{ step = 500, tasks = 15 }"
 """An event, for remedies."""
 
@@ -67,6 +72,8 @@ def _remedy(path: str) -> str:
 def suggestion(path: str) -> str:
     """Return a remedy that names the most similar field or, if none is similar, those of the section."""
     known = fields()
+    if path in REMOVED:
+        return REMOVED[path]
     if path.startswith("events."):
         return f"the fields of an event are {', '.join(Event.model_fields)}, such as {EVENT}"
     names = known if "." in path else ["preset", *SECTIONS, "events"]

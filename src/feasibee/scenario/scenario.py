@@ -160,8 +160,6 @@ class Scenario(BaseModel):
         self._manifest = manifest
         parameters = {**manifest.parameters, **self.decision.parameters}
         self._put("decision", parameters={name: float(value) for name, value in parameters.items()})
-        if self.response.patience is not None and self.response.release is None:
-            self._put("response", release=manifest.knows_gap)
         for name in ("robots", "tasks"):
             section = getattr(self, name)
             if section.classes:

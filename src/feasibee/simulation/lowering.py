@@ -151,7 +151,6 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
         band=band_of(squared_range + 1, 16),
         count_self=int(sensing.count_self),
         unique=sensing.observation == "unique",
-        for_life=sensing.memory == "life",
         by_class=by_class,
         only_counts=only_counts,
         counts_all=only_counts and not _may_miss(scenario) and sensing.observation == "repeated",
@@ -275,7 +274,6 @@ def _response(scenario: Scenario) -> ResponseParams:
         patience=response.patience or 0,
         delay=response.delay,
         asks=scenario.manifest.knows_gap,
-        releases=bool(response.release),
         margin=response.margin,
     )
 

@@ -12,9 +12,9 @@ import tempfile
 from pathlib import Path
 from typing import Final
 
-from feasibee.firmware import header
 from feasibee.live.page import WASM
 from feasibee.live.world.lowering import PAGE_STRATEGIES, ROBOTS_LIMIT, TASKS_LIMIT
+from feasibee.robot.firmware import header
 
 FOLDER: Final = Path(__file__).parent
 FLAGS: Final = (

@@ -11,9 +11,9 @@ import sys
 
 import pytest
 
-from feasibee.firmware import strategies_in_c
+from feasibee.robot.firmware import strategies_in_c
 from feasibee.strategies import STRATEGIES
-from tests.firmware.driving import HERE, NAMES, SANITIZED, Episode, answers, assert_same, compiled
+from tests.robot.driving import HERE, NAMES, SANITIZED, Episode, answers, assert_same, compiled
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
 

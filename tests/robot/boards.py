@@ -13,8 +13,7 @@ from zlib import crc32
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
-from feasibee import firmware
-from feasibee.robot import Commit, Controller, Message, Wire
+from feasibee.robot import Commit, Controller, Message, Wire, firmware
 from feasibee.strategies import STRATEGIES
 
 SOURCES = Path(__file__).parent / "c"

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-import feasibee.firmware
+import feasibee.robot.firmware
 from feasibee.errors import FeasibeeError
-from feasibee.firmware import header, strategies_in_c
+from feasibee.robot.firmware import header, strategies_in_c
 from tests.commands import invoke, refused_in_a_line
 
-FOLDER = Path(feasibee.firmware.__file__).parent
+FOLDER = Path(feasibee.robot.firmware.__file__).parent / "c"
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 PROGRAM = '#include "feasibee.h"\nint main(void) { return 0; }\n'
 

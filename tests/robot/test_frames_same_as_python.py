@@ -11,11 +11,11 @@ from zlib import crc32
 
 import pytest
 
-from feasibee.firmware import header
 from feasibee.robot import Message, Wire, WireError
+from feasibee.robot.firmware import header
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
-from tests.firmware.swarms import NAMES, SANITIZED, STRICT, Episode, program, setting_bytes
+from tests.robot.swarms import NAMES, SANITIZED, STRICT, Episode, program, setting_bytes
 
 WORDS = 4096
 """FEASIBEE_MESSAGE_WORDS of stream.h."""

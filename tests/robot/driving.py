@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.firmware import header
 from feasibee.robot import Commit, Controller, Message
+from feasibee.robot.firmware import header
 from feasibee.strategies import STRATEGIES
 
 HERE = Path(__file__).parent

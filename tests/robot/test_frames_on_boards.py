@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from feasibee.firmware import strategies_in_c
-from tests.firmware import boards, frames
+from feasibee.robot.firmware import strategies_in_c
+from tests.robot import boards, frames
 
 SMALL = ["dmmd", "dc", "census", "tally", "estimate", "quiet-census", "turns", "totals"]
 """Strategies tried on 8 bits, where ``int`` has 16."""

@@ -10,12 +10,12 @@ from fractions import Fraction
 
 import pytest
 
-from feasibee.firmware import header
+from feasibee.robot.firmware import header
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, totals
 from feasibee.strategies.contract import Me, Thing
-from tests.firmware.swarms import STRICT
+from tests.robot.swarms import STRICT
 
 SOURCE = """
 #define FEASIBEE_WORDS 400

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from feasibee.strategies import STRATEGIES
-from tests.firmware.swarms import KNOWLEDGE, SANITIZED, assert_same, program
+from tests.robot.swarms import KNOWLEDGE, SANITIZED, assert_same, program
 
 IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
-from feasibee.firmware import header
-from tests.firmware import boards
+from feasibee.robot.firmware import header
+from tests.robot import boards
 
 EXAMPLES = boards.SOURCES.parents[2] / "examples"
 INFEASIBLE_FOR_GOOD = "301"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.sizes import names_in_c
-from tests.firmware import boards
+from tests.robot import boards
 
 BUILDS = [("Cortex-M0", ()), ("Cortex-M4", ()), ("Cortex-M4", ("-DFEASIBEE_DOUBLE",))]
 

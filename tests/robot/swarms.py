@@ -15,8 +15,8 @@ from zlib import crc32
 
 import pytest
 
-from feasibee.firmware import header, strategies_in_c
 from feasibee.robot import Commit, Controller, Message, Wire, WireError
+from feasibee.robot.firmware import header, strategies_in_c
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES

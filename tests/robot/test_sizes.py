@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from benchmarks import sizes
-from tests.firmware import boards
+from tests.robot import boards
 
 PAGE = boards.SOURCES.parents[2] / "docs" / "targets.md"
 COLUMNS = [

@@ -6,9 +6,9 @@ import re
 import subprocess
 from pathlib import Path
 
-from feasibee.firmware import header, strategies_in_c
+from feasibee.robot.firmware import header, strategies_in_c
 from feasibee.strategies import STRATEGIES
-from tests.firmware.driving import HERE, SANITIZED, STRICT, compiler
+from tests.robot.driving import HERE, SANITIZED, STRICT, compiler
 
 PAGE = Path(__file__).parents[2] / "docs" / "firmware.md"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from feasibee import Scenario
-from feasibee.firmware import header
-from tests.firmware import boards
+from feasibee.robot.firmware import header
+from tests.robot import boards
 
 ROOT = boards.SOURCES.parents[2]
 

@@ -1,4 +1,4 @@
-"""The controller in C99: one header for robots, made of the parts in this folder. Standard library only."""
+"""The controller in C99: one header for robots, made of the parts in `c/`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["header", "strategies_in_c"]
 
 MOST_SENDERS = 65_535
 """Largest capacity of an inbox in C."""
-_FOLDER = Path(__file__).parent
+_FOLDER = Path(__file__).parent / "c"
 _LOCAL_INCLUDE = re.compile(r'#include "(\w+\.h)"\n+')
 
 
@@ -41,7 +41,7 @@ def header(strategy: str | Sequence[str] | None = None, inbox: int | None = None
 
     Examples
     --------
-    >>> from feasibee.firmware import header
+    >>> from feasibee.robot.firmware import header
     >>> "feasibee_dmmd" in header("dmmd", inbox=32)
     True
     """

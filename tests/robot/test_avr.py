@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.sizes import names_in_c
-from tests.firmware import boards
+from tests.robot import boards
 
 FLOATING = ["average", "bayes"]
 """The strategies that compute with floating point."""

@@ -6,12 +6,11 @@ from array import array
 from zlib import crc32
 
 from benchmarks.sizes import PROCESSORS, SHARED, setting_in_c
-from feasibee import firmware
-from feasibee.robot import Controller, Wire
+from feasibee.robot import Controller, Wire, firmware
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
-from tests.firmware import boards
+from tests.robot import boards
 
 ROBOTS = 3
 
