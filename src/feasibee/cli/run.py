@@ -118,14 +118,12 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.scenario.feasibility import truth
 
     found = measured(record, scenario)
-    names = ("accuracy", "right_at_end", *DECISIONS.values())
-    shares = {name: together([found], name)._asdict() for name in names}
     return {
         "runs": found.runs,
         **{name: found.counts[name] for name in DECISIONS.values()},
         "decision_step": _quartiles(found.times),
         "truth": "feasible" if truth(scenario) else "infeasible",
-        **{name: shares.pop(name) for name in ("accuracy", "right_at_end")},
+        **{name: together([found], name)._asdict() for name in ("accuracy", "right_at_end")},
         "bits_per_robot_and_step": found.bits,
         **tracked(record, scenario),
         **_commitments(record, scenario),
@@ -136,7 +134,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "scenario_hash": scenario.hash,
         "version": version("feasibee"),
         "model_version": MODEL_VERSION,
-        "rates": shares,
+        "rates": {name: rate._asdict() for name, rate in found.rates.items()},
     }
 
 

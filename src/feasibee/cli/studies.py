@@ -378,7 +378,7 @@ def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[
 
     share, difference = overall(group), overall_difference(group, baseline)
     first = sum(each.first.estimate for each in group) / len(group)
-    steps = sorted(each.times.median or float("inf") for each in group)
+    steps = sorted(each.found.times.median or float("inf") for each in group)
     row = [
         f"{100 * share.estimate:.1f}",
         f"{100 * share.low:.1f} to {100 * share.high:.1f}",

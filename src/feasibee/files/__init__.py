@@ -10,7 +10,15 @@ from feasibee.files.reading import (
     read_text,
     why_not,
 )
-from feasibee.files.writing import FIGURES, RESULTS, atomic_write, check_output, make_folder, write_csv
+from feasibee.files.writing import (
+    FIGURES,
+    RESULTS,
+    atomic_write,
+    check_output,
+    make_folder,
+    write_csv,
+    write_table,
+)
 
 __all__ = [
     "FIGURES",
@@ -27,4 +35,5 @@ __all__ = [
     "read_text",
     "why_not",
     "write_csv",
+    "write_table",
 ]

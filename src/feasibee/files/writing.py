@@ -6,7 +6,7 @@ import csv
 import os
 import stat
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -48,6 +48,11 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)
+
+
+def write_table(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write rows, which have the same columns, as CSV; None is an empty cell."""
+    write_csv(path, list(rows[0]), [list(row.values()) for row in rows])
 
 
 def check_output(path: str | Path, suffixes: Sequence[str], option: str = "") -> str:

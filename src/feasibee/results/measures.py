@@ -542,6 +542,11 @@ class Measured(NamedTuple):
         return together([self], name) if self.runs and name in self.counts else None
 
     @property
+    def rates(self) -> dict[str, Interval]:
+        """Shares of the runs by decision."""
+        return {name: together([self], name) for name in DECISIONS.values()}
+
+    @property
     def tracking(self) -> Tracking | None:
         """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
         played = self.followed is not None and self.followed.steps.sum()
@@ -603,3 +608,10 @@ def tracked(results: Any, scenario: Scenario) -> dict[str, Any]:
     """Return how swarms tracked the truth, and when it changed, as plain tables; none if it can't change."""
     found = tracking(results, scenario)
     return {} if found is None else {**found.to_dict(), "truth_intervals": truth_intervals(results.truth)}
+
+
+def columns(name: str, found: Interval | Quartiles | None) -> dict[str, object]:
+    """Return an interval or quartiles as columns of a table, None for what is unknown."""
+    ends = Quartiles._fields if isinstance(found, Quartiles) else ("", "low", "high")
+    cells = found or (None, None, None)
+    return {f"{name}_{end}" if end else name: cell for end, cell in zip(ends, cells, strict=True)}

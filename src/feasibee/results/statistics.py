@@ -334,6 +334,14 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     return best
 
 
+def ranks(values: NDArray[np.generic]) -> NDArray[np.float64]:
+    """Return ranks, equal values sharing their mean rank."""
+    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    mean: NDArray[np.float64] = last - (count - 1) / 2
+    return mean[place]
+
+
 def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
     """Return a rate with an interval that is valid at all numbers of trials at once, for a stopping rule.
 

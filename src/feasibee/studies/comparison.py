@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -19,24 +20,24 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, d
 from feasibee.figures.responding import draw_service
 from feasibee.figures.style import looks, save_both
 from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time, infeasible_share
-from feasibee.files import write_csv
+from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
 from feasibee.results.measures import (
     Declarations,
+    Measured,
     Tracking,
-    decided_right,
-    declarations,
+    columns,
     ended_agreed,
     ended_right,
+    measured,
     right_shares,
     robot_steps,
-    tracking,
+    together,
 )
-from feasibee.results.responding import Judgement, judgement
+from feasibee.results.responding import Judgement, Service, judgement
 from feasibee.results.statistics import (
     Interval,
-    Quartiles,
     decision_times,
     mean_difference,
     paired_difference,
@@ -61,66 +62,39 @@ CONTENDER = "contender"
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of one contender's runs at one number of tasks.
-
-    Parameters
-    ----------
-    contender : str
-        A strategy or a preset.
-    robots, tasks : int
-        Number of robots, and of tasks.
-    feasible : bool
-        Ground truth: whether the tasks are feasible; in a world that changes, before any change.
-    right : bool array, shape (runs,)
-        Whether the swarm was right at the last step: more than the threshold's share of the counted robots
-        held the true opinion.
-    first_right : bool array, shape (runs,)
-        Whether the first collective decision was right.
-    agreed : bool array, shape (runs,)
-        Whether that share of them held either opinion.
-    right_steps : float64 array, shape (runs,)
-        Share of the steps at which the swarm was right; empty in a world that doesn't change.
-    right_at : int64 array, shape (steps + 1,)
-        Number of runs that were right at each step.
-    decision : int8 array, shape (runs,)
-        The first collective decision (model.md 4.7).
-    decision_step : int32 array, shape (runs,)
-        Step of that decision; -1 if undecided.
-    bits : float64 array, shape (runs,)
-        Bits sent per robot-step.
-    committed, committed_wrong : float64 array, shape (runs,)
-        Share of the counted robots that are committed at the last step, and committed to the wrong opinion.
-    commit_step : int64 array, shape (runs,)
-        First step at which more than the threshold's share were committed; -1 if never.
-    declared : Declarations or None
-        Declarations of the robots; None if the strategy doesn't define ``declare``.
-    tracking : Tracking or None
-        How the swarms tracked the truth; None in a world that doesn't change.
-    judgement : Judgement or None
-        How well the swarms were served; None if nobody responds to what they hold.
-    infeasible_at : float64 array, shape (steps + 1,)
-        Share of the runs whose tasks are infeasible at each step.
-    """
+    """Outcome of one contender's runs at one number of tasks."""
 
     contender: str
+    """A strategy or a preset."""
     robots: int
     tasks: int
+    """Number of robots, and of tasks."""
     feasible: bool
+    """Ground truth: whether the tasks are feasible; in a world that changes, before any change."""
     right: NDArray[np.bool_]
-    first_right: NDArray[np.bool_]
+    """Whether the swarm was right at the last step: more than the threshold's share of the counted robots
+    held the true opinion; shape (runs,)."""
     agreed: NDArray[np.bool_]
+    """Whether that share of them held either opinion; shape (runs,)."""
     right_steps: NDArray[np.float64]
+    """Share of the steps at which the swarm was right; empty in a world that doesn't change; shape (runs,).
+    """
     right_at: NDArray[np.int64]
-    decision: NDArray[np.int8]
-    decision_step: NDArray[np.int32]
+    """Number of runs that were right at each step; shape (steps + 1,)."""
     bits: NDArray[np.float64]
+    """Bits sent per robot-step; shape (runs,)."""
     committed: NDArray[np.float64]
     committed_wrong: NDArray[np.float64]
+    """Share of the counted robots that are committed at the last step, and committed to the wrong opinion;
+    shape (runs,)."""
     commit_step: NDArray[np.int64]
-    declared: Declarations | None
-    tracking: Tracking | None
+    """First step at which more than the threshold's share were committed; -1 if never; shape (runs,)."""
+    found: Measured
+    """The measures of its runs."""
     judgement: Judgement | None
+    """How well the swarms were served; None if nobody responds to what they hold."""
     infeasible_at: NDArray[np.float64]
+    """Share of the runs whose tasks are infeasible at each step; shape (steps + 1,)."""
 
     @property
     def runs(self) -> int:
@@ -130,22 +104,27 @@ class Outcome:
     @property
     def accuracy(self) -> Interval:
         """Share of the runs that were right at the last step, with its interval."""
-        return wilson(int(self.right.sum()), self.runs)
+        return together([self.found], "right_at_end")
+
+    @property
+    def first(self) -> Interval:
+        """Share of the runs whose first collective decision was right, with its interval."""
+        return together([self.found], "accuracy")
+
+    @cached_property
+    def tracking(self) -> Tracking | None:
+        """How the swarms tracked the truth; None in a world that doesn't change."""
+        return self.found.tracking
+
+    @property
+    def declared(self) -> Declarations | None:
+        """Declarations of the robots; None if the strategy doesn't define ``declare``."""
+        return self.found.declared
 
     @property
     def judged(self) -> Interval:
         """Share that judges it: of runs right at the last step; in a world that changes, of steps."""
         return self.accuracy if self.tracking is None else self.tracking.right_share
-
-    @property
-    def first(self) -> Interval:
-        """Share of the runs whose first collective decision was right, with its interval."""
-        return wilson(int(self.first_right.sum()), self.runs)
-
-    @property
-    def times(self) -> Quartiles:
-        """Steps by which a quarter, half and three quarters of the runs had decided."""
-        return decision_times(self.decision_step)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the outcome as plain tables, for programs."""
@@ -157,7 +136,7 @@ class Outcome:
             "runs": self.runs,
             "right_at_end": self.accuracy._asdict(),
             "first_decision_right": self.first._asdict(),
-            "decision_step": self.times._asdict(),
+            "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
             "declared": None if self.declared is None else self.declared.to_dict(),
             **({} if self.tracking is None else self.tracking.to_dict()),
@@ -249,7 +228,7 @@ def compare(
         Contender by contender, in the order of ``tasks``.
     """
     designs = design_points(contenders, tasks, runs, seed)
-    with Rounds(execution, len(designs) * runs) as rounds:
+    with Rounds(execution) as rounds:
         return outcomes_of(rounds, designs, runs, seed)
 
 
@@ -298,18 +277,14 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         tasks=scenario.tasks.count,
         feasible=feasible,
         right=ended_right(record, scenario),
-        first_right=decided_right(record, scenario),
         agreed=ended_agreed(record, scenario),
         right_steps=right_shares(record) if scenario.dynamic else np.empty(0),
         right_at=_right_at(record, scenario, feasible),
-        decision=record.decision,
-        decision_step=record.decision_step,
         bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
         committed=committed.sum(axis=0) / counted,
         committed_wrong=committed[0 if feasible else 1] / counted,
         commit_step=record.commit_step,
-        declared=declarations(record, scenario),
-        tracking=tracking(record, scenario),
+        found=measured(record, scenario),
         judgement=judgement(record, scenario),
         infeasible_at=(
             infeasible_share(record.truth)
@@ -417,7 +392,8 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
         figures = _figures_by_tasks(outcomes)
     for name, drawn in figures.items():
         save_both(drawn, folder / name)
-    _write_rows(folder / "compare.csv", outcomes)
+    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
+    write_table(folder / "compare.csv", [_row(each, baseline[each.tasks]) for each in outcomes])
 
 
 def _figures_by_tasks(outcomes: Sequence[Outcome]) -> dict[str, Figure]:
@@ -487,65 +463,42 @@ def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
     return figures
 
 
-def _write_rows(path: Path, outcomes: Sequence[Outcome]) -> None:
-    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
-    header = ["contender", "robots", "tasks", "truth", "runs"]
-    for name in ("accuracy", "first_decision", f"difference_from_{outcomes[0].contender}"):
-        header += [name, f"{name}_low", f"{name}_high"]
-    header += ["step_q25", "step_median", "step_q75", "bits_per_robot_and_step"]
-    header += ["committed", "committed_wrong", "commit_step_median"]
-    for name in ("declared_ok", "declared_wrong"):
-        header += [name, f"{name}_low", f"{name}_high"]
-    header += ["declare_step_median", "declare_step_p95"]
-    if outcomes[0].tracking is not None:
-        header += ["right_share", "right_share_low", "right_share_high"]
-        header += ["detection_delay_q25", "detection_delay_median", "detection_delay_q75"]
-        header += ["missed", "missed_low", "missed_high", "changes"]
-        header += ["false_alarms", "false_alarms_low", "false_alarms_high"]
-    if outcomes[0].judgement is not None:
-        header += _service_header("") + _service_header("oracle_")
-        header += ["fixed_robots", *_service_header("fixed_")]
-    write_csv(path, header, (_row(each, baseline[each.tasks]) for each in outcomes))
+def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
+    """Return the columns of an outcome in ``compare.csv``."""
+    declared, tracked, judged = each.declared, each.tracking, each.judgement
+    steps = (None, None) if declared is None else declared.step_90[:2]
+    row = {
+        **{"contender": each.contender, "robots": each.robots, "tasks": each.tasks},
+        "truth": DECISIONS[int(each.feasible)],
+        "runs": each.runs,
+        **columns("accuracy", each.accuracy),
+        **columns("first_decision", each.first),
+        **columns(f"difference_from_{baseline.contender}", difference(each, baseline)),
+        **columns("step", each.found.times),
+        "bits_per_robot_and_step": f"{each.bits.mean():.6g}",
+        "committed": f"{each.committed.mean():.6g}",
+        "committed_wrong": f"{each.committed_wrong.mean():.6g}",
+        "commit_step_median": decision_times(each.commit_step).median,
+        **columns("declared_ok", declared and declared.ok),
+        **columns("declared_wrong", declared and declared.wrong),
+        **dict(zip(("declare_step_median", "declare_step_p95"), steps, strict=True)),
+    }
+    if tracked is not None:
+        row |= columns("right_share", tracked.right_share)
+        row |= columns("detection_delay", tracked.detection_delay)
+        row |= {**columns("missed", tracked.missed), "changes": tracked.changes}
+        row |= columns("false_alarms", tracked.false_alarms)
+    if judged is not None:
+        row |= {**_service_columns("", judged.own), **_service_columns("oracle_", judged.oracle)}
+        row |= {"fixed_robots": judged.robots, **_service_columns("fixed_", judged.as_often)}
+    return row
 
 
-def _row(each: Outcome, baseline: Outcome) -> list[object]:
-    numbers = (*each.times, each.bits.mean(), each.committed.mean(), each.committed_wrong.mean())
-    return [
-        *(each.contender, each.robots, each.tasks),
-        "feasible" if each.feasible else "infeasible",
-        each.runs,
-        *each.accuracy,
-        *each.first,
-        *difference(each, baseline),
-        *("" if value is None else f"{value:.6g}" for value in numbers),
-        *("" if step is None else step for step in decision_times(each.commit_step)[1:2]),
-        *_declared_cells(each.declared),
-        *([] if each.tracking is None else _tracking_cells(each.tracking)),
-        *([] if each.judgement is None else _judgement_cells(each.judgement)),
-    ]
-
-
-def _service_header(whose: str) -> list[str]:
-    names = [f"{name}{end}" for name in ("feasible_share", "idle", "calls") for end in ("", "_low", "_high")]
-    return [f"{whose}{name}" for name in (*names, "too_many_per_call", "too_few_per_call")]
-
-
-def _judgement_cells(found: Judgement) -> list[object]:
-    cells: list[list[object]] = [
-        [*each.feasible_share, *each.idle, *each.calls, each.too_many, each.too_few]
-        for each in (found.own, found.oracle, found.as_often)
-    ]
-    return [*cells[0], *cells[1], found.robots, *cells[2]]
-
-
-def _declared_cells(declared: Declarations | None) -> list[object]:
-    if declared is None:
-        return [""] * 8
-    steps = declared.step_90[:2]
-    return [*declared.ok, *declared.wrong, *("" if step is None else step for step in steps)]
-
-
-def _tracking_cells(found: Tracking) -> list[object]:
-    missed: Sequence[object] = found.missed or ("", "", "")
-    delays = ("" if step is None else step for step in found.detection_delay)
-    return [*found.right_share, *delays, *missed, found.changes, *found.false_alarms]
+def _service_columns(whose: str, service: Service) -> dict[str, object]:
+    return {
+        **columns(f"{whose}feasible_share", service.feasible_share),
+        **columns(f"{whose}idle", service.idle),
+        **columns(f"{whose}calls", service.calls),
+        f"{whose}too_many_per_call": service.too_many,
+        f"{whose}too_few_per_call": service.too_few,
+    }

@@ -22,25 +22,17 @@ SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY:
 
 @dataclass(frozen=True)
 class Trial:
-    """A changed scenario, simulated on the same worlds.
-
-    Parameters
-    ----------
-    name : str
-        Name of the change.
-    outcome : Outcome
-        Outcome of its runs.
-    difference : Interval
-        Share of swarms that are right at the end, less that share without the change; in a world that
-        changes, share of steps.
-    opposite : Outcome, optional
-        Outcome at the reciprocal ratio, where the truth is the opposite.
-    """
+    """A changed scenario, simulated on the same worlds."""
 
     name: str
+    """Name of the change."""
     outcome: Outcome
+    """Outcome of its runs."""
     difference: Interval
+    """Share of swarms that are right at the end, less that share without the change; in a world that changes,
+    share of steps."""
     opposite: Outcome | None = None
+    """Outcome at the reciprocal ratio, where the truth is the opposite."""
 
 
 class Judged(NamedTuple):
@@ -67,68 +59,47 @@ class Judged(NamedTuple):
 
 @dataclass(frozen=True)
 class Findings:
-    """Expected behaviour of a swarm, and what would improve it.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The assessed scenario.
-    truth : feasibee.scenario.feasibility.Verdict
-        Ground truth, with its proof.
-    target : float
-        Share of swarms that must be right.
-    outcome : Outcome
-        Outcome of the unchanged scenario.
-    right, wrong, split : Interval
-        Share of the swarms in which, at the last step, more than the threshold's share of the robots holds
-        the true opinion, the other one, or neither.
-    wait : int or None
-        First step from which the target's share of the swarms is right until the end; None without one.
-    asked : Asked
-        What the strategy asks of the robots.
-    sizing : Sizing or None
-        How many robots are enough for the tasks, and the blind band; None if robots have classes or given
-        places.
-    limits : list of Trial
-        Changes that show what limits the swarm, the most helpful first.
-    strategies : list of Trial
-        The other strategies, the best first.
-    opposite : Outcome or None
-        Outcome at the reciprocal ratio, where the truth is the opposite; None if robots or tasks have classes
-        or tasks have given places.
-    recommendation : Recommendation
-        Strategies that reach the target in both worlds.
-    recommended : Candidate or None
-        The scenario's own strategy if it is among these, or the first of them; None without any.
-    recommended_asked : Asked or None
-        What it asks of the robots.
-    recommended_band : Band or None
-        Its blind band.
-    faults : list of Trial
-        The recommended strategy with single faults, or the own one if none is recommended.
-    seed : int
-        Seed of the runs.
-    """
+    """Expected behaviour of a swarm, and what would improve it."""
 
     scenario: Scenario
+    """The assessed scenario."""
     truth: Truth
+    """Ground truth, with its proof."""
     target: float
+    """Share of swarms that must be right."""
     outcome: Outcome
+    """Outcome of the unchanged scenario."""
     right: Interval
     wrong: Interval
     split: Interval
+    """Share of the swarms in which, at the last step, more than the threshold's share of the robots holds the
+    true opinion, the other one, or neither."""
     wait: int | None
+    """First step from which the target's share of the swarms is right until the end; None without one."""
     asked: Asked
+    """What the strategy asks of the robots."""
     sizing: Sizing | None
+    """How many robots are enough for the tasks, and the blind band; None if robots have classes or given
+    places."""
     limits: list[Trial]
+    """Changes that show what limits the swarm, the most helpful first."""
     strategies: list[Trial]
+    """The other strategies, the best first."""
     opposite: Outcome | None
+    """Outcome at the reciprocal ratio, where the truth is the opposite; None if robots or tasks have classes
+    or tasks have given places."""
     recommendation: Recommendation
+    """Strategies that reach the target in both worlds."""
     recommended: Candidate | None
+    """The scenario's own strategy if it is among these, or the first of them; None without any."""
     recommended_asked: Asked | None
+    """What it asks of the robots."""
     recommended_band: Band | None
+    """Its blind band."""
     faults: list[Trial]
+    """The recommended strategy with single faults, or the own one if none is recommended."""
     seed: int
+    """Seed of the runs."""
 
     @property
     def better(self) -> list[Trial]:

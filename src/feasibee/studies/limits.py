@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from feasibee.errors import Problem, ScenarioError
 from feasibee.figures.frontier import Panel, Word, draw_frontier
 from feasibee.figures.style import save_both
-from feasibee.files import write_csv
-from feasibee.model.codes import MODEL_VERSION, exact
+from feasibee.files import write_table
+from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
-from feasibee.results.measures import declared_right, declared_wrong
+from feasibee.results.measures import columns, declared_right, declared_wrong
 from feasibee.results.statistics import DeclareTimes, Interval, declare_times, wilson
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs, check_integer
@@ -60,24 +60,16 @@ NEVER: Final = -1
 
 @dataclass(frozen=True)
 class Limits:
-    """Physical limits of a scenario: the first step by which each was reached, per run.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The swarm and its world.
-    seed : int
-        Seed of the runs.
-    steps : mapping of str to int64 array, shape (runs,)
-        First step of each of `LIMITS`; -1 if never within the steps of a run.
-    cell : tuple of float
-        Width and height in units of a cell of the area, which is seen when its centre is in range.
-    """
+    """Physical limits of a scenario: the first step by which each was reached, per run."""
 
     scenario: Scenario
+    """The swarm and its world."""
     seed: int
+    """Seed of the runs."""
     steps: Mapping[str, NDArray[np.int64]]
+    """First step of each of `LIMITS`; -1 if never within the steps of a run; shape (runs,)."""
     cell: tuple[float, float]
+    """Width and height in units of a cell of the area, which is seen when its centre is in range."""
 
     @property
     def runs(self) -> int:
@@ -284,24 +276,16 @@ OFFSETS: Final = (-1, 0, 1, 2)
 
 @dataclass(frozen=True)
 class Contender:
-    """A strategy with parameters, as a row of the figure.
-
-    Parameters
-    ----------
-    name : str
-        Name of the row.
-    strategy : str
-        Name of the strategy, or the path of its file.
-    parameters : mapping of str to float
-        Its parameters that differ from their defaults.
-    knows_count : bool, optional
-        Whether robots know their number; by default if the strategy needs it, or the scenario says so.
-    """
+    """A strategy with parameters, as a row of the figure."""
 
     name: str
+    """Name of the row."""
     strategy: str
+    """Name of the strategy, or the path of its file."""
     parameters: dict[str, float] = field(default_factory=dict)
+    """Its parameters that differ from their defaults."""
     knows_count: bool | None = None
+    """Whether robots know their number; by default if the strategy needs it, or the scenario says so."""
 
     def scenario(self, base: Scenario) -> Scenario:
         """Return a scenario with this contender; robots that don't declare commit."""
@@ -333,39 +317,27 @@ CONTENDERS: Final = (
 
 @dataclass(frozen=True)
 class Spoken:
-    """What the robots of a contender said by their own word at one number of tasks.
-
-    Parameters
-    ----------
-    contender : str
-        Its name.
-    declares : bool
-        Whether robots declare; otherwise they commit.
-    robots, tasks : int
-        Number of robots, and of tasks.
-    feasible : bool
-        Ground truth: whether the tasks are feasible.
-    runs : int
-        Number of runs.
-    ok, wrong : Interval
-        Share of runs in which more than the threshold's share of robots spoke rightly and none wrongly, and
-        in which any robot spoke wrongly.
-    times : DeclareTimes
-        Steps by which more than the threshold's share had spoken.
-    bits : float
-        Bits sent per robot-step, over the whole runs.
-    """
+    """What the robots of a contender said by their own word at one number of tasks."""
 
     contender: str
+    """Its name."""
     declares: bool
+    """Whether robots declare; otherwise they commit."""
     robots: int
     tasks: int
+    """Number of robots, and of tasks."""
     feasible: bool
+    """Ground truth: whether the tasks are feasible."""
     runs: int
+    """Number of runs."""
     ok: Interval
     wrong: Interval
+    """Share of runs in which more than the threshold's share of robots spoke rightly and none wrongly, and in
+    which any robot spoke wrongly."""
     times: DeclareTimes
+    """Steps by which more than the threshold's share had spoken."""
     bits: float
+    """Bits sent per robot-step, over the whole runs."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what was said, for programs."""
@@ -411,7 +383,7 @@ def frontier(
         Contender by contender, in the order of ``tasks``.
     """
     designs = designs_of(scenario, contenders, tasks_near(scenario, tasks), runs, seed)
-    with Rounds(execution, len(designs) * runs) as rounds:
+    with Rounds(execution) as rounds:
         records = rounds.run(Study(designs, runs, seed))
         return [
             spoken(str(design.values[CONTENDER]), design.scenario, record)
@@ -494,25 +466,27 @@ def write_frontier(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limi
         panels.append(Panel(f"m = {number}: {verdict}", words, steps))
     most = next(iter(bounds.values())).scenario.run.steps
     save_both(draw_frontier(panels, most), folder / "frontier")
-    header = ["contender", "word", "robots", "tasks", "truth", "runs", "ok", "ok_low", "ok_high"]
-    header += ["wrong", "wrong_low", "wrong_high", "step_median", "step_p95", "bits_per_robot_and_step"]
-    write_csv(folder / "frontier.csv", header, (_row(each) for each in found))
+    write_table(folder / "frontier.csv", list(map(_row, found)))
 
 
 def write_limits(path: Path, bounds: dict[int, Limits]) -> None:
     """Write the limits at each number of tasks."""
     rows = [
-        [number, name, *("" if step is None else step for step in times[:2])]
+        {"tasks": number, "limit": name, "step_median": times.median, "step_p95": times.p95}
         for number, limit in bounds.items()
         for name, times in limit.times.items()
     ]
-    write_csv(path, ["tasks", "limit", "step_median", "step_p95"], rows)
+    write_table(path, rows)
 
 
-def _row(each: Spoken) -> list[object]:
-    return [
-        *(each.contender, "declares" if each.declares else "commits", each.robots, each.tasks),
-        *("feasible" if each.feasible else "infeasible", each.runs, *each.ok, *each.wrong),
-        *("" if step is None else step for step in each.times[:2]),
-        f"{each.bits:.6g}",
-    ]
+def _row(each: Spoken) -> dict[str, object]:
+    return {
+        **{"contender": each.contender, "word": "declares" if each.declares else "commits"},
+        **{"robots": each.robots, "tasks": each.tasks},
+        "truth": DECISIONS[int(each.feasible)],
+        "runs": each.runs,
+        **columns("ok", each.ok),
+        **columns("wrong", each.wrong),
+        **{"step_median": each.times.median, "step_p95": each.times.p95},
+        "bits_per_robot_and_step": f"{each.bits:.6g}",
+    }

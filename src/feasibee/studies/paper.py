@@ -16,7 +16,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -25,17 +24,17 @@ from numpy.typing import NDArray
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import Panel, draw_opinion_panels, draw_panels, plot_decisions
 from feasibee.figures.style import figure, save_both
-from feasibee.files import atomic_write, make_folder, write_csv
+from feasibee.files import atomic_write, make_folder, write_csv, write_table
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.record import Record
+from feasibee.results.measures import Measured, columns, measured, together
 from feasibee.results.statistics import (
     CONFIDENCE,
     Interval,
-    Quartiles,
-    accuracy,
-    decision_rates,
     decision_times,
+    normal_quantile,
     opinion_quartiles,
+    ranks,
     wilson,
 )
 from feasibee.scenario.feasibility import truth
@@ -51,31 +50,22 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True)
 class RatioSummary:
-    """Outcome of the runs at one ratio of robots to tasks.
-
-    Parameters
-    ----------
-    robots, tasks : int
-        Number of robots, and of tasks.
-    first_run : int
-        Number of the first run.
-    decision : int8 array, shape (runs,)
-        1 feasible, 0 infeasible, -1 undecided.
-    decision_step : int32 array, shape (runs,)
-        First step at which the swarm had decided; -1 if undecided.
-    quartiles : float64 array, shape (3, steps + 1)
-        Quartiles over the runs of the percentage of robots with opinion 1; empty where nothing draws them.
-    thinned : float32 array, shape (runs, steps // 25 + 1)
-        That percentage in each run at every 25th step; empty likewise.
-    """
+    """Outcome of the runs at one ratio of robots to tasks."""
 
     robots: int
     tasks: int
+    """Number of robots, and of tasks."""
     first_run: int
+    """Number of the first run."""
     decision: NDArray[np.int8]
+    """1 feasible, 0 infeasible, -1 undecided; shape (runs,)."""
     decision_step: NDArray[np.int32]
+    """First step at which the swarm had decided; -1 if undecided; shape (runs,)."""
     quartiles: NDArray[np.float64]
+    """Quartiles over the runs of the percentage of robots with opinion 1; empty where nothing draws them;
+    shape (3, steps + 1)."""
     thinned: NDArray[np.float32]
+    """That percentage in each run at every 25th step; empty likewise; shape (runs, steps // 25 + 1)."""
 
     @property
     def ratio(self) -> float:
@@ -153,7 +143,7 @@ def _symmetrical(points: Sequence[RatioSummary]) -> Claim:
         _variance(feasible.estimate, high.runs) + _variance(infeasible.estimate, low.runs)
         for (feasible, infeasible), (low, high) in zip(rates, pairs, strict=True)
     )
-    half = _z() * math.sqrt(variance) / len(pairs)
+    half = normal_quantile(CONFIDENCE) * math.sqrt(variance) / len(pairs)
     claim = "feasible and infeasible decisions are symmetrical around ratio 1"
     statistic = f"right at n/m less right at m/n, on average over {len(pairs)} pairs"
     interval = Interval(mean, mean - half, mean + half)
@@ -180,9 +170,9 @@ def _earlier(points: Sequence[RatioSummary]) -> Claim:
     if np.ptp(step) == 0:
         r, half = 0.0, math.inf  # all runs decided at one step, or none did
     else:
-        r = float(np.clip(np.corrcoef(_ranks(ratio), _ranks(step))[0, 1], -1 + 1e-12, 1 - 1e-12))
+        r = float(np.clip(np.corrcoef(ranks(ratio), ranks(step))[0, 1], -1 + 1e-12, 1 - 1e-12))
         # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
-        half = _z() * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
+        half = normal_quantile(CONFIDENCE) * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
     interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))
     claim = "consensus is reached earlier when the ratio is larger"
     statistic = "rank correlation of ratio and decision step, ratios from 2 up"
@@ -222,22 +212,10 @@ def _at(points: Sequence[RatioSummary], ratio: float) -> RatioSummary:
     return min(points, key=lambda point: abs(math.log(point.ratio / ratio)))
 
 
-def _z() -> float:
-    return NormalDist().inv_cdf(0.5 + CONFIDENCE / 2)
-
-
 def _variance(rate: float, runs: int) -> float:
     """Return the variance of a rate, with one added success and one added failure: 0 of 100 isn't certain."""
     shrunk = (rate * runs + 1) / (runs + 2)
     return shrunk * (1 - shrunk) / (runs + 2)
-
-
-def _ranks(values: NDArray[np.generic]) -> NDArray[np.float64]:
-    """Return ranks, equal values sharing their mean rank."""
-    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
-    last = np.cumsum(count)
-    mean: NDArray[np.float64] = last - (count - 1) / 2
-    return mean[place]
 
 
 def _band(percentages: NDArray[np.float32]) -> float:
@@ -363,20 +341,15 @@ def _write_decisions(folder: Path, points: Sequence[RatioSummary]) -> None:
     with figure(4.6, 2.8) as (drawn, ax):
         plot_decisions([point.ratio for point in points], rates, ax)
     save_both(drawn, folder / "fig3_decisions")
-    columns = [f"{name}{part}" for name in rates for part in ("", "_low", "_high")]
-    rows = (
-        (
-            point.tasks,
-            point.ratio,
-            point.first_run,
-            point.runs,
-            *(value for intervals in rates.values() for value in intervals[row]),
-            *("" if step is None else step for step in decision_times(point.decision_step)),
-        )
+    rows = [
+        {
+            **{"tasks": point.tasks, "ratio": point.ratio, "first_run": point.first_run, "runs": point.runs},
+            **{name: cell for each in rates for name, cell in columns(each, rates[each][row]).items()},
+            **columns("step", decision_times(point.decision_step)),
+        }
         for row, point in enumerate(points)
-    )
-    header = ("tasks", "ratio", "first_run", "runs", *columns, "step_q25", "step_median", "step_q75")
-    write_csv(folder / "fig3_decisions.csv", header, rows)
+    ]
+    write_table(folder / "fig3_decisions.csv", rows)
 
 
 PLACES = (2, 4, 8, 10, 13, 16, 20, 25, 31, 40, 50, 100, 200)
@@ -405,35 +378,24 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 
 @dataclass(frozen=True)
 class PanelPoint:
-    """Decisions of the swarms of one panel at one ratio.
-
-    Parameters
-    ----------
-    panel : str
-        Name of the panel, a key of `WORLDS`.
-    robots, places : int
-        Number of robots, and number of robots that the tasks need.
-    first_run, runs : int
-        Number of the first run, and number of runs.
-    truth : bool
-        Whether the tasks are feasible.
-    rates : mapping of str to Interval
-        Shares of the runs by decision.
-    accuracy : Interval
-        Share of the runs whose decision is the truth.
-    times : Quartiles
-        Steps by which a quarter, half and three quarters of the runs had decided.
-    """
+    """Decisions of the swarms of one panel at one ratio."""
 
     panel: str
+    """Name of the panel, a key of `WORLDS`."""
     robots: int
     places: int
+    """Number of robots, and number of robots that the tasks need."""
     first_run: int
-    runs: int
+    """Number of the first run."""
     truth: bool
-    rates: Mapping[str, Interval]
-    accuracy: Interval
-    times: Quartiles
+    """Whether the tasks are feasible."""
+    found: Measured
+    """The measures of the runs."""
+
+    @property
+    def accuracy(self) -> Interval:
+        """Share of the runs whose decision is the truth."""
+        return together([self.found], "accuracy")
 
     @property
     def ratio(self) -> float:
@@ -480,7 +442,7 @@ def simulate_panels(runs: int, seed: int, execution: Execution | None = None) ->
         for panel in WORLDS
         for places in PLACES
     ]
-    with Rounds(execution, len(designs) * runs) as rounds:
+    with Rounds(execution) as rounds:
         records = rounds.run(Study(designs, runs, seed))
         return [_panel_point(design, record) for design, record in zip(designs, records, strict=True)]
 
@@ -491,7 +453,7 @@ def write_panels(folder: Path, points: Sequence[PanelPoint]) -> None:
         [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
     )
     save_both(drawn, folder / "beyond")
-    _write_rows(folder / "beyond.csv", points)
+    write_table(folder / "beyond.csv", list(map(_panel_row, points)))
 
 
 def summary(points: Sequence[PanelPoint]) -> list[list[str]]:
@@ -501,7 +463,7 @@ def summary(points: Sequence[PanelPoint]) -> list[list[str]]:
     table = [["panel", *ratios, "half by (at 2)"]]
     for panel in WORLDS:
         chosen = [point for point in points if point.panel == panel and point.places in shown]
-        step = chosen[1].times.median
+        step = chosen[1].found.times.median
         shares = (f"{point.accuracy.estimate:.1%}" for point in chosen)
         table.append([panel, *shares, "not reached" if step is None else f"step {step}"])
     return table
@@ -528,40 +490,30 @@ def _mixed_tasks(places: int) -> dict[str, Any]:
 
 
 def _panel_point(design: DesignPoint, record: Record) -> PanelPoint:
-    feasible = truth(design.scenario)
+    robots, feasible = design.scenario.robots.count, truth(design.scenario)
     return PanelPoint(
-        panel=design.values["panel"],
-        robots=design.scenario.robots.count,
-        places=design.values["places"],
+        **design.values,
+        robots=robots,
         first_run=record.first_run,
-        runs=record.runs,
         truth=feasible,
-        rates=decision_rates(record.decision),
-        accuracy=accuracy(record.decision, feasible),
-        times=decision_times(record.decision_step),
+        found=measured(record, design.scenario),
     )
 
 
 def _panel(title: str, points: Sequence[PanelPoint]) -> Panel:
     last = max(point.places for point in points if point.truth)
     first = min(point.places for point in points if not point.truth)
-    rates = {name: [point.rates[name] for point in points] for name in points[0].rates}
+    rates = [point.found.rates for point in points]
     tip = points[0].robots / (last * first) ** 0.5
-    return Panel(title, [point.ratio for point in points], rates, tip)
+    shown = {name: [each[name] for each in rates] for name in rates[0]}
+    return Panel(title, [point.ratio for point in points], shown, tip)
 
 
-def _write_rows(path: Path, points: Sequence[PanelPoint]) -> None:
-    rates = [f"{name}{part}" for name in points[0].rates for part in ("", "_low", "_high")]
-    header = ["panel", "robots", "places", "ratio", "first_run", "runs", "truth", *rates]
-    header += ["accuracy", "accuracy_low", "accuracy_high", "step_q25", "step_median", "step_q75"]
-    lines = (
-        [
-            *(point.panel, point.robots, point.places, point.ratio, point.first_run, point.runs),
-            "feasible" if point.truth else "infeasible",
-            *(value for interval in point.rates.values() for value in interval),
-            *point.accuracy,
-            *("" if step is None else step for step in point.times),
-        ]
-        for point in points
-    )
-    write_csv(path, header, lines)
+def _panel_row(point: PanelPoint) -> dict[str, object]:
+    """Return the columns of a point in ``beyond.csv``."""
+    row: dict[str, object] = {"panel": point.panel, "robots": point.robots, "places": point.places}
+    row |= {"ratio": point.ratio, "first_run": point.first_run, "runs": point.found.runs}
+    row["truth"] = DECISIONS[int(point.truth)]
+    for name, rate in {**point.found.rates, "accuracy": point.accuracy}.items():
+        row |= columns(name, rate)
+    return row | columns("step", point.found.times)

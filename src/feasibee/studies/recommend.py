@@ -34,29 +34,20 @@ BEST: Final = ("right most", "soonest", "cheapest")
 
 @dataclass(frozen=True)
 class Constraints:
-    """What a strategy must do with, and bear.
-
-    Parameters
-    ----------
-    right : float
-        Share of swarms that must be right at the last step, with these tasks and at the opposite truth.
-    bits : float, optional
-        Most bits per robot-step, on average.
-    message_bits : int, optional
-        Most bits in a message.
-    ids, names : bool
-        Whether ids of robots are never mistaken, and whether all robots have the same name for a task.
-    liars, stopped : int
-        Number of Byzantine robots, and of robots that stop.
-    """
+    """What a strategy must do with, and bear."""
 
     right: float = 0.95
+    """Share of swarms that must be right at the last step, with these tasks and at the opposite truth."""
     bits: float | None = None
+    """Most bits per robot-step, on average."""
     message_bits: int | None = None
+    """Most bits in a message."""
     ids: bool = True
     names: bool = True
+    """Whether ids of robots are never mistaken, and whether all robots have the same name for a task."""
     liars: int = 0
     stopped: int = 0
+    """Number of Byzantine robots, and of robots that stop."""
 
     @property
     def faults(self) -> str:
@@ -71,21 +62,14 @@ def _robots(number: int, kind: str) -> str:
 
 @dataclass(frozen=True)
 class Measured:
-    """A world in which a strategy was tested.
-
-    Parameters
-    ----------
-    tasks : int
-        Number of tasks.
-    test : Finding
-        Its test, with an interval that holds for all tests together.
-    outcome : Outcome
-        Outcome of the same runs.
-    """
+    """A world in which a strategy was tested."""
 
     tasks: int
+    """Number of tasks."""
     test: Finding
+    """Its test, with an interval that holds for all tests together."""
     outcome: Outcome
+    """Outcome of the same runs."""
 
     @property
     def right(self) -> Interval:
@@ -95,30 +79,20 @@ class Measured:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A strategy under the constraints.
-
-    Parameters
-    ----------
-    strategy : str
-        Its name.
-    scenario : Scenario
-        The scenario with it.
-    worlds : sequence of Measured
-        The scenario's world, then that of the opposite truth, if it was tested.
-    message_bits : int
-        Length of the longest message.
-    needs : sequence of str
-        What it needs, in words.
-    right : float
-        Share of swarms that must be right.
-    """
+    """A strategy under the constraints."""
 
     strategy: str
+    """Its name."""
     scenario: Scenario
+    """The scenario with it."""
     worlds: Sequence[Measured]
+    """The scenario's world, then that of the opposite truth, if it was tested."""
     message_bits: int
+    """Length of the longest message."""
     needs: Sequence[str]
+    """What it needs, in words."""
     right: float
+    """Share of swarms that must be right."""
 
     @property
     def worst(self) -> Measured:
@@ -177,18 +151,12 @@ def _short(world: Measured, first: Measured, constraints: Constraints) -> str:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """A constraint without which a strategy would be recommended.
-
-    Parameters
-    ----------
-    constraint : str
-        Name of its option.
-    candidate : Candidate
-        The best strategy without it.
-    """
+    """A constraint without which a strategy would be recommended."""
 
     constraint: str
+    """Name of its option."""
     candidate: Candidate
+    """The best strategy without it."""
 
     @property
     def in_words(self) -> str:
@@ -207,27 +175,18 @@ class Relaxation:
 
 @dataclass(frozen=True)
 class Recommendation:
-    """Which strategies meet some constraints, the best first.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The swarm and its world, with the faults of the constraints.
-    constraints : Constraints
-        What strategies must do with, and bear.
-    ranking : sequence of Candidate
-        Those that meet all.
-    excluded : mapping of str to str
-        The others by name, each with the reasons.
-    relax : sequence of Relaxation
-        If none meets all: which constraint to relax, and what that gains.
-    """
+    """Which strategies meet some constraints, the best first."""
 
     scenario: Scenario
+    """The swarm and its world, with the faults of the constraints."""
     constraints: Constraints
+    """What strategies must do with, and bear."""
     ranking: Sequence[Candidate]
+    """Those that meet all."""
     excluded: Mapping[str, str]
+    """The others by name, each with the reasons."""
     relax: Sequence[Relaxation] = field(default=())
+    """If none meets all: which constraint to relax, and what that gains."""
     seed: int = 0
 
     @property
@@ -327,7 +286,7 @@ def recommend(
     names = list(strategies or all_strategies(scenario))
     check_distinct(names)
     world = world_of(scenario, constraints)  # raises before the work
-    with Rounds(execution, 3 * len(names) * Rule.first) as rounds:
+    with Rounds(execution, most=None) as rounds:
         return recommend_within(rounds, scenario, world, constraints, names, runs, seed)
 
 
@@ -341,6 +300,7 @@ def recommend_within(
     seed: int,
 ) -> Recommendation:
     """Recommend as a part of another study; ``world`` is the scenario with what strategies must bear."""
+    rounds.phase = "testing strategies"
     trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
     candidates, problems = trials.candidates(world, names, constraints)
     reasons = {each.strategy: each.reasons(constraints) for each in candidates}
@@ -469,6 +429,7 @@ def _relaxations(
     candidates: Sequence[Candidate],
 ) -> list[Relaxation]:
     """Return for each constraint what would be recommended without it."""
+    trials.rounds.phase = "testing without constraints"
     alone: dict[str, list[Candidate]] = {}
     for each in candidates:
         reasons = list(each.reasons(constraints))

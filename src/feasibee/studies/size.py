@@ -46,45 +46,30 @@ class Finding(NamedTuple):
 
 @dataclass(frozen=True)
 class Rule:
-    """How values are tested.
-
-    Parameters
-    ----------
-    target : float
-        The rate that is asked for, between 0 and 1.
-    first, most : int
-        Number of trials before the first look at a value, and the largest number.
-    confidence : float
-        Probability that the whole answer is right, at least.
-    resolution : float
-        A gap is not searched if it is at most this share of the distance from the first value.
-    """
+    """How values are tested."""
 
     target: float
+    """The rate that is asked for, between 0 and 1."""
     first: int = 100
     most: int = 2000
+    """Number of trials before the first look at a value, and the largest number."""
     confidence: float = CONFIDENCE
+    """Probability that the whole answer is right, at least."""
     resolution: float = 0.0
+    """A gap is not searched if it is at most this share of the distance from the first value."""
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """Where a rate reaches the target.
-
-    Parameters
-    ----------
-    tested : tuple of Finding
-        The tested values, in their order.
-    enough : int or None
-        First place from which on the rate is shown to reach the target; None if it isn't shown of any.
-    possible : int
-        First place of which the rate isn't shown to be below the target. The first place that reaches it lies
-        between this one and ``enough``.
-    """
+    """Where a rate reaches the target."""
 
     tested: tuple[Finding, ...]
+    """The tested values, in their order."""
     enough: int | None
+    """First place from which on the rate is shown to reach the target; None if it isn't shown of any."""
     possible: int
+    """First place of which the rate isn't shown to be below the target. The first place that reaches it lies
+    between this one and ``enough``."""
 
     @property
     def refuted(self) -> Finding | None:
@@ -181,21 +166,14 @@ ROBOTS: Final = "robots.count"
 
 @dataclass(frozen=True)
 class Edge:
-    """Where along some values a swarm becomes right often enough.
-
-    Parameters
-    ----------
-    path : str
-        Field that varies.
-    values : sequence of float or int
-        Values in the order of the search: it begins at the hardest.
-    crossing : Crossing
-        Finding places among the values.
-    """
+    """Where along some values a swarm becomes right often enough."""
 
     path: str
+    """Field that varies."""
     values: Sequence[Any]
+    """Values in the order of the search: it begins at the hardest."""
     crossing: Crossing
+    """Finding places among the values."""
 
     @property
     def enough(self) -> Any:
@@ -217,16 +195,11 @@ class Edge:
 
 @dataclass(frozen=True)
 class Band:
-    """Numbers of tasks for which a swarm isn't right often enough, on both sides of the truth.
-
-    Parameters
-    ----------
-    below, above : Edge
-        Searches from the largest feasible number of tasks down, and from the next one up.
-    """
+    """Numbers of tasks for which a swarm isn't right often enough, on both sides of the truth."""
 
     below: Edge
     above: Edge
+    """Searches from the largest feasible number of tasks down, and from the next one up."""
 
     @property
     def first(self) -> int:
@@ -267,24 +240,16 @@ class Band:
 
 @dataclass(frozen=True)
 class Sizing:
-    """How large a swarm must be, and for which numbers of tasks it is blind.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario, whose last step is the one at which swarms must be right.
-    rule : Rule
-        Share of swarms that must be right, numbers of runs, and confidence of the whole answer.
-    edge : Edge
-        Least value of the field.
-    band : Band or None
-        The blind band; None if tasks have classes or given places.
-    """
+    """How large a swarm must be, and for which numbers of tasks it is blind."""
 
     scenario: Scenario
+    """The scenario, whose last step is the one at which swarms must be right."""
     rule: Rule
+    """Share of swarms that must be right, numbers of runs, and confidence of the whole answer."""
     edge: Edge
+    """Least value of the field."""
     band: Band | None
+    """The blind band; None if tasks have classes or given places."""
     seed: int
 
     @property
@@ -428,8 +393,6 @@ def panels_of(sizing: Sizing) -> list[Panel]:
 TASKS: Final = "tasks.count"
 REACH, SHORT_REACH = 8, 3
 """A search goes up to so many times the number of robots or tasks; as a part of another study, to less."""
-EXPECTED: Final = 20
-"""Tests of a search as short as its first look, about: for the progress only."""
 
 Tell = Callable[[str], None]
 
@@ -476,7 +439,7 @@ def size(
     path = over.partition("=")[0]
     field = _robots(scenario, over, REACH) if path == ROBOTS else ladder(scenario, over)
     lists = [field, *_task_lists(scenario, REACH)]
-    with Rounds(execution, EXPECTED * len(lists) * rule.first) as rounds:
+    with Rounds(execution, most=None) as rounds:
         edge, *ends = _search_all(rounds, scenario, rule, seed, lists, tell)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
@@ -505,6 +468,7 @@ def _search_all(
     tell: Tell | None = None,
 ) -> list[Edge]:
     """Search along several fields; the answers share the error rate."""
+    rounds.phase = "searching sizes"
     tests = sum(most_tests(len(values)) for _, values in lists)
     swarms = Swarms(rounds, scenario, rule, seed, tests, tell)
     return [swarms.search(path, values) for path, values in lists]

@@ -22,6 +22,7 @@ from feasibee.results.statistics import (
     mean_of,
     mean_share,
     paired_difference,
+    ranks,
     wilson,
 )
 from feasibee.scenario.runs import Runs
@@ -38,18 +39,12 @@ TUNED: Final = tuple(each.name for each in MEASURES.values() if each.values is n
 
 @dataclass(frozen=True)
 class Objective:
-    """What a search improves.
-
-    Parameters
-    ----------
-    measure : str
-        One of `TUNED`.
-    false_alarms : float, optional
-        Parameters with more false alarms per 1,000 steps aren't chosen.
-    """
+    """What a search improves."""
 
     measure: str = RIGHT_AT_END
+    """One of `TUNED`."""
     false_alarms: float | None = None
+    """Parameters with more false alarms per 1,000 steps aren't chosen."""
 
     @property
     def of(self) -> Measure:
@@ -146,33 +141,23 @@ FINAL_SEED, FRESH_SEED = 2**62, 2**63
 
 @dataclass(frozen=True)
 class Tuned:
-    """Result of a search.
-
-    Parameters
-    ----------
-    values : dict
-        The best parameters, by dotted path.
-    start, best : Interval
-        The measure with the start's and with the best parameters, on fresh runs: the mean over runs.
-    gain : Interval
-        By how much it is better, over the same fresh runs.
-    trials : list of pairs
-        Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
-        better, and -inf if there are too many false alarms. The largest of these scores is biased upwards,
-        because it was selected as the largest.
-    objective : Objective
-        What was improved.
-    false_alarms : float
-        False alarms per 1,000 steps with the best parameters, on fresh runs.
-    """
+    """Result of a search."""
 
     values: dict[str, Any]
+    """The best parameters, by dotted path."""
     start: Interval
     best: Interval
+    """The measure with the start's and with the best parameters, on fresh runs: the mean over runs."""
     gain: Interval
+    """By how much it is better, over the same fresh runs."""
     trials: list[tuple[dict[str, Any], float]]
+    """Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
+    better, and -inf if there are too many false alarms. The largest of these scores is biased upwards,
+    because it was selected as the largest."""
     objective: Objective = RIGHT
+    """What was improved."""
     false_alarms: float = 0.0
+    """False alarms per 1,000 steps with the best parameters, on fresh runs."""
 
     @property
     def gains(self) -> bool:
@@ -221,6 +206,7 @@ def tune(
     search = _search(scenario, space, seed)
     total = (trials + FINAL_RUNS * (FINALISTS + 1) + FRESH_RUNS * 2) * runs
     with Rounds(execution, total) as rounds:
+        rounds.phase = "trying"
         swarms = _Swarms(rounds, scenario, seed, objective)
         tried = [_try_one(search, space, swarms, runs) for _ in range(trials)]
         return _judge(swarms, tried, runs)
@@ -284,6 +270,7 @@ def _finalists(tried: Sequence[tuple[dict[str, Any], float]]) -> list[dict[str, 
 
 def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int) -> Tuned:
     """Choose the best of the finalists by more runs; compare it with the start on fresh runs."""
+    swarms.rounds.phase = "judging the best"
     finalists = _finalists(tried)
     finals = swarms.scored(finalists, FINAL_RUNS * runs, FINAL_SEED)
     scores = [swarms.objective.score(found) for found in finals]
@@ -347,18 +334,12 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Rank correlation of a field with the share of right swarms.
-
-    Parameters
-    ----------
-    path : str
-        The field.
-    correlation : Interval
-        Spearman's correlation over the points, -1 to 1, with its 95 % interval (bootstrap).
-    """
+    """Rank correlation of a field with the share of right swarms."""
 
     path: str
+    """The field."""
     correlation: Interval
+    """Spearman's correlation over the points, -1 to 1, with its 95 % interval (bootstrap)."""
 
     @property
     def matters(self) -> bool:
@@ -404,7 +385,7 @@ def sensitivities(
     Runs(points * runs, seed)  # raises before anything is computed
     places = latin_hypercube(points, len(space), seed)
     designs = [_design(scenario, space, place, number * runs) for number, place in enumerate(places)]
-    with Rounds(execution, points * runs) as rounds:
+    with Rounds(execution) as rounds:
         found_runs = scored(rounds, designs, runs, seed, objective_for(scenario))
         shares = np.array([each.values.mean() for each in found_runs])
     found = [
@@ -444,18 +425,10 @@ def spearman(one: NDArray[np.float64], other: NDArray[np.float64], seed: int) ->
 
 
 def _correlation(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    first, second = (_ranks(each) for each in (one, other))
+    first, second = (ranks(each) for each in (one, other))
     first, second = first - first.mean(), second - second.mean()
     scale = float(np.sqrt((first**2).sum() * (second**2).sum()))
     return float((first * second).sum() / scale) if scale > 0 else 0.0
-
-
-def _ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ranks; equal values share their mean."""
-    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
-    last = np.cumsum(counts)
-    ranks: NDArray[np.float64] = (last - (counts - 1) / 2)[inverse]
-    return ranks
 
 
 def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
