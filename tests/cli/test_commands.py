@@ -790,11 +790,23 @@ def test_a_name_that_isnt_text_is_printed_somehow(tmp_path, locale):
     assert (tmp_path / os.fsdecode(b"\xff.png")).is_file()
 
 
-def test_a_line_of_progress_has_a_time_only_once_runs_are_done():
-    from feasibee.cli.sweep_progress import _line
+def test_progress_has_a_time_once_runs_are_done_and_never_less_than_is_sure():
+    from dataclasses import replace
+
+    from feasibee.cli.sweep_progress import _done
     from feasibee.sweeps.sweep import Progress
 
-    progress = Progress(points=28, points_done=0, runs=27_600, runs_done=56, runs_new=0, seconds=10.0)
-    assert _line(progress, 0.0) == "feasibee: 0 of 28 points, 56 of 27600 runs"
-    assert _line(progress, 0.44).endswith("runs, 0.4 runs/s, about 1043 min left")
-    assert _line(progress, 1234.5).endswith("runs, 1,234 runs/s, about 22 s left")
+    begun = Progress(
+        "", 28, 0, 27_600, 56, 0, work=27_600, work_done=56, work_new=0, most=27_600, seconds=10.0
+    )
+    assert _done(begun) == "56 of 27,600 runs"
+    slow = replace(begun, runs_new=4, work_new=4)
+    assert _done(slow) == "56 of 27,600 runs, 0.4 runs/s, about 19 h left"
+    fast = replace(begun, runs_done=20_000, work_done=20_000, runs_new=10_000, work_new=10_000)
+    assert _done(fast) == "20,000 of 27,600 runs, 1,000 runs/s, about 8 s left"
+    assert _done(replace(fast, most=200_000)).endswith(
+        " of 27,600 or more runs, 1,000 runs/s, 8 s to 3 min left"
+    )
+    assert _done(replace(fast, most=None)).endswith(
+        " of 27,600 or more runs, 1,000 runs/s, at least 8 s left"
+    )

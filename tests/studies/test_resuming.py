@@ -30,7 +30,7 @@ from feasibee.studies.tuning import _finalists, sensitivities, tune
 from feasibee.sweeps import executors, schedule
 from feasibee.sweeps.executors import WorkerPool
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 4}, run={"steps": 40})
@@ -387,17 +387,31 @@ def test_points_that_are_the_same_are_computed_once(played):
     assert later.decision_step.tolist() == both.decision_step[5:].tolist()
 
 
-def test_progress_counts_all_rounds_against_what_is_expected(tmp_path):
+def test_progress_counts_the_work_of_all_rounds_against_the_most(tmp_path):
     told = []
     execution = Execution(tmp_path, executors.threads(1), told.append)
     for new in (30, 0):
         told.clear()
-        with Rounds(execution, expected=40) as rounds:
+        with Rounds(execution, most=40) as rounds:
             for seed in (1, 2, 3):
+                rounds.phase = str(seed)
                 list(rounds.run(Study([DesignPoint({}, SMALL)], 10, seed)))
-        assert [(each.points, each.runs) for each in told] == sorted((each.points, 40) for each in told)
+        assert {(each.phase, each.runs) for each in told} == {("1", 10), ("2", 20), ("3", 30)}
         assert (told[-1].runs_done, told[-1].runs_new, told[-1].share) == (30, new, 0.75)
         assert [each.share for each in told] == sorted(each.share for each in told)
+    with Rounds(execution, most=None) as rounds:
+        list(rounds.run(Study([DesignPoint({}, SMALL)], 10, 1)))
+    assert told[-1].most is told[-1].share is None
+
+
+def test_a_rule_counts_as_the_most_runs_until_it_is_met(tmp_path):
+    told = []
+    rule = StoppingRule(width=0.2, decided=None, most=400)
+    with Rounds(Execution(tmp_path, executors.threads(1), told.append)) as rounds:
+        rounds.complete(Study([DesignPoint({}, SMALL)], 10, 1, until=rule))
+    each = SMALL.robots.count * SMALL.run.steps
+    assert told[0].most == 400 * each > told[-1].most == told[-1].work_done == told[-1].runs_done * each
+    assert all(progress.work <= progress.most for progress in told)
 
 
 def test_curves_that_do_not_fit_are_refused_before_the_work(played):

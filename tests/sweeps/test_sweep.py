@@ -582,7 +582,7 @@ def test_a_point_that_stays_unsure_is_looked_at_after_half_as_many_runs_more(mos
     assert seen == ends
     assert kept.asked == [(100, end) for end in ends[:-1]]
     assert schedule.is_done
-    assert schedule.totals == (1, 1, most, most, most)
+    assert schedule.totals[:5] == (1, 1, most, most, most)
 
 
 @pytest.mark.parametrize(
@@ -745,7 +745,7 @@ def test_an_interrupt_ends_with_130_and_the_sweep_goes_on(whole, tmp_path):
     assert errors == f"feasibee: interrupted; {there} runs kept; the same command goes on\n"
     told = [json.loads(line) for line in (tmp_path / "log.jsonl").read_text().splitlines()]
     assert told[-1]["runs_done"] <= there
-    assert all(set(entry) == {"time", *vars(Progress(0, 0, 0, 0, 0, 0.0))} for entry in told)
+    assert all(set(entry) == {"time", *Progress.__dataclass_fields__} for entry in told)
     before = sum(min(24, count) for count in counts(tmp_path / "out"))
     assert f"{144 - before} runs in" in output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / "out")
     check_part(tmp_path / "out", whole)

@@ -26,35 +26,31 @@ PATIENCE = 10.0
 @contextmanager
 def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[Progress], None]]:
     """Show a bar on a terminal, a line every ten seconds elsewhere, and append to a log if one is named."""
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
 
     from feasibee.simulation.loading import stderr_console
 
     terminal = sys.stderr.isatty()
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"))
     last = time.monotonic()
     if log is not None:
         _end_line(log)
     with Bar(*columns, console=stderr_console(), transient=True, disable=not terminal) as bar:
-        task = bar.add_task(what, total=None)
+        task = bar.add_task(what, total=None, done="")
 
         def display(progress: Progress) -> None:
             nonlocal last
-            rate = progress.runs_new / progress.seconds if progress.seconds > 0 else 0.0
-            bar.update(
-                task,
-                total=progress.runs,
-                completed=progress.runs_done,
-                description="stopping, Ctrl-C again ends at once"
-                if progress.stopping
-                else f"{what}: {progress.points_done}/{progress.points} points, {rate:.0f} runs/s",
-            )
+            words = f"{what}, {progress.phase}" if progress.phase else what
+            if progress.stopping:
+                words = "stopping, Ctrl-C again ends at once"
+            done = _done(progress)
+            bar.update(task, total=progress.most, completed=progress.work_done, description=words, done=done)
             if log is not None:
                 _append(log, {"time": time.time(), **vars(progress)})
             if not terminal and time.monotonic() - last >= PATIENCE:
                 last = time.monotonic()
-                click.echo(_line(progress, rate), err=True)
+                click.echo(f"feasibee: {words}: {done}", err=True)
 
         yield display
 
@@ -90,13 +86,25 @@ def _writing_log(log: Path) -> Iterator[None]:
         ) from None
 
 
-def _line(progress: Progress, rate: float) -> str:
-    done = (
-        f"feasibee: {progress.points_done} of {progress.points} points, "
-        f"{progress.runs_done} of {progress.runs} runs"
-    )
-    if not rate:
+def _done(progress: Progress) -> str:
+    """Return what is done of what, how fast, and the time that is left: never less than is sure."""
+    more = "" if progress.most == progress.work else " or more"
+    done = f"{progress.runs_done:,} of {progress.runs:,}{more} runs"
+    if progress.left is None:
         return done
-    left = (progress.runs - progress.runs_done) / rate
-    time_left = f"{left / 60:.0f} min" if left >= 120 else f"{left:.0f} s"
-    return f"{done}, {rate:,.{int(rate < 10)}f} runs/s, about {time_left} left"
+    rate = progress.runs_new / progress.seconds
+    return f"{done}, {rate:,.{int(rate < 10)}f} runs/s, {_span(*progress.left)} left"
+
+
+def _span(least: float, most: float | None) -> str:
+    """Return the seconds that are left in words: about as many, a range, or at least so many."""
+    if most is None:
+        return f"at least {_time(least)}"
+    low, high = _time(least), _time(most)
+    return f"about {low}" if low == high else f"{low} to {high}"
+
+
+def _time(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.0f} h"

@@ -12,7 +12,6 @@ from feasibee.scenario.faults import KINDS
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
-from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of, wait_for
 from feasibee.studies.findings import Findings, Trial
 from feasibee.studies.needs import all_strategies, asked_of, suitable
@@ -46,8 +45,6 @@ class Assessment(Findings):
 
 
 AS_IT_IS: Final = "as it is"
-EXPECTED: Final = 3
-"""Runs of a whole assessment, as a multiple of those of its first round, about: for the progress only."""
 RESOLUTION: Final = 0.15
 """Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
 LEAST_RUNS: Final = 400
@@ -87,7 +84,7 @@ def assess(
         Share of swarms that must be right; in a world that changes, share of steps.
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
-    with Rounds(execution, EXPECTED * len(STRATEGIES) * runs) as rounds:
+    with Rounds(execution, most=None) as rounds:
         return _Assessing(rounds, scenario, runs, seed, right).assessment()
 
 
@@ -136,6 +133,7 @@ class _Assessing:
         )
 
     def _outcomes(self, kinds: Mapping[str, Scenario]) -> dict[str, Outcome]:
+        self.rounds.phase = "comparing"
         designs = design_points(kinds, (), self.runs, self.seed)
         return {each.contender: each for each in outcomes_of(self.rounds, designs, self.runs, self.seed)}
 

@@ -235,7 +235,7 @@ def compare(
         Contender by contender, in the order of ``tasks``.
     """
     designs = design_points(contenders, tasks, runs, seed)
-    with Rounds(execution, len(designs) * runs) as rounds:
+    with Rounds(execution) as rounds:
         return outcomes_of(rounds, designs, runs, seed)
 
 

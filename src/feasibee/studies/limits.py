@@ -383,7 +383,7 @@ def frontier(
         Contender by contender, in the order of ``tasks``.
     """
     designs = designs_of(scenario, contenders, tasks_near(scenario, tasks), runs, seed)
-    with Rounds(execution, len(designs) * runs) as rounds:
+    with Rounds(execution) as rounds:
         records = rounds.run(Study(designs, runs, seed))
         return [
             spoken(str(design.values[CONTENDER]), design.scenario, record)

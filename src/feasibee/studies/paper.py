@@ -442,7 +442,7 @@ def simulate_panels(runs: int, seed: int, execution: Execution | None = None) ->
         for panel in WORLDS
         for places in PLACES
     ]
-    with Rounds(execution, len(designs) * runs) as rounds:
+    with Rounds(execution) as rounds:
         records = rounds.run(Study(designs, runs, seed))
         return [_panel_point(design, record) for design, record in zip(designs, records, strict=True)]
 

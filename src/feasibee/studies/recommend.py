@@ -286,7 +286,7 @@ def recommend(
     names = list(strategies or all_strategies(scenario))
     check_distinct(names)
     world = world_of(scenario, constraints)  # raises before the work
-    with Rounds(execution, 3 * len(names) * Rule.first) as rounds:
+    with Rounds(execution, most=None) as rounds:
         return recommend_within(rounds, scenario, world, constraints, names, runs, seed)
 
 
@@ -300,6 +300,7 @@ def recommend_within(
     seed: int,
 ) -> Recommendation:
     """Recommend as a part of another study; ``world`` is the scenario with what strategies must bear."""
+    rounds.phase = "testing strategies"
     trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
     candidates, problems = trials.candidates(world, names, constraints)
     reasons = {each.strategy: each.reasons(constraints) for each in candidates}
@@ -428,6 +429,7 @@ def _relaxations(
     candidates: Sequence[Candidate],
 ) -> list[Relaxation]:
     """Return for each constraint what would be recommended without it."""
+    trials.rounds.phase = "testing without constraints"
     alone: dict[str, list[Candidate]] = {}
     for each in candidates:
         reasons = list(each.reasons(constraints))

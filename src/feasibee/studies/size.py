@@ -393,8 +393,6 @@ def panels_of(sizing: Sizing) -> list[Panel]:
 TASKS: Final = "tasks.count"
 REACH, SHORT_REACH = 8, 3
 """A search goes up to so many times the number of robots or tasks; as a part of another study, to less."""
-EXPECTED: Final = 20
-"""Tests of a search as short as its first look, about: for the progress only."""
 
 Tell = Callable[[str], None]
 
@@ -441,7 +439,7 @@ def size(
     path = over.partition("=")[0]
     field = _robots(scenario, over, REACH) if path == ROBOTS else ladder(scenario, over)
     lists = [field, *_task_lists(scenario, REACH)]
-    with Rounds(execution, EXPECTED * len(lists) * rule.first) as rounds:
+    with Rounds(execution, most=None) as rounds:
         edge, *ends = _search_all(rounds, scenario, rule, seed, lists, tell)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
@@ -470,6 +468,7 @@ def _search_all(
     tell: Tell | None = None,
 ) -> list[Edge]:
     """Search along several fields; the answers share the error rate."""
+    rounds.phase = "searching sizes"
     tests = sum(most_tests(len(values)) for _, values in lists)
     swarms = Swarms(rounds, scenario, rule, seed, tests, tell)
     return [swarms.search(path, values) for path, values in lists]

@@ -206,6 +206,7 @@ def tune(
     search = _search(scenario, space, seed)
     total = (trials + FINAL_RUNS * (FINALISTS + 1) + FRESH_RUNS * 2) * runs
     with Rounds(execution, total) as rounds:
+        rounds.phase = "trying"
         swarms = _Swarms(rounds, scenario, seed, objective)
         tried = [_try_one(search, space, swarms, runs) for _ in range(trials)]
         return _judge(swarms, tried, runs)
@@ -269,6 +270,7 @@ def _finalists(tried: Sequence[tuple[dict[str, Any], float]]) -> list[dict[str, 
 
 def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int) -> Tuned:
     """Choose the best of the finalists by more runs; compare it with the start on fresh runs."""
+    swarms.rounds.phase = "judging the best"
     finalists = _finalists(tried)
     finals = swarms.scored(finalists, FINAL_RUNS * runs, FINAL_SEED)
     scores = [swarms.objective.score(found) for found in finals]
@@ -383,7 +385,7 @@ def sensitivities(
     Runs(points * runs, seed)  # raises before anything is computed
     places = latin_hypercube(points, len(space), seed)
     designs = [_design(scenario, space, place, number * runs) for number, place in enumerate(places)]
-    with Rounds(execution, points * runs) as rounds:
+    with Rounds(execution) as rounds:
         found_runs = scored(rounds, designs, runs, seed, objective_for(scenario))
         shares = np.array([each.values.mean() for each in found_runs])
     found = [

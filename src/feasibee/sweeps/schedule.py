@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Sequence
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -40,13 +40,18 @@ class RunRange(NamedTuple):
 
 
 class Totals(NamedTuple):
-    """Numbers of points and runs: wanted, done, and computed by this process."""
+    """Points, runs, and their work in robot-steps: wanted so far, done, and computed by this process."""
 
     points: int = 0
     points_done: int = 0
     runs: int = 0
     runs_done: int = 0
     runs_new: int = 0
+    work: int = 0
+    work_done: int = 0
+    work_new: int = 0
+    most: int = 0
+    """Work if each stopping rule that isn't met yet asks for the most runs."""
 
     def plus(self, other: Totals) -> Totals:
         """Return the sums of both."""
@@ -71,8 +76,10 @@ class Schedule:
     """Runs in the journal, of those."""
     pending: dict[int, int] = field(default_factory=dict)
     """Pieces that aren't in the journal yet."""
-    new: int = 0
-    """Runs that were computed."""
+    met: set[int] = field(default_factory=set)
+    """Points whose stopping rule is met."""
+    new: Counter[int] = field(default_factory=Counter)
+    """Runs of each point that were computed."""
 
     def begin(self) -> None:
         """Queue the missing runs of all points, taking turns between points."""
@@ -109,6 +116,7 @@ class Schedule:
         while rule is not None and self.pending[place] == 0 and self.wanted[place] < rule.most:
             runs = self.wanted[place]
             if is_sure(rule, self.journal.right(self.numbers[place], first, first + runs), runs):
+                self.met.add(place)
                 return
             self._queue(self._plan(place, min(rule.most, math.ceil(GROWTH * runs))))
 
@@ -136,7 +144,7 @@ class Schedule:
         numbers = (self.numbers[piece.point] for piece in pieces)
         self.journal.enter_runs(list(zip(numbers, encoded, strict=True)))
         for piece in pieces:
-            self.new += piece.runs
+            self.new[piece.point] += piece.runs
             self.there[piece.point] += piece.runs
             self.pending[piece.point] -= 1
         for place in {piece.point for piece in pieces}:
@@ -149,14 +157,17 @@ class Schedule:
 
     @property
     def totals(self) -> Totals:
-        """Numbers of points and runs so far."""
-        return Totals(
-            len(self.pending),
-            sum(pieces == 0 for pieces in self.pending.values()),
-            sum(self.wanted.values()),
-            sum(self.there.values()),
-            self.new,
+        """What is wanted and done so far."""
+        rule, points = self.study.until, self.study.points
+        most = {p: rule.most for p in self.wanted if p not in self.met} if rule else {}
+        counts: list[Mapping[int, int]] = [self.wanted, self.there, self.new]
+        runs = (sum(each.values()) for each in counts)
+        work = (
+            sum(number * _work(points[place].scenario) for place, number in each.items())
+            for each in (*counts, {**self.wanted, **most})
         )
+        done = sum(pieces == 0 for pieces in self.pending.values())
+        return Totals(len(self.pending), done, *runs, *work)
 
 
 def is_sure(rule: StoppingRule, right: int, runs: int) -> bool:

@@ -28,24 +28,41 @@ from feasibee.sweeps.schedule import Schedule, Totals
 
 @dataclass(frozen=True)
 class Progress:
-    """Progress of a study."""
+    """Progress of a study. Its work is in robot-steps, to which time is about proportional."""
 
+    phase: str
+    """What the study does at the moment; empty if it has no phases."""
     points: int
     """Number of points asked for so far."""
     points_done: int
     runs: int
-    """Number of runs wanted, as far as known: a study with a stopping rule may want more."""
+    """Number of runs wanted so far; a stopping rule or a later round may want more."""
     runs_done: int
     runs_new: int
     """Of these, computed by this process."""
+    work: int
+    """Work of the runs wanted so far: the study takes at least as much."""
+    work_done: int
+    work_new: int
+    most: int | None
+    """The most work that the whole study may take; None if that is unknown."""
     seconds: float
     stopping: bool = False
     """Whether it was interrupted, and waits for the chunks that are being computed."""
 
     @property
-    def share(self) -> float:
-        """Share of the runs that are done, 0 to 1."""
-        return self.runs_done / self.runs if self.runs else 1.0
+    def share(self) -> float | None:
+        """Share of the most work that is done, 0 to 1; None if the most is unknown."""
+        return None if self.most is None else self.work_done / self.most if self.most else 1.0
+
+    @property
+    def left(self) -> tuple[float, float | None] | None:
+        """Seconds that are left at least and at most, at the mean speed so far; None before any speed."""
+        if not self.work_new or self.seconds <= 0:
+            return None
+        pace = self.seconds / self.work_new
+        most = None if self.most is None else pace * (self.most - self.work_done)
+        return pace * (self.work - self.work_done), most
 
 
 @dataclass(frozen=True)
@@ -78,8 +95,8 @@ class Rounds:
     ----------
     execution : Execution, optional
         Where to compute and keep the runs; by default on threads, and in memory.
-    expected : int
-        Number of runs in all rounds, as far as known: for the progress only.
+    most : int, optional
+        Largest number of runs in all rounds, for the progress only; 0 if one round is all, None if unknown.
 
     Raises
     ------
@@ -97,9 +114,12 @@ class Rounds:
     [[1, 1, 0], [0, 0, 0]]
     """
 
-    def __init__(self, execution: Execution | None = None, expected: int = 0) -> None:
+    phase = ""
+    """What the study does at the moment, in words; for the progress only."""
+
+    def __init__(self, execution: Execution | None = None, most: int | None = 0) -> None:
         self.execution = execution or Execution()
-        self._expected = expected
+        self._most = most
         self._past = Totals()
         self._started = time.monotonic()
         self._resources = ExitStack()
@@ -166,10 +186,15 @@ class Rounds:
             self.execution.progress(self._progress(schedule.totals, stopping))
 
     def _progress(self, now: Totals, stopping: bool) -> Progress:
-        points, points_done, runs, runs_done, runs_new = self._past.plus(now)
-        seconds = time.monotonic() - self._started
+        done = self._past.plus(now)
+        most = None
+        if self._most is not None:  # runs of later rounds are taken to be as long as those so far
+            most = done.most + max(0, self._most - done.runs) * done.work // max(1, done.runs)
         return Progress(
-            points, points_done, max(runs, self._expected), runs_done, runs_new, seconds, stopping
+            phase=self.phase,
+            seconds=time.monotonic() - self._started,
+            stopping=stopping,
+            **(done._asdict() | {"most": most}),
         )
 
 
