@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -111,14 +110,14 @@ class Outcome:
     @property
     def accuracy(self) -> Interval:
         """Share of the runs that were right at the last step, with its interval."""
-        return together([self.found], "right_at_end")
+        return wilson(int(self.right.sum()), self.runs)
 
     @property
     def first(self) -> Interval:
         """Share of the runs whose first collective decision was right, with its interval."""
         return together([self.found], "accuracy")
 
-    @cached_property
+    @property
     def tracking(self) -> Tracking | None:
         """How the swarms tracked the truth; None in a world that doesn't change."""
         return self.found.tracking
