@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from collections import Counter
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -148,9 +141,9 @@ def undisturbed():
 
 
 @each_short_study
-@pytest.mark.parametrize("error", [RuntimeError("crashed"), KeyboardInterrupt()], ids=["crash", "interrupt"])
-def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study, error):
-    """To the same bytes, and no run is computed twice."""
+def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
+    """To the same bytes, and no run is computed twice; an interrupt is an error as any other."""
+    error = KeyboardInterrupt() if study == "comparison" else RuntimeError("crashed")
     expected, all_runs = undisturbed(study)
     assert set(all_runs.values()) == {1}
     execution = Execution(tmp_path / "journal", executors.threads(1))
@@ -217,50 +210,9 @@ def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
     assert STUDIES[study](Execution(pool=shared_processes)) == undisturbed(study)[0]
 
 
-DASK = """
-import sys
-from pathlib import Path
-
-from distributed import Client, LocalCluster
-
-sys.path.insert(0, sys.argv[1])
-
-def main():
-    from test_resuming import STUDIES, Execution, executors
-
-    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
-    with LocalCluster(**options, local_directory=sys.argv[2]) as cluster, Client(cluster) as client:
-        for name in sys.argv[3:]:
-            folder = Path(sys.argv[2]) / name
-            folder.mkdir()
-            execution = Execution(folder / "journal", executors.dask(client))
-            (folder / "result").write_text(repr(STUDIES[name](execution)))
-
-if __name__ == "__main__":
-    main()
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
-def test_a_dask_cluster_gives_the_same_bytes(undisturbed, tmp_path):
-    """In a process of its own, since Dask leaves threads and open sockets behind."""
-    script = tmp_path / "script.py"
-    script.write_text(DASK)
-    names = ["comparison", "tuning", "sensitivity"]
-    done = subprocess.run(
-        [sys.executable, script, Path(__file__).parent, tmp_path, *names],
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    for name in names:
-        assert (tmp_path / name / "result").read_text() == repr(undisturbed(name)[0])
-
-
 # --- On the command line ---
+
+DASK = "tcp://10.0.0.1:8786"
 
 SETTINGS = ("--set", "arena.side=6", "--set", "robots.count=5", "--set", "run.steps=40")
 COMMANDS = {
@@ -307,15 +259,14 @@ def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
-@each_study
 @pytest.mark.parametrize(
-    ("options", "asked"),
+    ("study", "options", "asked"),
     [
-        ((), "threads(None)"),
-        (("--workers", "3"), "threads(3)"),
-        (("--processes", "--workers", "2"), "processes(2)"),
-        (("--dask", "tcp://10.0.0.1:8786"), "dask('tcp://10.0.0.1:8786')"),
-        (("--dask", "tcp://10.0.0.1:8786", "--processes"), "--dask: brings its own workers; leave out"),
+        *((study, ("--workers", "3"), "threads(3)") for study in STUDIES),
+        ("comparison", (), "threads(None)"),
+        ("comparison", ("--processes", "--workers", "2"), "processes(2)"),
+        ("comparison", ("--dask", DASK), f"dask('{DASK}')"),
+        ("comparison", ("--dask", DASK, "--processes"), "--dask: brings its own workers; leave out"),
     ],
 )
 def test_every_command_takes_threads_processes_and_dask(monkeypatch, tmp_path, study, options, asked):
@@ -331,44 +282,6 @@ def test_every_command_takes_threads_processes_and_dask(monkeypatch, tmp_path, s
     done = CliRunner().invoke(main, [*COMMANDS[study], *options])
     assert done.exit_code == 2
     assert done.stderr.startswith(f"feasibee: {asked}")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name == "nt", reason="no signals to send")
-def test_a_comparison_that_is_killed_goes_on_to_the_same_bytes(tmp_path):
-    slow = (
-        "import time\nfrom feasibee.cli import main\nfrom feasibee.sweeps import executors, schedule\n"
-        "play, schedule.CHUNK_WORK = executors.play, 400\n"
-        "def slow(*arguments):\n    time.sleep(0.5)\n    return play(*arguments)\n"
-        "executors.play = slow\nmain()"
-    )
-    arguments = [*COMMANDS["comparison"], "--out", "out"]
-    process = subprocess.Popen([sys.executable, "-c", slow, *arguments], cwd=tmp_path)
-    until = time.monotonic() + 240
-    while runs_in(tmp_path / "out") < 5:
-        assert time.monotonic() < until
-        assert process.poll() is None
-        time.sleep(0.02)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    assert 5 <= runs_in(tmp_path / "out") < 32
-    assert not (tmp_path / "out" / "compare.csv").exists()
-    runner = CliRunner()
-    again = runner.invoke(main, [*COMMANDS["comparison"], "--out", str(tmp_path / "out")])
-    whole = runner.invoke(main, [*COMMANDS["comparison"], "--out", str(tmp_path / "whole")])
-    assert (again.exit_code, whole.exit_code) == (0, 0)
-    tables = [(tmp_path / folder / "compare.csv").read_bytes() for folder in ("out", "whole")]
-    assert tables[0] == tables[1]
-    assert runs_in(tmp_path / "out") == 32
-
-
-def runs_in(folder):
-    """Return the number of runs in a journal that may be about to be made."""
-    try:
-        with Journal(folder) as journal:
-            return sum(runs for runs, _ in journal.counts().values())
-    except FeasibeeError:
-        return 0
 
 
 # --- Rounds ---
