@@ -1,4 +1,4 @@
-"""Latency of each transport, and what robots' processes take over it, on Linux: docs/field.md."""
+"""Latency of packets, and what robots' processes take over it, on Linux: docs/field.md."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from statistics import median
 from typing import Any
 
 from feasibee import Scenario
-from feasibee.field.addresses import DEFAULT_HOST, split_address
-from feasibee.field.links import open_link
+from feasibee.field.links import DEFAULT_HOST, Link, split_address
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
 
@@ -31,9 +30,9 @@ SIZE = 100
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
-def echo(transport: str, address: str) -> None:
+def echo(address: str) -> None:
     """Send each packet of the world back to it, until an empty one comes."""
-    link = open_link(transport, *split_address(address), listens=False, name="0")
+    link = Link(*split_address(address), listens=False)
     received = None
     while received is None:  # until the world answers
         link.send(b"here")
@@ -45,13 +44,13 @@ def echo(transport: str, address: str) -> None:
     link.close()
 
 
-def latency(transport: str) -> float:
+def latency() -> float:
     """Return the median time of a packet between two processes in ms: half of that there and back."""
     with socket.socket() as probe:
         probe.bind((DEFAULT_HOST, 0))
         port = probe.getsockname()[1]
-    world = open_link(transport, DEFAULT_HOST, port, listens=True)
-    other = get_context("spawn").Process(target=echo, args=(transport, world.address))
+    world = Link(DEFAULT_HOST, port, listens=True)
+    other = get_context("spawn").Process(target=echo, args=(world.address,))
     other.start()
     while (received := world.receive(1.0)) is None:
         pass
@@ -120,18 +119,17 @@ def resident(process: int) -> float:
     return next(int(line.split()[1]) for line in lines if line.startswith("Pss:")) * 1024 / 1e6
 
 
-def row(transport: str) -> dict[str, Any]:
-    """Return the figures of a transport."""
+def figures() -> dict[str, Any]:
+    """Return what is measured."""
     scenario = Scenario().replace(
         {"robots.count": ROBOTS, "run.steps": LAST + 1, "run.stop_at_decision": False}
     )
     plan = Plan(scenario, 1, 0, False, HZ, 0.0, 0.0, 0.0, (), 20.0, 120.0)
     watch = Watch()
     with tempfile.TemporaryDirectory() as folder:
-        result = Field(plan, Network(transport), Path(folder), watch.tell).run()
+        result = Field(plan, Network(), Path(folder), watch.tell).run()
     return {
-        "transport": transport,
-        "milliseconds": latency(transport),
+        "milliseconds": latency(),
         "joined": watch.joined,
         "percent": watch.percent,
         "megabytes": median(watch.megabytes),
@@ -141,4 +139,4 @@ def row(transport: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(json.dumps({"robots": ROBOTS, "rows": [row("udp"), row("zenoh")]}))
+    print(json.dumps({"robots": ROBOTS, **figures()}))

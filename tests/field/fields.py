@@ -39,7 +39,7 @@ def a_plan(scenario, lockstep=True, **changes):
     return Plan(scenario, 1, 0, lockstep, **{**usual, **changes})
 
 
-def run(plan, folder, transport="udp", key="", follow=None, **options):
+def run(plan, folder, key="", follow=None, **options):
     """Run a field; return its result, its events and its world's log."""
     events = []
 
@@ -49,7 +49,7 @@ def run(plan, folder, transport="udp", key="", follow=None, **options):
             follow(event)
 
     folder.mkdir(exist_ok=True)
-    field = Field(plan, Network(transport, key=key), folder, tell, **options)
+    field = Field(plan, Network(key=key), folder, tell, **options)
     result = field.run()
     return result, events, steps_of(folder)
 

@@ -1,4 +1,4 @@
-"""A field in lockstep equals the run, bit for bit, on each transport and for each kind of strategy."""
+"""A field in lockstep equals the run, bit for bit, for each kind of strategy."""
 
 from __future__ import annotations
 
@@ -133,11 +133,6 @@ def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
     check_equal(small(**WORLDS[world]), tmp_path)
 
 
-def test_a_field_over_zenoh_equals_the_run(tmp_path):
-    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
-    check_equal(small(), tmp_path, transport="zenoh", key="a key of some length")
-
-
 def test_a_field_whose_packets_are_sealed_equals_the_run(tmp_path):
     check_equal(small(), tmp_path, key="a key of some length")
 
@@ -154,8 +149,5 @@ def test_a_field_with_a_users_strategy_equals_the_run(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("transport", ["udp", "zenoh"])
-def test_fifty_processes_over_300_steps_equal_the_run(transport, tmp_path):
-    if transport == "zenoh":
-        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
-    check_equal(Scenario().replace({"robots.count": 50, "run.steps": 300}), tmp_path, transport=transport)
+def test_fifty_processes_over_300_steps_equal_the_run(tmp_path):
+    check_equal(Scenario().replace({"robots.count": 50, "run.steps": 300}), tmp_path)

@@ -30,9 +30,6 @@ def test_each_case_of_the_decisions_of_fields_is_played():
     assert all(row["least_hz"] > 0 for row in rows[3:])
 
 
-def test_each_transport_is_measured():
-    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
-    rows = measured("links.py")["rows"]
-    assert [row["transport"] for row in rows] == ["udp", "zenoh"]
-    names = ("milliseconds", "joined", "percent", "megabytes", "achieved_hz")
-    assert all(row[name] > 0 for row in rows for name in names)
+def test_a_link_is_measured():
+    found = measured("links.py")
+    assert all(found[name] > 0 for name in ("milliseconds", "joined", "percent", "megabytes", "achieved_hz"))

@@ -10,10 +10,9 @@ from fields import STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from nets import Net, Pair, Wire, joined
 from test_frames import mutated
 
-from feasibee.field.addresses import split_address
 from feasibee.field.checks import REFUSED, SCENE, STATE, VIEW
 from feasibee.field.connections import Client, Server
-from feasibee.field.links import open_link
+from feasibee.field.links import Link, split_address
 from feasibee.field.supervisor import Field, Network
 from feasibee.field.viewers import VIEWERS_LIMIT, scene_of, view_of
 from feasibee.field.world import World
@@ -130,7 +129,7 @@ def test_a_field_that_is_watched_decides_to_the_bit_as_one_that_is_not(world, tm
     steps, threads = [], []
 
     def watch(address):
-        link = open_link("udp", *split_address(address), listens=False)
+        link = Link(*split_address(address), listens=False)
         client = Client(link, b"a key", lambda: (VIEW, {"has": bool(steps)}))
         for k in range(2_000):
             client.send(VIEW, {"has": bool(steps)})

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from fields import opinions, steps_of
 
 from feasibee.field.connections import Server
-from feasibee.field.links import UdpLink
+from feasibee.field.links import Link
 from feasibee.field.lockstep import Lockstep
 from feasibee.field.robot import take_part
 from feasibee.field.world import World
@@ -93,7 +93,7 @@ def play(plan, folder, attack, robots=3, key=KEY, robots_first=False):
     Return the opinions at each step, the world's result, how the robots ended, and the packets.
     """
     folder.mkdir(exist_ok=True)
-    link = UdpLink("127.0.0.1", 0, listens=True)
+    link = Link("127.0.0.1", 0, listens=True)
     host, port = link.address.split(":")
     found, ended = [], {}
 

@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 
 from feasibee import FeasibeeError, Scenario, simulate
 from feasibee.figures.comparison import draw_against_ratio
-from feasibee.figures.declarations import plot_declare_steps
+from feasibee.figures.decisions import plot_declare_steps
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset

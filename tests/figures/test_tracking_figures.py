@@ -7,16 +7,9 @@ import pytest
 from matplotlib.collections import QuadMesh
 
 from feasibee import FeasibeeError, Scenario, Swarm, plot_arena, plot_opinions, simulate
+from feasibee.figures.comparison import Tracked, draw_delay_against_bits, draw_right_over_time
+from feasibee.figures.decisions import SHADE, draw_truth, infeasible_share, plot_right_steps
 from feasibee.figures.style import figure
-from feasibee.figures.tracking import (
-    SHADE,
-    Tracked,
-    draw_delay_against_bits,
-    draw_right_over_time,
-    draw_truth,
-    infeasible_share,
-    plot_right_steps,
-)
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import Quartiles, quartiles_of_present

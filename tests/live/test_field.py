@@ -34,13 +34,6 @@ def small(steps):
     return Scenario().replace({**arena, "run.steps": steps, "run.stop_at_decision": False})
 
 
-@pytest.fixture(params=["udp", "zenoh"])
-def transport(request):
-    if request.param == "zenoh":
-        pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
-    return request.param
-
-
 def a_plan(scenario, lockstep=False, hz=20.0, faults=(), seed=1):
     """Return a plan; a robot is silent after 3 s: one that only waits for a busy machine is not."""
     patience = 20.0 if lockstep else 3.0
@@ -81,20 +74,20 @@ def running(plan, network, folder, tell=lambda event: None):
 
 
 @contextmanager
-def a_field(folder, scenario, transport="udp", key="", **options):
+def a_field(folder, scenario, key="", **options):
     """Run a field in a thread; give a viewer that has joined it."""
     views, joined = [], threading.Event()
 
     def tell(event):
         if event["event"] == "listening" and not views:
-            view = FieldView(event["address"], transport, key.encode())
+            view = FieldView(event["address"], key.encode())
             views.append(view)
             threading.Thread(target=lambda: (view.join(), joined.set())).start()
 
     with (
         patch.object(fieldview, "JOINING", 60.0),
         patch.object(fieldview, "SILENCE", 60.0),
-        running(a_plan(scenario, **options), Network(transport, key=key), folder, tell),
+        running(a_plan(scenario, **options), Network(key=key), folder, tell),
     ):
         try:
             assert joined.wait(60)
@@ -107,9 +100,9 @@ def wait_for(view, step):
     assert view.wait_for(view.field, step, 60)
 
 
-def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transport):
+def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
     scenario = small(60)
-    with a_field(tmp_path, scenario, transport, "a key", lockstep=True) as view:
+    with a_field(tmp_path, scenario, "a key", lockstep=True) as view:
         wait_for(view, 60)
     swarms = {}
     for step, swarm in enumerate(play(scenario, 1, 0)):
@@ -122,9 +115,9 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path, transpo
     assert len(view.field.views) > 30
 
 
-def test_hardly_a_step_is_missed_while_the_world_starts_again(tmp_path, transport):
+def test_hardly_a_step_is_missed_while_the_world_starts_again(tmp_path):
     faults = [Fault(20, "restart-world")]
-    with a_field(tmp_path, small(LONG), transport, "a key", faults=faults) as view:
+    with a_field(tmp_path, small(LONG), "a key", faults=faults) as view:
         wait_for(view, 60)
         steps = [each.step for each in view.field.views]
     missed = set(range(steps[0], steps[-1])) - set(steps)
@@ -132,15 +125,15 @@ def test_hardly_a_step_is_missed_while_the_world_starts_again(tmp_path, transpor
     assert steps[0] < 20
 
 
-def test_a_page_goes_on_with_the_next_field_at_its_address(tmp_path, transport):
+def test_a_page_goes_on_with_the_next_field_at_its_address(tmp_path):
     with (
-        a_field(tmp_path / "first", small(10), transport, "a key", lockstep=True) as view,
+        a_field(tmp_path / "first", small(10), "a key", lockstep=True) as view,
         serving_at(FieldCatalogue(view)) as port,
         Page(port) as page,
     ):
         page.say(type="open")
         assert followed(page, "field", lambda message: message["end"] == 10)
-        network = Network(transport, port=int(view.address.rpartition(":")[2]), key="a key")
+        network = Network(port=int(view.address.rpartition(":")[2]), key="a key")
         with running(a_plan(small(LONG), seed=2), network, tmp_path / "second"):
             assert followed(page, "another", lambda message: True)
             page.say(type="open")
@@ -160,8 +153,7 @@ def followed(page, kind, is_it):
     return False
 
 
-def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
-    pytest.importorskip("zenoh", reason="eclipse-zenoh isn't installed")
+def test_the_command_watches_a_field(tmp_path, monkeypatch):
     served = []
 
     class Server:
@@ -172,8 +164,8 @@ def test_the_command_watches_a_field_over_zenoh(tmp_path, monkeypatch):
             """Serve no page."""
 
     monkeypatch.setattr(server, "server_of", Server)
-    with a_field(tmp_path, small(40), "zenoh") as view:
-        options = ["--transport", "zenoh", "--port", 0, "--no-open"]
+    with a_field(tmp_path, small(40)) as view:
+        options = ["--port", 0, "--no-open"]
         assert invoke("watch", "--field", view.address, *options).exit_code == 0
         assert served[0].to_dict()["title"] == f"field at {view.address}"
         wait_for(served[0].view, 1)

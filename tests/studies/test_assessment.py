@@ -296,7 +296,7 @@ def test_the_best_of_a_search_is_chosen_by_more_runs_and_judged_by_fresh_ones():
     asked = []
 
     class Swarms:
-        objective = Objective("right_share", 2.0)
+        objective, rounds = Objective("right_share", 2.0), SimpleNamespace()
 
         def scored(self, changes, runs, added=0):
             asked.append((changes, runs, added))

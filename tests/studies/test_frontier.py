@@ -11,7 +11,7 @@ from declaring import declaring
 from matplotlib.colors import to_hex
 
 from feasibee import FeasibeeError, Scenario
-from feasibee.figures.frontier import BANDS, DECLARES, Panel, Word, draw_frontier
+from feasibee.figures.limits import BANDS, DECLARES, Panel, Word, draw_frontier
 from feasibee.scenario.runs import RUNS_APART, Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.limits import (

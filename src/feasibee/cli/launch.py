@@ -21,7 +21,7 @@ from feasibee.cli.options import (
     scenario_options,
     seed_option,
 )
-from feasibee.cli.robots import key_option, read_key, transport_option
+from feasibee.cli.robots import key_option, read_key
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -85,7 +85,6 @@ if TYPE_CHECKING:
     metavar="FOLDER",
     help="Write the world's log and one log per robot, which feasibee replay replays.",
 )
-@transport_option
 @click.option(
     "--host",
     callback=named,
@@ -126,7 +125,6 @@ def launch(
     partition: tuple[str, ...],
     restart_world: tuple[int, ...],
     out: Path | None,
-    transport: str,
     host: str,
     port: int,
     key_file: Path | None,
@@ -147,8 +145,8 @@ def launch(
       feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
-    from feasibee.field.addresses import is_loopback
     from feasibee.field.faults import parse_length
+    from feasibee.field.links import is_loopback
     from feasibee.field.plan import Plan
     from feasibee.field.supervisor import Field, Network
     from feasibee.scenario.runs import Runs
@@ -165,10 +163,10 @@ def launch(
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
     told = Told(scenario, as_json)
-    processes = Field(plan, Network(transport, host, port, key), out, told.tell, starts_robots=not no_robots)
+    processes = Field(plan, Network(host, port, key), out, told.tell, starts_robots=not no_robots)
     with told:
         result = processes.run()
-    result = {**result, **_details(plan, transport)}
+    result = {**result, **_details(plan)}
     click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
 
 
@@ -198,14 +196,13 @@ def _check_platform() -> None:
         raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")
 
 
-def _details(plan: Plan, transport: str) -> dict[str, Any]:
+def _details(plan: Plan) -> dict[str, Any]:
     """Return what a result says of its field."""
     from feasibee.field.faults import fault_in_words
 
     return {
         "lockstep": plan.lockstep,
         "hz": None if plan.lockstep else plan.hz,
-        "transport": transport,
         "faults": [fault_in_words(fault._asdict()) for fault in plan.faults],
         "seed": plan.seed,
         "run": plan.run,

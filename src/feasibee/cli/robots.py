@@ -28,13 +28,6 @@ if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.strategies.contract import Strategy
 
-transport_option = click.option(
-    "--transport",
-    type=click.Choice(["udp", "zenoh"]),
-    default="udp",
-    show_default=True,
-    help="How packets travel; zenoh needs the extra 'zenoh'.",
-)
 LEAST_KEY = 16
 """Least length of a shared key."""
 key_option = click.option(
@@ -52,7 +45,7 @@ key_option = click.option(
     "--senses",
     metavar="SOURCE",
     callback=named,
-    help="Without a world: named pipe, udp:HOST:PORT or zenoh:HOST:PORT/KEY that your driver writes to.",
+    help="Without a world: named pipe, or udp:HOST:PORT, that your driver writes to.",
 )
 @click.option(
     "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
@@ -63,7 +56,6 @@ key_option = click.option(
     metavar="INTEGER",
     help="With --senses: seed of the robot's random numbers, 0 to 2**64 - 1; by default a new one.",
 )
-@transport_option
 @key_option
 @outputs_option("Write the robot's log, .jsonl, for feasibee replay.", log=(".jsonl",))
 @click.option(
@@ -83,7 +75,6 @@ def robot(
     senses: str | None,
     number: int,
     seed: int | None,
-    transport: str,
     key_file: Path | None,
     outputs: dict[str, Path],
     strategy: Path | None,
@@ -111,7 +102,7 @@ def robot(
     from feasibee.field.robot import GONE, take_part
 
     key, own = read_key(key_file).encode(), _strategy(strategy)
-    options: dict[str, Any] = {"transport": transport, "log": log, "patience": patience}
+    options: dict[str, Any] = {"log": log, "patience": patience}
     status, why = take_part(str(connect), number, key=key, strategy=own, **options)
     if why:
         raise FeasibeeError(f"{connect}: {one_line(why)}")

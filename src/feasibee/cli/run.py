@@ -92,10 +92,13 @@ def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[
     if "runs" in outputs:
         save_results(dataset, outputs["runs"])
     if "figure" in outputs:
-        from feasibee.figures.decisions import plot_decision_steps, plot_opinions
-        from feasibee.figures.declarations import plot_declare_steps
+        from feasibee.figures.decisions import (
+            plot_decision_steps,
+            plot_declare_steps,
+            plot_opinions,
+            plot_right_steps,
+        )
         from feasibee.figures.style import figure, save_figure
-        from feasibee.figures.tracking import plot_right_steps
 
         panels = {
             "Median and quartiles over the runs": plot_opinions,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from feasibee.cli.options import changes_option, named, path_type, read_scenario
-from feasibee.cli.robots import key_option, read_key, transport_option
+from feasibee.cli.robots import key_option, read_key
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -40,7 +40,6 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
     callback=named,
     help="Watch a running feasibee launch instead of a simulation, HOST:PORT.",
 )
-@transport_option
 @key_option
 @click.option(
     "--host",
@@ -58,7 +57,6 @@ def watch(
     pick: str,
     trust: bool,
     field: str | None,
-    transport: str,
     key_file: Path | None,
     host: str,
     port: int | None,
@@ -80,12 +78,12 @@ def watch(
     """
     catalogue: Catalogue | FieldCatalogue
     if field is None:
-        if key_file is not None or transport != "udp":
-            raise FeasibeeError("--key-file, --transport: are for fields only; add --field HOST:PORT")
+        if key_file is not None:
+            raise FeasibeeError("--key-file: is for fields only; add --field HOST:PORT")
         catalogue = _catalogue(source, changes, seed, run, pick, trust)
     else:
         _check_alone(source, changes, seed, run)
-        catalogue = _field(field, transport, key_file)
+        catalogue = _field(field, key_file)
     from feasibee.live import server
 
     with server.listen(host, port) as listening:
@@ -109,12 +107,12 @@ def _check_alone(source: Path | None, changes: tuple[str, ...], seed: int | None
         )
 
 
-def _field(address: str, transport: str, key_file: Path | None) -> FieldCatalogue:
+def _field(address: str, key_file: Path | None) -> FieldCatalogue:
     """Return the catalogue of a field that is running."""
     from feasibee.live.fieldsession import FieldCatalogue
     from feasibee.live.fieldview import FieldView
 
-    view = FieldView(address, transport, read_key(key_file).encode())
+    view = FieldView(address, read_key(key_file).encode())
     view.join()
     return FieldCatalogue(view)
 

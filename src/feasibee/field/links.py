@@ -1,4 +1,4 @@
-"""Links: how packets travel. One small interface, with UDP of the standard library and with zenoh."""
+"""Links: addresses, and how packets travel to them: UDP of the standard library."""
 
 from __future__ import annotations
 
@@ -6,33 +6,41 @@ import select
 import socket
 from collections.abc import Hashable
 from contextlib import suppress
-from typing import Protocol
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.addresses import join_address
 
+DEFAULT_HOST = "127.0.0.1"
 BUFFER = 4 * 2**20
 """Size of the socket's buffers in bytes. On macOS, a packet can't be larger than the buffer for sending."""
 
 
-class Link(Protocol):
-    """One end of the network: of the world, with many peers, or of a robot, whose one peer is the world."""
-
-    address: str
-    """The world's address, as a robot gives it to ``--connect``."""
-
-    def send(self, packet: bytes, peer: Hashable = None) -> None:
-        """Send a packet to a peer; it may be lost."""
-
-    def receive(self, timeout: float) -> tuple[bytes, Hashable] | None:
-        """Return the next packet with its peer, or None if none comes in so many seconds."""
-
-    def close(self) -> None:
-        """Stop sending and receiving."""
+def join_address(host: str, port: int) -> str:
+    """Return an address as HOST:PORT, or [HOST]:PORT for IPv6."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-class UdpLink:
-    """A link over UDP.
+def split_address(text: str) -> tuple[str, int]:
+    """Return host and port of an address.
+
+    Raises
+    ------
+    FeasibeeError
+        If it isn't HOST:PORT.
+    """
+    host, colon, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not (colon and host and port.isascii() and port.isdigit() and 0 < int(port) < 65_536):
+        raise FeasibeeError(f"address {text}: must be HOST:PORT, such as 127.0.0.1:7400")
+    return host, int(port)
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether an address can be reached from this machine only."""
+    return host in ("localhost", "::1") or host.startswith("127.")
+
+
+class Link:
+    """One end of the network: of the world, with many peers, or of a robot, whose one peer is the world.
 
     Parameters
     ----------
@@ -82,12 +90,3 @@ class UdpLink:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
-
-
-def open_link(transport: str, host: str, port: int, *, listens: bool, name: str = "") -> Link:
-    """Return a link by the name of its transport, ``udp`` or ``zenoh``; ``name`` is a robot's own."""
-    if transport == "zenoh":
-        from feasibee.field.zenoh_link import ZenohLink
-
-        return ZenohLink(host, port, listens=listens, name=name)
-    return UdpLink(host, port, listens=listens)

@@ -127,7 +127,6 @@ class Nursery:
             status, why = take_part(
                 order["connect"],
                 number,
-                transport=order["transport"],
                 key=os.environ.get(KEY_VARIABLE, "").encode(),
                 log=Path(order["logs"]) / f"robot-{number}.jsonl" if order["logs"] else None,
                 strategy=self._strategy,

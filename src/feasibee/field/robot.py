@@ -12,12 +12,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from feasibee.field.addresses import split_address
 from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
 from feasibee.field.connections import Client
 from feasibee.field.frames import Frame
 from feasibee.field.linelog import LineLog
-from feasibee.field.links import Link, open_link
+from feasibee.field.links import Link, split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.strategies.contract import Strategy
 
@@ -204,14 +203,13 @@ def take_part(
     connect: str,
     number: int,
     *,
-    transport: str = "udp",
     key: bytes = b"",
     log: Path | None = None,
     strategy: Strategy | None = None,
     patience: float = 20.0,
 ) -> tuple[int, str]:
     """Run a robot until its world ends; return the exit status, and why it could not join, if it couldn't."""
-    link = open_link(transport, *split_address(connect), listens=False, name=str(number))
+    link = Link(*split_address(connect), listens=False)
     lines = None
     try:
         lines = LineLog(log) if log is not None else None

@@ -7,21 +7,18 @@ import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.addresses import join_address, split_address
 from feasibee.field.checks import is_heard, is_place, is_sighting, is_whole
+from feasibee.field.links import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
-from feasibee.field.zenoh_link import open_session
 from feasibee.files.reading import named, why_not
 
 SENSES_LIMIT = 65_507
 """Largest object of a driver, in bytes: what a datagram holds."""
 COUNT_LIMIT = 10_000
 """Largest number of robots or of tasks in sight."""
-EXAMPLE: Final = "zenoh:127.0.0.1:7447/robot-3"
-"""A source over zenoh, for errors."""
 
 
 def drive(
@@ -58,7 +55,7 @@ def drive(
 
 
 def open_senses(source: str) -> Iterator[bytes]:
-    """Return a driver's objects: from a named pipe or file, ``udp:HOST:PORT`` or ``zenoh:HOST:PORT/KEY``.
+    """Return a driver's objects: from a named pipe or file, or ``udp:HOST:PORT``.
 
     Raises
     ------
@@ -66,8 +63,7 @@ def open_senses(source: str) -> Iterator[bytes]:
         If the source can't be read.
     """
     kind, _, rest = source.partition(":")
-    readers = {"udp": _datagrams, "zenoh": _samples}
-    return readers[kind](rest) if kind in readers else _lines(Path(source))
+    return _datagrams(rest) if kind == "udp" else _lines(Path(source))
 
 
 def _parsed(text: bytes) -> dict[str, Any] | None:
@@ -119,26 +115,6 @@ def _datagrams(address: str) -> Iterator[bytes]:
                 f"--senses udp:{address}: can't listen on it; use a free port of this machine"
             ) from None
         while not _ends(text := end.recv(SENSES_LIMIT + 1)):
-            yield text
-
-
-def _samples(source: str) -> Iterator[bytes]:
-    """Yield what is published under a key of zenoh, at an address on which the robot listens."""
-    address, _, key = source.partition("/")
-    if not key:
-        raise FeasibeeError(f"--senses zenoh:{source}: has no key; use HOST:PORT/KEY, such as {EXAMPLE}")
-    with open_session(join_address(*split_address(address)), listens=True) as session:
-        import zenoh
-
-        try:
-            subscriber = session.declare_subscriber(key)
-        except zenoh.ZError:
-            raise FeasibeeError(
-                f"--senses zenoh:{source}: has an invalid key; use HOST:PORT/KEY, such as {EXAMPLE}"
-            ) from None
-        for sample in subscriber:
-            if _ends(text := sample.payload.to_bytes()):
-                return
             yield text
 
 

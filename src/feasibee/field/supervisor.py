@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.addresses import DEFAULT_HOST, join_address, split_address
 from feasibee.field.faults import KILL, PAUSE, RESTART, RESUME
 from feasibee.field.folders import log_folder, remove_older
+from feasibee.field.links import DEFAULT_HOST, join_address, split_address
 from feasibee.field.plan import Plan
 from feasibee.field.robot import KEY_VARIABLE
 from feasibee.field.worldprocess import plain_plan
@@ -37,7 +37,6 @@ Tell = Callable[[Mapping[str, Any]], None]
 class Network(NamedTuple):
     """How the processes of a field find each other."""
 
-    transport: str = "udp"
     host: str = "127.0.0.1"
     port: int = 0
     """Port of the world; 0 takes a free one."""
@@ -158,7 +157,6 @@ class Field:
     def _start_world(self, *, resumes: bool) -> None:
         order = {
             "plan": plain_plan(self._plan),
-            "transport": self._network.transport,
             "host": self._network.host,
             "port": self._port,
             "session": self._session,
@@ -174,7 +172,6 @@ class Field:
         order = {
             "connect": address if host not in ("0.0.0.0", "::") else join_address(DEFAULT_HOST, port),
             "numbers": numbers,
-            "transport": self._network.transport,
             "patience": max(20.0, 4 * self._plan.patience),
             "strategy_file": manifest.name if manifest.source else None,
             "logs": str(self._named or ""),
@@ -256,10 +253,9 @@ def _close(process: Process) -> None:
 
 def _free_port(network: Network) -> int:
     """Return a free port, which the world keeps when it starts again."""
-    kind = socket.SOCK_DGRAM if network.transport == "udp" else socket.SOCK_STREAM
     family = socket.AF_INET6 if ":" in network.host else socket.AF_INET
     try:
-        with socket.socket(family, kind) as probe:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
             probe.bind((network.host, 0))
             return int(probe.getsockname()[1])
     except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name

@@ -14,7 +14,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.connections import Server
 from feasibee.field.faults import fault_from
 from feasibee.field.free import FreeRunning
-from feasibee.field.links import open_link
+from feasibee.field.links import Link
 from feasibee.field.lockstep import Lockstep
 from feasibee.field.parent import follow_parent, read_order
 from feasibee.field.plan import Plan
@@ -51,7 +51,7 @@ def main() -> None:
 def _run(order: Mapping[str, Any], ready: Semaphore) -> dict[str, Any]:
     """Play the field of an order; return its result. ``ready`` is released after each fault of processes."""
     plan = plan_from(order["plan"])
-    link = open_link(order["transport"], order["host"], order["port"], listens=True)
+    link = Link(order["host"], order["port"], listens=True)
     try:
         server = Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]

@@ -1,19 +1,33 @@
-"""Figures of a comparison: accuracy against ratio, time, and bits on the air."""
+"""Figures of a comparison: right swarms against ratio, time and bits on the air, delays, and service."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from feasibee.figures.decisions import LIMITS, draw_truth
 from feasibee.figures.labels import Point, label_ends, label_points, name_others
-from feasibee.figures.style import PLAIN, Look, also_in_seconds, figure, looks, spaced_by_ratio
-from feasibee.results.statistics import Interval, pareto
+from feasibee.figures.style import (
+    GREY,
+    PALETTE,
+    PERCENT,
+    PLAIN,
+    Look,
+    also_in_seconds,
+    draw_intervals,
+    figure,
+    looks,
+    over_time,
+    spaced_by_ratio,
+)
+from feasibee.results.responding import Judgement, Service
+from feasibee.results.statistics import Interval, Quartiles, pareto
 
 BESIDE = 0.06
 """Distance of two highlighted lines along the axis of ratios, so that their bars do not overlap."""
@@ -48,21 +62,21 @@ def draw_against_ratio(
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
     """
-    drawn_shares = {name: 100 * np.array(share) for name, share in shares.items() if share is not None}
-    means = {name: float(share[:, 0].mean()) for name, share in drawn_shares.items()}
+    known = {name: np.array(share) for name, share in shares.items() if share is not None}
+    means = {name: float(share[:, 0].mean()) for name, share in known.items()}
     found = looks(means, keep, before)
     beside = _beside(found)
     with figure(7.2, 3.6) as (drawn, ax):
         ends = {}
-        for name, share in drawn_shares.items():
+        for name, share in known.items():
             look, places = found[name], np.arange(float(len(ratios))) + beside.get(name, 0.0)
-            ax.plot(places, share[:, 0], **look.line)
+            ax.plot(places, 100 * share[:, 0], **look.line)
             if look.highlighted:
-                _draw_bars(ax, places, share, look)
-                ends[name] = (float(places[-1]), float(share[-1, 0]))
+                draw_intervals(ax, places, share, **_bars(look))
+                ends[name] = (float(places[-1]), 100 * float(share[-1, 0]))
             _draw_crosses(ax, places, wrong.get(name, ()), look)
         _finish_ratios(ax, ratios, tasks)
-        ax.set(ylabel=label, ylim=(-2, 102))
+        ax.set(ylabel=label, ylim=PERCENT)
         if any(each.estimate for share in wrong.values() for each in share):
             ax.plot([], [], "x", color="0.4", markersize=6, label="with a robot that declared wrongly (%)")
             ax.legend(loc="best")
@@ -108,7 +122,7 @@ def draw_against_time(
                 xlabel="time (steps)",
                 title=title,
                 xlim=(10 if last > 10 else 1, max(last, 2)),
-                ylim=(-2, 102),
+                ylim=PERCENT,
             )
             spaced_by_ratio(ax)
             also_in_seconds(ax, seconds)
@@ -150,27 +164,30 @@ def draw_against_bits(
     best = pareto(bits, shares)
     found = _looks_of_front({names[place]: shares[place] for place in best}, names, keep, before)
     with figure(7.2, 3.6) as (drawn, ax):
-        front: dict[str, Any] = {"color": "0.88", "linewidth": 4, "solid_capstyle": "round", "zorder": 0}
-        ax.step([bits[each] for each in best], [shares[each] for each in best], where="post", **front)
+        _draw_front(ax, [(bits[each], shares[each]) for each in best])
         points = []
         for name, (cost, accuracy) in totals.items():
-            share, look = 100 * np.array([accuracy]), found[name]
-            _draw_bars(ax, np.array([cost]), share, look)
-            points.append(Point(name, cost, share[0, 0], look, share[0, 1], share[0, 2]))
+            middle, low, high = (100 * each for each in accuracy)
+            draw_intervals(ax, [cost], accuracy, **_bars(found[name]))
+            points.append(Point(name, cost, middle, found[name], low, high))
         ax.set(xlabel="bits sent per robot-step", ylabel=label, ylim=(None, 104))
-        _leave_room(ax, min(bits), max(bits))
+        span = max(bits) / min(bits) if min(bits) > 0 else 1.0
+        _leave_room(ax, bits, max(span**0.2, 1.5), max(span**0.12, 1.3), 1.2)
         label_points(ax, points)
     return drawn
 
 
-def _leave_room(ax: Axes, least: float, most: float) -> None:
-    """Set the limits of the axis of bits so that names fit at both sides of the points."""
+def _leave_room(ax: Axes, bits: Sequence[float], left: float, right: float, linear: float) -> None:
+    """Set the limits of the axis of bits so that names fit at both sides of the points.
+
+    The axis is spaced by ratio, with room by these factors, unless some contender sends nothing.
+    """
+    least, most = min(bits), max(bits)
     if least > 0:
-        span = most / least
-        ax.set_xlim(least / max(span**0.2, 1.5), most * max(span**0.12, 1.3))
+        ax.set_xlim(least / left, most * right)
         spaced_by_ratio(ax)
     else:
-        ax.set_xlim(-0.2 * (most or 1), 1.2 * (most or 1))
+        ax.set_xlim(-0.2 * (most or 1), linear * (most or 1))
 
 
 def _looks_of_front(
@@ -181,7 +198,7 @@ def _looks_of_front(
 ) -> dict[str, Look]:
     """Return the looks of points: those of the front are highlighted, and those to keep."""
     kept = list(names[:1] if keep is None else keep)
-    scores = {name: front.get(name, -1.0) for name in names if name in front or name in kept}
+    scores = {name: front.get(name, -np.inf) for name in names if name in front or name in kept}
     shown = looks(scores, kept, before)
     return {name: shown.get(name, PLAIN) for name in names}
 
@@ -207,16 +224,162 @@ def _draw_crosses(ax: Axes, places: NDArray[np.float64], wrong: Sequence[Interva
     ax.plot(places[some], marked[some], "x", color=look.colour, markersize=6, zorder=3)
 
 
-def _draw_bars(ax: Axes, places: NDArray[np.float64], share: NDArray[np.float64], look: Look) -> None:
-    """Draw markers with intervals: ``share`` has estimate, low and high, in percent, of each place."""
-    middle, low, high = share.T
-    ax.errorbar(
-        places,
-        middle,
-        yerr=(middle - low, high - middle),
-        fmt=look.marker or "o",
-        color=look.colour,
-        markersize=4.5 if look.highlighted else 3.5,
-        elinewidth=0.8,
-        zorder=2.6 if look.highlighted else 1.5,
+def _bars(look: Look) -> dict[str, Any]:
+    """Return options of markers with intervals."""
+    return {
+        "fmt": look.marker or "o",
+        "color": look.colour,
+        "markersize": 4.5 if look.highlighted else 3.5,
+        "elinewidth": 0.8,
+        "zorder": 2.6 if look.highlighted else 1.5,
+    }
+
+
+class Tracked(NamedTuple):
+    """What a figure shows of a contender in a world that changes."""
+
+    bits: float
+    """Bits per robot-step."""
+    delay: Quartiles
+    """Steps until swarms follow a change of truth."""
+
+
+def draw_right_over_time(
+    shares: Mapping[str, NDArray[np.float64]],
+    infeasible: NDArray[np.float64],
+    *,
+    before: Mapping[str, Look] | None = None,
+    seconds: float | None = None,
+) -> Figure:
+    """Draw each contender's share of right swarms at each step, with the truth as a band behind.
+
+    Parameters
+    ----------
+    shares : mapping of str to float64 array, shape (steps + 1,)
+        Share of the swarms that hold the truth of the step, by contender.
+    infeasible : float64 array, shape (steps + 1,)
+        Share of the runs whose tasks are infeasible, by step.
+    before : mapping of str to Look, optional
+        Looks of contenders in another figure.
+    seconds : float, optional
+        Length of a step in seconds, for a second axis.
+    """
+    means = {name: float(share.mean()) for name, share in shares.items()}
+    found = looks(means, None, before)
+    with figure(7.2, 3.4) as (drawn, ax):
+        draw_truth(ax, infeasible)
+        for name, share in shares.items():
+            ax.plot(100 * share, **found[name].line)
+        last = infeasible.size - 1
+        over_time(ax, "swarms that are right (%)", last, LIMITS)
+        also_in_seconds(ax, seconds)
+        name_others(drawn, found)
+        ends = {
+            name: (last, 100 * float(shares[name][-1])) for name, look in found.items() if look.highlighted
+        }
+        label_ends(ax, ends, found, means, markers=False)
+    return drawn
+
+
+def draw_delay_against_bits(
+    contenders: Mapping[str, Tracked], steps: int, *, before: Mapping[str, Look] | None = None
+) -> Figure:
+    """Draw the delay of detection against bits per robot-step, with the Pareto front: the frontier.
+
+    A contender of which less than half of the changes are followed stands at the top, as *never*.
+
+    Parameters
+    ----------
+    contenders : mapping of str to Tracked
+        By name. The contenders of the front are highlighted, and the first.
+    steps : int
+        Number of steps of a run.
+    before : mapping of str to Look, optional
+        Looks of contenders in another figure.
+    """
+    known = {name: each.delay.median for name, each in contenders.items() if each.delay.median is not None}
+    never = 1.15 * max([*(each.delay.q75 or each.delay.median or 0 for each in contenders.values()), 10])
+    names = list(known)
+    best = pareto([contenders[name].bits for name in names], [-float(known[name]) for name in names])
+    front = {names[place]: -known[names[place]] for place in best}
+    found = _looks_of_front(front, list(contenders), None, before)
+    with figure(7.2, 3.6) as (drawn, ax):
+        _draw_front(ax, [(contenders[names[place]].bits, known[names[place]]) for place in best])
+        points = [_delay_point(ax, name, each, found[name], never) for name, each in contenders.items()]
+        ax.set(xlabel="bits sent per robot-step", ylabel=f"delay of detection (steps, of {steps:,})")
+        ax.set_ylim(0, 1.12 * never)
+        if len(known) < len(contenders):
+            ax.axhline(never, color="0.8", linewidth=0.8, linestyle=":", zorder=0)
+            steps_of = [tick for tick in ax.get_yticks() if tick < 0.95 * never]
+            ax.set_yticks([*steps_of, never], [*(f"{tick:g}" for tick in steps_of), "never"])
+        _leave_room(ax, [each.bits for each in contenders.values()], 2, 3, 1.3)
+        label_points(ax, points)
+    return drawn
+
+
+def _draw_front(ax: Axes, front: Sequence[tuple[float, float]]) -> None:
+    if front:
+        wide: dict[str, Any] = {"color": "0.88", "linewidth": 4, "solid_capstyle": "round", "zorder": 0}
+        ax.step(*zip(*front, strict=True), where="post", **wide)
+
+
+def _delay_point(ax: Axes, name: str, each: Tracked, look: Look, never: float) -> Point:
+    """Draw a contender: its median, and its quartiles as a bar."""
+    middle, low, high = (
+        never if step is None else float(step) for step in (each.delay.median, each.delay.q25, each.delay.q75)
     )
+    ax.plot([each.bits, each.bits], [low, high], color=look.colour, linewidth=0.8)
+    face = look.colour if each.delay.median is not None else "white"
+    ax.plot(each.bits, middle, look.marker or "o", color=look.colour, markerfacecolor=face, markersize=4.5)
+    return Point(name, each.bits, middle, look, low, high)
+
+
+FIXED = Look("0.35")
+"""Look of fixed numbers of robots."""
+
+
+def draw_service(judged: Mapping[str, Judgement], *, before: Mapping[str, Look] | None = None) -> Figure:
+    """Draw the share of steps with enough robots against idle robots, up and left being better.
+
+    A contender to the right of the curve of fixed numbers does worse than robots that never ask.
+
+    Parameters
+    ----------
+    judged : mapping of str to Judgement
+        By contender, all on the same tasks.
+    before : mapping of str to Look, optional
+        Looks of contenders in another figure.
+    """
+    shares = {name: each.own.feasible_share.estimate for name, each in judged.items()}
+    found = looks(shares, list(shares)[: len(PALETTE)], before)
+    some = next(iter(judged.values()))
+    lines = dict(
+        sorted((number, each) for judgement in judged.values() for number, each in judgement.fixed.items())
+    )
+    with figure(7.2, 3.6) as (drawn, ax):
+        points = [
+            _point(name, each.own, found[name] if found[name].highlighted else Look(GREY, "o"))
+            for name, each in judged.items()
+        ]
+        points.append(_point("oracle", some.oracle, Look("black", "*")))
+        idle = [each.idle.estimate for each in lines.values()]
+        enough = [100 * each.feasible_share.estimate for each in lines.values()]
+        ax.plot(idle, enough, color=FIXED.colour, linewidth=0.8, marker="|", zorder=1)
+        for number, x, y in zip(lines, idle, enough, strict=True):
+            ax.annotate(str(number), (x, y), (4, -10), textcoords="offset points", fontsize=7, color="0.35")
+        where = {"xytext": (24, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
+        ax.annotate("so many robots\nthat never ask", (idle[-1], enough[-1]), **where, color="0.35")
+        for point in points:
+            bars = {"color": point.look.colour, "capsize": 2, "marker": point.look.marker, "zorder": 3}
+            ax.errorbar([point.x], [point.y], [[point.y - point.low], [point.high - point.y]], **bars)
+        lowest = min(*enough, *(point.low for point in points))
+        ax.set(xlabel="idle robots, mean", ylabel="steps with enough robots (%)", ylim=(lowest - 6, 104))
+        beside = 0.012 * (ax.get_xlim()[1] - ax.get_xlim()[0])
+        numbers = [Point("", x + beside, y - 2, PLAIN, y - 3, y) for x, y in zip(idle, enough, strict=True)]
+        label_points(ax, [*points, *numbers])
+    return drawn
+
+
+def _point(name: str, service: Service, look: Look) -> Point:
+    share, low, high = (100 * each for each in service.feasible_share)
+    return Point(name, service.idle.estimate, share, look, low, high)

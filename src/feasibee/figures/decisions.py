@@ -1,31 +1,54 @@
-"""Opinions over time and collective decisions as figures."""
+"""Figures of the runs of one scenario: opinions, the truth behind them, decisions and declarations."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
-from matplotlib import rc_context, style
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.figures.labels import label_ends
-from feasibee.figures.style import GREY, MARKERS, STYLE, Look, also_in_seconds, axes_for, fill_band, looks
-from feasibee.figures.tracking import LIMITS, draw_truth, infeasible_share
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, UNDECIDED
+from feasibee.figures.style import (
+    GREY,
+    MARKERS,
+    PALETTE,
+    PERCENT,
+    Look,
+    also_in_seconds,
+    axes_for,
+    draw_intervals,
+    fill_band,
+    looks,
+    over_time,
+    small_multiples,
+    spaced_by_ratio,
+)
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.model.outcomes import DECLARES, OUTCOMES
 from feasibee.results.dataset import scenario_of
+from feasibee.results.measures import declared_wrong
 from feasibee.results.statistics import (
     Interval,
     decision_times,
+    declare_times,
     opinion_quartiles,
     quartiles_of_present,
 )
+from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_integer
+
+SHADE: Final = 0.87
+"""Grey of steps at which the tasks are infeasible; feasible ones are white."""
+LIMITS: Final = (-2, 110)
+"""Of an axis of shares in percent, with room for the names above 100 %."""
+NARROW: Final = 0.13
+"""A stretch of the time axis that is shorter, as a share of the axis, has no name."""
 
 
 def plot_opinions(
@@ -86,8 +109,8 @@ def draw_opinion_bands(
             steps = np.arange(median.size)
             fill_band(axes, steps, low, high, look.colour)
             axes.plot(steps, median, label=name, **look.line)
-        axes.set(xlabel="time (steps)", ylabel="opinion feasible (% of robots)", ylim=(-2, 102))
-        axes.set_xlim(0, until or max(median.size - 1 for _, median, _ in bands.values()))
+        last = until or max(median.size - 1 for _, median, _ in bands.values())
+        over_time(axes, "opinion feasible (% of robots)", last)
         return axes
 
 
@@ -107,20 +130,17 @@ def draw_opinion_panels(
     columns : int
         Panels side by side.
     """
-    rows = -(-len(bands) // columns)
-    with style.context("default"), rc_context(STYLE):
-        drawn = Figure((6.4, 0.7 + 1.55 * rows), layout="constrained")
-        grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        for ax, (title, (low, median, high)), colour in zip(grid.flat, bands.items(), colours, strict=False):
+    size = (6.4, 0.7, 1.55)
+    with small_multiples(len(bands), columns, size, "time (steps)", "opinion feasible (% of robots)") as (
+        drawn,
+        grid,
+    ):
+        for ax, (title, (low, median, high)), colour in zip(grid, bands.items(), colours, strict=True):
             for other in bands.values():
                 ax.plot(other[1], color=GREY, linewidth=0.8, zorder=1.5)
             fill_band(ax, np.arange(median.size), low, high, colour)
             ax.plot(median, color=colour, linewidth=1.6)
-            ax.set(title=title, xlim=(0, until), ylim=(-2, 102), yticks=(0, 50, 100))
-        for ax in grid.flat[len(bands) :]:
-            ax.set_visible(False)
-        drawn.supylabel("opinion feasible (% of robots)", fontsize=9)
-        drawn.supxlabel("time (steps)", fontsize=9)
+            ax.set(title=title, xlim=(0, until), ylim=PERCENT, yticks=(0, 50, 100))
     return drawn
 
 
@@ -146,13 +166,10 @@ def plot_decisions(
     _check_rates(ratios, rates)
     with axes_for(ax, 3.8, 2.8) as axes:
         axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
-        _draw_rates(axes, ratios, rates, marker=3.5, line=1.0, bar=0.8)
-        axes.set(xscale="log", xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=(-2, 102))
+        _draw_rates(axes, ratios, rates, markersize=3.5, linewidth=1.0, elinewidth=0.8)
+        axes.set(xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=PERCENT)
         ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
-        if len(ticks) >= 2:
-            axes.xaxis.set_major_locator(FixedLocator(ticks))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        spaced_by_ratio(axes, ticks if len(ticks) >= 2 else ())
         ends = {
             name: (max(ratios), 100 * intervals[int(np.argmax(ratios))][0])
             for name, intervals in rates.items()
@@ -181,21 +198,20 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
             if code != UNDECIDED:
                 taken[name] = results["decision_step"].values[results["decision"].values == code]
                 looks_of[name] = Look(COLOURS[name], dashes="-" if code == FEASIBLE else "--")
-        draw_shares_by_step(axes, taken, runs, scenario.run.steps, looks_of)
+        draw_shares_by_step(axes, taken, runs, scenario.run.steps, "runs that had decided (%)", looks_of)
         also_in_seconds(axes, scenario.units.seconds)
         mark_median(axes, decision_times(results["decision_step"].values).median)
-        axes.set_ylabel("runs that had decided (%)")
         return axes
 
 
 def draw_shares_by_step(
-    ax: Axes, taken: Mapping[str, NDArray[Any]], runs: int, steps: int, found: Mapping[str, Look]
+    ax: Axes, taken: Mapping[str, NDArray[Any]], runs: int, steps: int, label: str, found: Mapping[str, Look]
 ) -> None:
     """Draw lines of `draw_share_by_step` with their names at the ends."""
     for name, at in taken.items():
         look = {"color": found[name].colour, "linestyle": found[name].dashes, "label": name}
         draw_share_by_step(ax, at, runs, steps, **look)
-    ax.set(xlabel="time (steps)", xlim=(0, steps), ylim=(-2, 102))
+    over_time(ax, label, steps)
     ends = {name: (float(steps), 100 * at.size / runs) for name, at in taken.items()}
     label_ends(ax, ends, found, markers=False)
 
@@ -262,24 +278,16 @@ def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
     columns : int
         Panels side by side.
     """
-    rows = -(-len(panels) // columns)
-    with style.context("default"), rc_context(STYLE):
-        drawn = Figure((7.2, 0.5 + 1.75 * rows), layout="constrained")
-        grid = drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        for ax, panel in zip(grid.flat, panels, strict=False):
+    xlabel = "ratio of robots to places asked for"
+    with small_multiples(len(panels), columns, (7.2, 0.5, 1.75), xlabel, "runs (%)") as (drawn, grid):
+        for ax, panel in zip(grid, panels, strict=True):
             if panel is not panels[0]:
                 for name in ("feasible", "infeasible"):
                     middle = 100 * np.array(panels[0].rates[name])[:, 0]
                     ax.plot(panels[0].ratios, middle, color=COLOURS[name], linewidth=2.6, alpha=0.22)
             _draw_panel(ax, panel)
-        for place, ax in enumerate(grid.flat[len(panels) :], start=len(panels)):
-            ax.set_visible(False)
-            if place >= columns:
-                grid.flat[place - columns].tick_params(labelbottom=True)
-        drawn.supylabel("runs (%)", fontsize=9)
-        drawn.supxlabel("ratio of robots to places asked for", fontsize=9)
-        handles, labels = grid.flat[0].get_legend_handles_labels()
-        faint = grid.flat[0].plot([], [], color=COLOURS["undecided"], linewidth=2.6, alpha=0.4)[0]
+        handles, labels = grid[0].get_legend_handles_labels()
+        faint = grid[0].plot([], [], color=COLOURS["undecided"], linewidth=2.6, alpha=0.4)[0]
         drawn.legend(
             [*handles, faint], [*labels, panels[0].title], loc="outside upper center", ncols=len(handles) + 1
         )
@@ -287,38 +295,128 @@ def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
 
 
 def _draw_rates(
-    ax: Axes,
-    ratios: Sequence[float],
-    rates: Mapping[str, Sequence[Interval]],
-    *,
-    marker: float,
-    line: float,
-    bar: float,
+    ax: Axes, ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]], **widths: float
 ) -> None:
     """Draw shares with their intervals, in points as wide as said."""
     for name, intervals in rates.items():
-        middle, low, high = 100 * np.array(intervals).T
-        ax.errorbar(
-            ratios,
-            middle,
-            yerr=(middle - low, high - middle),
-            color=COLOURS[name],
-            marker=MARKERS[name],
-            markersize=marker,
-            linewidth=line,
-            elinewidth=bar,
-            label=name,
-        )
+        look = {"color": COLOURS[name], "marker": MARKERS[name], "label": name}
+        draw_intervals(ax, ratios, intervals, **look, **widths)
 
 
 def _draw_panel(ax: Axes, panel: Panel) -> None:
     ax.axvline(
         panel.tip, color="0.45", linewidth=0.9, linestyle=":", zorder=0, label="infeasible to its left"
     )
-    _draw_rates(ax, panel.ratios, panel.rates, marker=2.4, line=0.9, bar=0.7)
-    ax.set(xscale="log", ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
+    _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
+    ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
+    spaced_by_ratio(ax, (0.1, 0.5, 1, 2, 10))
     ax.set_title(panel.title, fontsize=8.5)
-    ax.xaxis.set_major_locator(FixedLocator([0.1, 0.5, 1, 2, 10]))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
     ax.tick_params(labelsize=8)
+
+
+def plot_right_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the percentage of swarms that hold the truth of each step, with the truth as a band behind.
+
+    Parameters
+    ----------
+    results : Dataset
+        From `feasibee.simulate`, of a world that changes.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+
+    Raises
+    ------
+    FeasibeeError
+        If the world of these results doesn't change.
+    """
+    if "truth" not in results or results["truth"].dims != ("run", "step"):
+        raise FeasibeeError("the results have no truth of each step; simulate a world that changes")
+    truth, held = results["truth"].values, results["held"].values
+    with axes_for(ax, 3.6, 2.7) as axes:
+        draw_truth(axes, infeasible_share(truth))
+        axes.plot(100 * (held == truth).mean(axis=0), color=PALETTE[0], linewidth=1.5)
+        over_time(axes, "swarms that are right (%)", truth.shape[1] - 1, LIMITS)
+        also_in_seconds(axes, scenario_of(results).units.seconds)
+        return axes
+
+
+def infeasible_share(truth: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the share of runs whose tasks are infeasible at each step: shape (steps + 1,)."""
+    share: NDArray[np.float64] = (truth == INFEASIBLE).mean(axis=0)
+    return share
+
+
+def draw_truth(ax: Axes, infeasible: NDArray[np.float64]) -> None:
+    """Draw the truth behind a time axis: white where the tasks are feasible, grey where they aren't.
+
+    If runs differ, the grey is as dark as many runs are infeasible. Stretches in which all runs agree have
+    their name at the top.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+        With steps along x.
+    infeasible : float64 array, shape (steps + 1,)
+        Share of the runs whose tasks are infeasible, by step.
+    """
+    shades = LinearSegmentedColormap.from_list("truth", ["1.0", str(SHADE)])
+    edges = np.arange(infeasible.size + 1) - 0.5
+    ax.pcolormesh(
+        edges,
+        [0, 1],
+        infeasible[np.newaxis, :],
+        cmap=shades,
+        vmin=0,
+        vmax=1,
+        zorder=0,
+        rasterized=True,
+        transform=ax.get_xaxis_transform(),
+    )
+    if not np.isin(infeasible, (0, 1)).all():
+        _write(ax, 0.5, "grey: share of runs whose tasks are infeasible", ax.transAxes)
+        return
+    starts = np.flatnonzero(np.diff(infeasible, prepend=-1))
+    for start, end in zip(starts, [*starts[1:], infeasible.size - 1], strict=True):
+        if end - start >= NARROW * infeasible.size:
+            name = DECISIONS[INFEASIBLE if infeasible[start] else FEASIBLE]
+            _write(ax, (start + end) / 2, name, ax.get_xaxis_transform())
+
+
+def _write(ax: Axes, x: float, text: str, where: Any) -> None:
+    """Write a text at the top of the axes."""
+    look: dict[str, Any] = {"fontsize": 7.5, "color": "0.35", "ha": "center", "va": "top", "zorder": 1}
+    ax.text(x, 0.985, text, transform=where, **look)
+
+
+def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the share of runs that had declared by each step: all robots rightly, or at least one wrongly.
+
+    A run has declared when more than the threshold's share of its robots have.
+
+    Parameters
+    ----------
+    results : Dataset
+        From `feasibee.simulate`, with a strategy that defines ``declare``.
+    ax : matplotlib Axes, optional
+        By default a new figure's.
+
+    Raises
+    ------
+    FeasibeeError
+        If the robots of these results can't declare.
+    """
+    scenario = scenario_of(results)
+    needed = {each.name for each in OUTCOMES if each.needs is DECLARES}
+    if not needed <= set(results.data_vars) or results["declare_step"].dims != ("run",):
+        raise FeasibeeError("the results have no declarations; simulate a strategy that defines declare")
+    feasible, steps = truth(scenario), scenario.run.steps
+    declare_step = results["declare_step"].values
+    wrong = declared_wrong(results, scenario)
+    right_name, wrong_name = ("feasible", "infeasible") if feasible else ("infeasible", "feasible")
+    shown = {"rightly": Look(COLOURS[right_name]), "a robot wrongly": Look(COLOURS[wrong_name], dashes="--")}
+    spoken = {"rightly": ~wrong, "a robot wrongly": wrong}
+    taken = {name: declare_step[chosen & (declare_step >= 0)] for name, chosen in spoken.items()}
+    with axes_for(ax, 3.6, 2.7) as axes:
+        draw_shares_by_step(axes, taken, declare_step.size, steps, "runs that had declared (%)", shown)
+        mark_median(axes, declare_times(declare_step).median)
+        return axes

@@ -1,8 +1,8 @@
-"""Figure of the physical limits of a swarm: the share of runs that have reached each limit, by step."""
+"""Figures of physical limits, by step, and with the words of robots in front: the frontier."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.decisions import draw_share_by_step
-from feasibee.figures.style import figure, text_colour
+from feasibee.figures.style import figure, over_time, spaced_by_ratio, text_colour
 
 
 class Look(NamedTuple):
@@ -60,7 +60,7 @@ def draw_limits(steps: Mapping[str, NDArray[np.int64]], most: int) -> Figure:
             else:
                 never += 1
                 _write(ax, f"{look.label}: never", (end, 7.0 * never - 4), look._replace(side="right"))
-        ax.set(xlabel="time (steps)", ylabel="runs that got there (%)", xlim=(0, end), ylim=(-2, 102))
+        over_time(ax, "runs that got there (%)", end)
     return drawn
 
 
@@ -78,3 +78,132 @@ def _write(ax: Axes, text: str, place: tuple[float, float], look: Look) -> None:
     ax.annotate(
         text, place, offset, textcoords="offset points", color=text_colour(look.colour), fontsize=8, **ends
     )
+
+
+DECLARES, COMMITS = "#0072B2", "0.45"
+"""Colours of contenders whose robots declare, and of those whose robots commit."""
+RELIABLE: Final = 0.99
+"""Share of swarms that are right by their own word above which a marker is filled."""
+BANDS: Final = ("pooled", "flooding", "complete_map")
+"""The limits that are drawn, by their names in `feasibee.figures.limits.LOOKS`."""
+STRIP: Final = 2.4
+"""Height of the strip above the rows, where the bands are named, in rows."""
+CAPTION: Final = (
+    "bits: mean over {most:,} steps; ok: share that is right by its own word by then; "
+    "filled: at least {reliable:g}; dot and line: half to 95 % of the swarms; bands: limits of any strategy"
+)
+
+
+class Word(NamedTuple):
+    """What the robots of a contender said by their own word at one number of tasks."""
+
+    contender: str
+    declares: bool
+    """Whether robots declare; otherwise they commit."""
+    bits: float
+    """Bits sent per robot-step."""
+    ok: float
+    """Share of swarms that were right by their own word."""
+    median: int | None
+    """Step by which enough robots had spoken in half of the swarms; None if never."""
+    p95: int | None
+    """The same in 95 % of the swarms."""
+
+
+class Panel(NamedTuple):
+    """One number of tasks."""
+
+    title: str
+    words: Sequence[Word]
+    """One per contender, in the same order in all panels."""
+    limits: Mapping[str, tuple[int | None, int | None]]
+    """Median and 95 % of the step of each limit."""
+
+
+def draw_frontier(panels: Sequence[Panel], most: int) -> Figure:
+    """Draw each contender as a row: its bits, and for each number of tasks its time and accuracy.
+
+    Parameters
+    ----------
+    panels : sequence of Panel
+        Numbers of tasks, from left to right.
+    most : int
+        Number of steps of a run.
+    """
+    bits = np.array([[word.bits for word in panel.words] for panel in panels]).mean(axis=0)
+    order = np.argsort(bits, kind="stable")
+    widths = {"width_ratios": [1.1, *[1.5] * len(panels)]}
+    size = 1.9 + 1.95 * len(panels), 1.3 + 0.24 * (len(order) + STRIP)
+    with figure(*size, columns=len(panels) + 1, sharey=True, gridspec_kw=widths) as (drawn, axes):
+        _draw_bits(axes[0], bits[order], [panels[0].words[k] for k in order])
+        for ax, panel in zip(axes[1:], panels, strict=True):
+            _draw_panel(ax, panel, [panel.words[k] for k in order], most)
+        _label_bands(axes[1], panels[0], len(order))
+        axes[0].set_ylim(-0.7, len(order) - 0.4 + STRIP)
+        drawn.supxlabel(CAPTION.format(most=most, reliable=RELIABLE), fontsize=8, color="0.3")
+    return drawn
+
+
+def _draw_bits(ax: Axes, bits: Sequence[float], words: Sequence[Word]) -> None:
+    """Draw each contender's bits per robot-step, with its name."""
+    for place, (cost, word) in enumerate(zip(bits, words, strict=True)):
+        ax.plot(cost, place, "s", color=_colour(word), markersize=3.5)
+        _note(ax, f"{cost:.3g}", (cost, place), word, "data")
+    ax.set_yticks(range(len(bits)), [word.contender for word in words])
+    ax.set(xlabel="bits per robot-step", xlim=(0.6 * min(bits), 8 * max(bits)))
+    _finish(ax, 1.5 * max(bits))
+
+
+def _draw_panel(ax: Axes, panel: Panel, words: Sequence[Word], most: int) -> None:
+    """Draw the limits as bands, and each contender's time and accuracy in front."""
+    for name in BANDS:
+        middle, late = panel.limits[name]
+        if middle is not None:
+            end = most if late is None else late
+            ax.axvspan(middle, end, color=LOOKS[name].colour, alpha=0.2, linewidth=0)
+    for place, word in enumerate(words):
+        ax.axhline(place, color="0.9", linewidth=0.6, zorder=0)
+        if word.median is not None:
+            colour, end = _colour(word), 2 * most if word.p95 is None else word.p95
+            ax.plot([word.median, end], [place, place], color=colour, linewidth=1.8)
+            fill = colour if word.ok >= RELIABLE else "white"
+            ax.plot(word.median, place, "o", color=colour, markerfacecolor=fill, markersize=4.5)
+        _note(ax, f"{word.ok:.3f}", (1.0, place), word, "axes fraction")
+    ax.annotate(
+        "ok", (1.0, len(words) - 0.1), (4, 0), ("axes fraction", "data"), "offset points", fontsize=7.5
+    )
+    ax.set(xlabel="time (steps)", xlim=(10, 1.25 * most))
+    ax.set_title(panel.title)
+    _finish(ax, most)
+
+
+def _note(ax: Axes, text: str, place: tuple[float, int], word: Word, across: str) -> None:
+    """Write a number to the right of a place in a contender's row."""
+    look: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7.5, "color": _colour(word)}
+    ax.annotate(text, place, (4, 0), (across, "data"), "offset points", **look)
+
+
+def _finish(ax: Axes, most: float) -> None:
+    """Space the x axis by ratio, with a tick per decade up to a value, and leave out those of the rows."""
+    ax.tick_params(axis="y", length=0)
+    spaced_by_ratio(ax, [10.0**power for power in range(-9, 12) if 10.0**power <= most])
+
+
+def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
+    """Name the bands, above the rows."""
+    for name in BANDS:
+        middle, late = panel.limits[name]
+        if middle is not None:
+            place = np.sqrt(max(1, middle) * (late or middle))
+            label: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
+            ax.text(
+                place,
+                rows - 0.5 + STRIP,
+                LOOKS[name].label,
+                color=text_colour(LOOKS[name].colour),
+                **label,
+            )
+
+
+def _colour(word: Word) -> str:
+    return DECLARES if word.declares else COMMITS

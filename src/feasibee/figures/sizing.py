@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from feasibee.figures.style import figure, spaced_by_ratio
+from feasibee.figures.style import draw_intervals, figure, spaced_by_ratio
 from feasibee.results.statistics import Interval
 
 BLUE, ORANGE, DARK_ORANGE, GREY = "#0072B2", "#D55E00", "#9c4400", "0.45"
@@ -63,18 +63,9 @@ def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
 
 def _draw(ax: Any, panel: Panel, target: float) -> None:
     values = np.array([value for value, _ in panel.points])
-    middle, low, high = 100 * np.array([share for _, share in panel.points]).T
     ax.axhline(100 * target, color=GREY, linewidth=0.8, linestyle="--", zorder=0)
-    ax.errorbar(
-        values,
-        middle,
-        yerr=(middle - low, high - middle),
-        color=BLUE,
-        marker="o",
-        markersize=3.5,
-        linewidth=1.2,
-        elinewidth=0.7,
-    )
+    look = {"color": BLUE, "marker": "o", "markersize": 3.5, "linewidth": 1.2, "elinewidth": 0.7}
+    draw_intervals(ax, values, [share for _, share in panel.points], **look)
     if values.min() > 0 and values.max() / values.min() >= DECADE:
         spaced_by_ratio(ax)
     ax.set(xlabel=panel.label)

@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+import numpy as np
 from matplotlib import rc_context, style
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb, to_rgba
@@ -33,6 +34,8 @@ STYLE: dict[Any, Any] = {
 }
 PALETTE: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Colours of highlighted lines, as many as a figure may have; of Okabe and Ito, for any colour vision."""
+PERCENT: Final = (-2, 102)
+"""Limits of an axis of percentages."""
 GREY: Final = "0.72"
 """Colour of all other lines."""
 MARKS: Final = ("o", "s", "^", "D", "v")
@@ -103,11 +106,39 @@ def text_colour(colour: str) -> str:
 
 
 @contextmanager
-def figure(width: float, height: float, columns: int = 1, **options: Any) -> Iterator[tuple[Figure, Any]]:
+def figure(
+    width: float, height: float, columns: int = 1, rows: int = 1, **options: Any
+) -> Iterator[tuple[Figure, Any]]:
     """Yield a figure of a size in inches, in feasibee's style, and its axes; open no window."""
     with style.context("default"), rc_context(STYLE):
         drawn = Figure((width, height), layout="constrained")
-        yield drawn, drawn.subplots(1, columns, **options)
+        yield drawn, drawn.subplots(rows, columns, **options)
+
+
+@contextmanager
+def small_multiples(
+    count: int, columns: int, size: tuple[float, float, float], xlabel: str, ylabel: str
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Yield a figure of panels that share axes; ``size`` has its width, and heights: head, row."""
+    rows, (width, above, each) = -(-count // columns), size
+    shape: dict[str, Any] = {"sharex": True, "sharey": True, "squeeze": False}
+    with figure(width, above + each * rows, columns, rows, **shape) as (drawn, grid):
+        yield drawn, list(grid.flat[:count])
+        for ax in grid.flat[count:]:
+            ax.set_visible(False)
+        drawn.supylabel(ylabel, fontsize=9)
+        drawn.supxlabel(xlabel, fontsize=9)
+
+
+def draw_intervals(ax: Axes, places: Any, shares: Any, **look: Any) -> None:
+    """Draw shares with their intervals, of shape (places, 3), in percent."""
+    middle, low, high = 100 * np.reshape(shares, (-1, 3)).T
+    ax.errorbar(places, middle, yerr=(middle - low, high - middle), **look)
+
+
+def over_time(ax: Axes, label: str, last: float, limits: tuple[float, float] = PERCENT) -> None:
+    """Label axes of percentages by step."""
+    ax.set(xlabel="time (steps)", ylabel=label, xlim=(0, last), ylim=limits)
 
 
 def save_figure(drawn: Figure, path: str | Path) -> None:
@@ -137,12 +168,12 @@ def are_spaced_by_ratio(values: Iterable[float]) -> bool:
     return len(once) > 2 and not even and max(ratios) <= 1.1 * min(ratios)
 
 
-def spaced_by_ratio(ax: Axes) -> None:
-    """Make an x axis logarithmic, with plain numbers at 1, 2, 5, 10, ...; call it after drawing."""
+def spaced_by_ratio(ax: Axes, ticks: Sequence[float] = ()) -> None:
+    """Make an x axis logarithmic, with plain numbers at given ones or 1, 2, 5, ...; call it after drawing."""
     ax.set_xscale("log")
     low, high = ax.get_xlim()
     steps = (1, 2, 5) if high / low < 2000 else (1,)
-    ticks = [step * 10.0**power for power in range(-9, 12) for step in steps]
+    ticks = ticks or [step * 10.0**power for power in range(-9, 12) for step in steps]
     ax.xaxis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())

@@ -11,7 +11,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.labels import label_ends, name_others
-from feasibee.figures.style import Look, are_spaced_by_ratio, figure, fill_band, looks, spaced_by_ratio
+from feasibee.figures.style import (
+    PERCENT,
+    Look,
+    are_spaced_by_ratio,
+    figure,
+    fill_band,
+    looks,
+    spaced_by_ratio,
+)
 from feasibee.results.measures import MEASURES
 from feasibee.results.statistics import Interval
 
@@ -56,7 +64,7 @@ def draw_lines(
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(share[known[-1], 0]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=_label(show), ylim=(-2, 102) if _scale(show) > 1 else (0, None))
+        ax.set(xlabel=x, ylabel=_label(show), ylim=PERCENT if _scale(show) > 1 else (0, None))
         _say_averaged(ax, over)
         _say_never(ax, lines, show)
         if hue:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import secrets
 import time
 from threading import Condition, Thread
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, one_line
-from feasibee.field.addresses import split_address
 from feasibee.field.checks import REFUSED, SCENE, STATE, VIEW
 from feasibee.field.connections import Client
 from feasibee.field.frames import Frame
-from feasibee.field.links import Link, open_link
+from feasibee.field.links import Link, split_address
 from feasibee.live.fieldsteps import FieldSteps
 
 JOINING: Final = 5.0
@@ -32,17 +30,14 @@ class FieldView:
     ----------
     address : str
         Address of the field's world, HOST:PORT.
-    transport : str
-        ``"udp"`` or ``"zenoh"``.
     key : bytes
         The shared key; empty for none.
     """
 
-    def __init__(self, address: str, transport: str = "udp", key: bytes = b"") -> None:
+    def __init__(self, address: str, key: bytes = b"") -> None:
         host, port = split_address(address)
         self.address = address
-        name = f"viewer-{secrets.token_hex(8)}"
-        self._link: Link = open_link(transport, host, port, listens=False, name=name)
+        self._link = Link(host, port, listens=False)
         self._key = key
         self._session = 0
         self._steps: FieldSteps | None = None

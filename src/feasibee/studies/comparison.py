@@ -6,7 +6,6 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -16,10 +15,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
-from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
-from feasibee.figures.responding import draw_service
+from feasibee.figures.comparison import (
+    Tracked,
+    draw_against_bits,
+    draw_against_ratio,
+    draw_against_time,
+    draw_delay_against_bits,
+    draw_right_over_time,
+    draw_service,
+)
+from feasibee.figures.decisions import infeasible_share
 from feasibee.figures.style import looks, save_both
-from feasibee.figures.tracking import Tracked, draw_delay_against_bits, draw_right_over_time, infeasible_share
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
@@ -104,14 +110,14 @@ class Outcome:
     @property
     def accuracy(self) -> Interval:
         """Share of the runs that were right at the last step, with its interval."""
-        return together([self.found], "right_at_end")
+        return wilson(int(self.right.sum()), self.runs)
 
     @property
     def first(self) -> Interval:
         """Share of the runs whose first collective decision was right, with its interval."""
         return together([self.found], "accuracy")
 
-    @cached_property
+    @property
     def tracking(self) -> Tracking | None:
         """How the swarms tracked the truth; None in a world that doesn't change."""
         return self.found.tracking

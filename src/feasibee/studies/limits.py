@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
-from feasibee.figures.frontier import Panel, Word, draw_frontier
+from feasibee.figures.limits import Panel, Word, draw_frontier
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact

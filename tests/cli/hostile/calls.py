@@ -12,7 +12,7 @@ import xarray as xr
 
 import feasibee
 from feasibee.figures.animation import animate
-from feasibee.figures.declarations import plot_declare_steps
+from feasibee.figures.decisions import plot_declare_steps
 from feasibee.figures.frames import draw_frame
 from feasibee.model.record import Record
 from feasibee.results import statistics
