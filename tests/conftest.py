@@ -28,10 +28,13 @@ for name in list(STRATEGIES)[half::2]:
 def pytest_configure(config):
     """Generate the same examples on any machine, however slow; with the slow tests more of them.
 
-    A shell may have Ctrl-C ignored for tests in the background, and so for the programs that they interrupt.
+    A shell has Ctrl-C ignored for tests in the background, and nohup the end of the terminal; and so for the
+    programs that they interrupt.
     """
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+    for name, handler in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, handler)
     harmless = (
         "too_slow",
         "data_too_large",

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 
-from feasibee.field.checks import VIEW
+from feasibee.field.checks import HELLO
 from feasibee.field.connections import Client, Server
+
+ASKED = HELLO, {"robot": 0, "nonce": 0}
+"""What a robot says that asks for a connection."""
 
 
 class Net:
@@ -59,7 +62,7 @@ class Pair:
         self.net = Net()
         self._key, self._peer = key, peer
         self.server = Server(self.net, 7, key)
-        self.client = Client(Wire(self.net, peer), key, lambda: (VIEW, {"has": False}))
+        self.client = Client(Wire(self.net, peer), key, lambda: ASKED)
 
     @property
     def channel(self):
@@ -70,7 +73,7 @@ class Pair:
     def join(self, pair):
         """Join another pair's world."""
         self.net, self.server = pair.net, pair.server
-        self.client = Client(Wire(self.net, self._peer), self._key, lambda: (VIEW, {"has": False}))
+        self.client = Client(Wire(self.net, self._peer), self._key, lambda: ASKED)
         joined(self)
 
 
@@ -87,5 +90,5 @@ def settle(pair):
 
 def joined(pair):
     """Let a client ask until it has its connection; return what the world accepted."""
-    pair.client.send(VIEW, {"has": False})
+    pair.client.send(*ASKED)
     return settle(pair)[0]

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import pytest
-from nets import Pair, Wire, joined, settle
+from nets import ASKED, Pair, Wire, joined, settle
 
 from feasibee.field import connections
-from feasibee.field.checks import HEARD, SAID, VIEW
+from feasibee.field.checks import HEARD, HELLO, SAID
 from feasibee.field.connections import Client, Server
 from feasibee.field.frames import ACCEPT, DOWN, HEADER, TOKEN, UP, WINDOW, packed
 
 KEY = b"sixteen or more characters"
 SAYING = {"t": 0, "said": None, "was": [0, False, -1, False, 1, 1, None]}
-ASKED = VIEW, {"has": False}
 
 
 @pytest.fixture(params=[b"", KEY], ids=["no key", "a key"])
@@ -235,5 +234,5 @@ def test_the_connection_that_was_silent_for_longest_makes_room_and_comes_back(mo
     third.join(pair)
     assert [peer for peer, _ in pair.server._known] == ["peer", "third"]
     second.client.send(SAID, SAYING)
-    assert [frame.kind for frame in settle(second)[0]] == [VIEW]
+    assert [frame.kind for frame in settle(second)[0]] == [HELLO]
     assert [peer for peer, _ in pair.server._known] == ["third", "second"]

@@ -199,7 +199,7 @@ def test_a_damaged_line_is_named(plain, tmp_path, fields, told):
 @pytest.mark.parametrize(
     ("fields", "told"),
     [
-        ({"version": 1}, "isn't the world's log of a field, version 3; run the field again with --out"),
+        ({"version": 1}, "isn't the world's log of a field, version 4; run the field again with --out"),
         ({"feasibee": "robot"}, "isn't the world's log of a field"),
         ({"scenario": 5}, "line 1: has no scenario"),
         ({"scenario": "robots = 5"}, "line 1: has a field that can't be"),

@@ -1,12 +1,12 @@
-"""The live page of a field: its steps come from real processes."""
+"""The live page of a field: its steps come from the log of its world, while it is written and later."""
 
 from __future__ import annotations
 
+import json
 import re
 import threading
 import time
 from contextlib import contextmanager, suppress
-from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -18,15 +18,17 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.faults import Fault, parse_fault, schedule
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
-from feasibee.live import fieldsteps, fieldview, server
+from feasibee.live import fieldsession, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
-from feasibee.live.fieldview import FieldView
 from feasibee.live.messages import Look
+from feasibee.live.scene import Logged, curves_of, step_of
 from feasibee.reference import play
 from feasibee.simulation.snapshot import FLAGS
 
 LONG = 20_000
 """Steps of a field that goes on until its test ends."""
+LIMIT = 60.0
+"""Seconds that a busy machine may take."""
 
 
 def small(steps):
@@ -37,7 +39,7 @@ def small(steps):
 def a_plan(scenario, lockstep=False, hz=20.0, faults=(), seed=1):
     """Return a plan; a robot is silent after 3 s: one that only waits for a busy machine is not."""
     patience = 20.0 if lockstep else 3.0
-    return Plan(scenario, seed, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, 60.0)
+    return Plan(scenario, seed, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, LIMIT)
 
 
 def kills(text, steps, hz=20.0):
@@ -49,92 +51,89 @@ class LeftError(Exception):
 
 
 @contextmanager
-def running(plan, network, folder, tell=lambda event: None):
-    """Run a field in a thread, until its end or that of the test."""
-    left = threading.Event()
+def running(plan, folder):
+    """Run a field in a thread, until its end or that of the test; give the thread once there is a step."""
+    left, began = threading.Event(), threading.Event()
 
     def run():
         with suppress(LeftError):
-            Field(plan, network, folder, told).run()
+            Field(plan, Network(), folder, told).run()
 
     def told(event):
         if left.is_set():
             raise LeftError
-        tell(event)
+        if event["event"] == "step":
+            began.set()
 
     folder.mkdir(exist_ok=True)
     thread = threading.Thread(target=run)
     thread.start()
     try:
-        yield
+        assert began.wait(LIMIT)
+        yield thread
     finally:
         left.set()
-        thread.join(60)
+        thread.join(LIMIT)
     assert not thread.is_alive()
 
 
-@contextmanager
-def a_field(folder, scenario, key="", **options):
-    """Run a field in a thread; give a viewer that has joined it."""
-    views, joined = [], threading.Event()
-
-    def tell(event):
-        if event["event"] == "listening" and not views:
-            view = FieldView(event["address"], key.encode())
-            views.append(view)
-            threading.Thread(target=lambda: (view.join(), joined.set())).start()
-
-    with (
-        patch.object(fieldview, "JOINING", 60.0),
-        patch.object(fieldview, "SILENCE", 60.0),
-        running(a_plan(scenario, **options), Network(key=key), folder, tell),
-    ):
-        try:
-            assert joined.wait(60)
-            yield views[0]
-        finally:
-            views[0].close()
+@pytest.fixture(scope="module")
+def ended(tmp_path_factory):
+    """The folder of a field in lockstep that has ended, and its scenario."""
+    folder, scenario = tmp_path_factory.mktemp("ended"), small(60)
+    Field(a_plan(scenario, lockstep=True), Network(), folder, lambda event: None).run()
+    return folder, scenario
 
 
-def wait_for(view, step):
-    assert view.wait_for(view.field, step, 60)
-
-
-def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(tmp_path):
-    scenario = small(60)
-    with a_field(tmp_path, scenario, "a key", lockstep=True) as view:
-        wait_for(view, 60)
-    swarms = {}
+def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(ended):
+    folder, scenario = ended
+    field = Logged(folder)
+    assert field.last == 60
     for step, swarm in enumerate(play(scenario, 1, 0)):
-        swarms[step] = [robot.mind.opinion for robot in swarm.robots], swarm.feasible_count
-    for each in view.field.views:
-        opinions, feasible = swarms[each.step]
-        held = {name: each.shown.flags >> bit & 1 for bit, name in enumerate(FLAGS)}
+        field.step = step
+        shown = step_of(field)
+        held = {name: shown.shown.flags >> bit & 1 for bit, name in enumerate(FLAGS)}
+        opinions = [robot.mind.opinion for robot in swarm.robots]
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
-        assert each.counts[0] == feasible
-    assert len(view.field.views) > 30
+        assert shown.counts[:2] == (swarm.feasible_count, swarm.infeasible_count)
+        assert shown.truth == swarm.truth
 
 
-def test_hardly_a_step_is_missed_while_the_world_starts_again(tmp_path):
-    faults = [Fault(20, "restart-world")]
-    with a_field(tmp_path, small(LONG), "a key", faults=faults) as view:
-        wait_for(view, 60)
-        steps = [each.step for each in view.field.views]
-    missed = set(range(steps[0], steps[-1])) - set(steps)
-    assert len(missed) < 5  # loopback loses packets under load; 16 were missed before the world kept views
-    assert steps[0] < 20
+def test_a_log_that_grows_is_that_of_the_whole_file(ended, tmp_path):
+    lines = (ended[0] / "world.jsonl").read_text().splitlines(keepends=True)
+    growing, copy = tmp_path / "world.jsonl", None
+    for until in (1, 2, 30, len(lines)):
+        # A world may be in the middle of a line.
+        growing.write_text("".join(lines[:until]) + ("" if until == len(lines) else lines[until][:9]))
+        copy = copy or Logged(tmp_path)
+        assert copy.grow()
+        assert copy.last == min(until, len(lines) - 1) - 2
+    whole = Logged(ended[0])
+    whole.step = copy.step = whole.last
+    assert copy.has_ended
+    np.testing.assert_array_equal(curves_of(copy, 0), curves_of(whole, 0))
+    growing.write_text(lines[0].replace("session", "another") + lines[1])
+    assert not copy.grow()
 
 
-def test_a_page_goes_on_with_the_next_field_at_its_address(tmp_path):
+def test_no_step_is_missed_while_the_world_starts_again(tmp_path):
+    with running(a_plan(small(LONG), faults=[Fault(20, "restart-world")]), tmp_path):
+        session = FieldSession(tmp_path)
+        session.begin(None)
+        while session.step < 40:
+            session.next_messages(1, LIMIT)
+
+
+def test_a_page_goes_on_with_the_next_field_in_its_folder(tmp_path):
     with (
-        a_field(tmp_path / "first", small(10), "a key", lockstep=True) as view,
-        serving_at(FieldCatalogue(view)) as port,
+        running(a_plan(small(10), lockstep=True), tmp_path) as first,
+        serving_at(FieldCatalogue(tmp_path)) as port,
         Page(port) as page,
     ):
         page.say(type="open")
         assert followed(page, "field", lambda message: message["end"] == 10)
-        network = Network(port=int(view.address.rpartition(":")[2]), key="a key")
-        with running(a_plan(small(LONG), seed=2), network, tmp_path / "second"):
+        first.join(LIMIT)  # it holds the folder
+        with running(a_plan(small(LONG), seed=2), tmp_path):
             assert followed(page, "another", lambda message: True)
             page.say(type="open")
             assert followed(page, "opened", lambda message: message["seed"] == "2")
@@ -142,8 +141,8 @@ def test_a_page_goes_on_with_the_next_field_at_its_address(tmp_path):
 
 
 def followed(page, kind, is_it):
-    """Follow a field until the server says something; return whether it does within a minute."""
-    until = time.monotonic() + 60
+    """Follow a field until the server says something; return whether it does in time."""
+    until = time.monotonic() + LIMIT
     while time.monotonic() < until:
         message = page.receive()
         if message["type"] == kind and is_it(message):
@@ -153,7 +152,7 @@ def followed(page, kind, is_it):
     return False
 
 
-def test_the_command_watches_a_field(tmp_path, monkeypatch):
+def test_the_command_watches_a_field(ended, monkeypatch):
     served = []
 
     class Server:
@@ -164,42 +163,36 @@ def test_the_command_watches_a_field(tmp_path, monkeypatch):
             """Serve no page."""
 
     monkeypatch.setattr(server, "server_of", Server)
-    with a_field(tmp_path, small(40)) as view:
-        options = ["--port", 0, "--no-open"]
-        assert invoke("watch", "--field", view.address, *options).exit_code == 0
-        assert served[0].to_dict()["title"] == f"field at {view.address}"
-        wait_for(served[0].view, 1)
-        served[0].view.close()
+    assert invoke("watch", ended[0], "--port", 0, "--no-open").exit_code == 0
+    assert served[0].to_dict()["title"] == f"field in {ended[0]}"
+    assert "can't change" in invoke("watch", ended[0], "--seed", 1).stderr
 
 
 def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
     events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
     scenario = small(30).replace({"events": events})
-    with a_field(tmp_path, scenario, lockstep=True) as view:
-        wait_for(view, 30)
-        session = FieldSession(view)
-        session.begin(None)
-        session.inspect(5)
-        assert {each["type"] for each in session.messages() if isinstance(each, dict)} >= {"field", "robot"}
-        assert session.openings()[0]["numbers"] == 6
-    numbers = {}
+    Field(a_plan(scenario, lockstep=True), Network(), tmp_path, lambda event: None).run()
+    session = FieldSession(tmp_path)
+    session.begin(None)
+    session.inspect(5)
+    assert {each["type"] for each in session.messages() if isinstance(each, dict)} >= {"field", "robot"}
+    assert session.openings()[0]["numbers"] == 6
+    field, there = Logged(tmp_path), FLAGS.index("there")
     for step, swarm in enumerate(play(scenario, 1, 0)):
-        numbers[step] = [robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth
-    assert {len(numbers[step][0]) for step in numbers} == {4, 5, 6}
-    there = FLAGS.index("there")
-    for each in view.field.views:
-        robots = np.flatnonzero(each.shown.flags >> there & 1).tolist()
-        assert (robots, len(each.tasks), each.truth) == numbers[each.step]
-    assert len(view.field.views) > 15
+        field.step = step
+        shown = step_of(field)
+        numbers = np.flatnonzero(shown.shown.flags >> there & 1).tolist()
+        found = numbers, len(shown.places), shown.truth
+        assert found == ([robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth)
 
 
-def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
+def test_a_page_names_robots_that_are_silent_and_goes_back(tmp_path):
     with (
-        a_field(tmp_path, small(120), key="a key", faults=kills("1@10", 120)) as view,
-        serving_at(FieldCatalogue(view)) as port,
+        running(a_plan(small(120), faults=kills("1@5", 120)), tmp_path),
+        serving_at(FieldCatalogue(tmp_path)) as port,
         Page(port) as page,
     ):
-        assert page.welcome["title"] == f"field at {view.address}"
+        assert page.welcome["title"] == f"field in {tmp_path}"
         page.say(type="open")
         opened, received = {}, []
         while not received or received[-1]["step"] < 120:
@@ -212,72 +205,50 @@ def test_a_page_follows_seeks_and_sees_who_is_silent(tmp_path):
             elif message["type"] == "field" and message["problems"]:
                 assert message["problems"] == ["robot 3 is silent"]
         assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 120)
-        counts = sum(len(each["feasible_counts"]) for each in received)
-        assert counts == 121 - view.field.first
+        assert sum(len(each["feasible_counts"]) for each in received) == 121
         working = FLAGS.index("working")
         assert received[-1]["flags"][3] >> working & 1 == 0
         assert received[-1]["counted"] == 3
-        back = seek(page, 20)
-        assert back["step"] == view.field.at(20).step  # a packet may be lost: then the step before
+        page.say(type="seek", to=20, jump=1)
+        while (message := page.receive())["type"] != "frame" or message["jump"] != 1:
+            pass
+        assert message["step"] == 20
 
 
-def seek(page, step):
-    page.say(type="seek", to=step, jump=1)
-    while True:
-        message = page.receive()
-        if message["type"] == "frame" and message["jump"] == 1:
-            return message
+def test_a_session_says_what_it_cannot_do_and_what_robots_reported(ended):
+    session = FieldSession(ended[0])
+    session.begin(None)
+    assert "what has happened" in session.look(Look(type="look"), 0.0)["problem"]
+    with pytest.raises(FeasibeeError, match="robot = 4"):
+        session.inspect(4)
+    session.inspect(2)
+    said = next(each for each in session.messages() if isinstance(each, dict) and each["type"] == "robot")
+    assert [name for name, _ in said["reasons"]] == ["Phase", "Opinion", "Knows"]
+    with pytest.raises(FeasibeeError, match="what has happened"):
+        session.lane(0)
 
 
-def test_a_session_says_what_it_cannot_do_and_what_robots_reported(tmp_path):
-    with a_field(tmp_path, small(30), lockstep=True) as view:
-        session = FieldSession(view)
-        session.begin(None)
-        assert "what has happened" in session.look(Look(type="look"), 0.0)["problem"]
-        with pytest.raises(FeasibeeError, match="robot = 4"):
-            session.inspect(4)
-        session.inspect(2)
-        said = next(each for each in session.messages() if isinstance(each, dict) and each["type"] == "robot")
-        assert [name for name, _ in said["reasons"]] == ["Phase", "Opinion", "Knows"]
-        with pytest.raises(FeasibeeError, match="what has happened"):
-            session.lane(0)
-
-
-def test_no_field_a_wrong_key_and_one_that_goes_away_are_said(tmp_path, monkeypatch):
-    def refused(address, words, key=b""):
-        with monkeypatch.context() as soon:
-            soon.setattr(fieldview, "JOINING", 0.5)
-            with pytest.raises(FeasibeeError, match=words):
-                FieldView(address, key=key).join()
-
-    refused("127.0.0.1:9", "no field answers; start feasibee launch --port 9")
-    with a_field(tmp_path, small(LONG), key="a key", hz=40.0) as view:
-        refused(view.address, "--key-file", b"another key")
-        wait_for(view, 1)
-        session = FieldSession(view)
-        session.begin(None)
-        monkeypatch.setattr(fieldview, "SILENCE", -1.0)
-        [state, _] = session.messages()
-        assert state["silent"]
-        assert view.address in state["problems"][-1]
-
-
-def test_steps_are_kept_within_a_limit(tmp_path, monkeypatch):
-    monkeypatch.setattr(fieldsteps, "ROOM", 10 * fieldsteps.FIXED)
-    with a_field(tmp_path, small(40), lockstep=True) as view:
-        wait_for(view, 40)
-        field = view.field
-        assert len(field.views) < 11
-        assert field.at(0) is field.views[0]
-        assert len(field.counts(field.first, 41)) == 41 - field.first
+def test_a_field_that_goes_away_is_said(ended, tmp_path, monkeypatch):
+    lines = (ended[0] / "world.jsonl").read_text().splitlines(keepends=True)
+    assert json.loads(lines[-1]) == {"event": "end"}
+    (tmp_path / "world.jsonl").write_text("".join(lines[:1]))
+    monkeypatch.setattr(fieldsession, "SILENCE", -1.0)
+    with pytest.raises(FeasibeeError, match="no step for"):
+        FieldSession(tmp_path).begin(None)
+    (tmp_path / "world.jsonl").write_text("".join(lines[:-1]))
+    session = FieldSession(tmp_path)
+    session.begin(None)
+    [state, _] = session.messages()
+    assert state["silent"]
+    assert str(tmp_path) in state["problems"][-1]
 
 
 @pytest.mark.slow
 def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
     expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
     with (
-        a_field(tmp_path / "first", small(120), faults=kills("1@5", 120)) as view,
-        serving_at(FieldCatalogue(view)) as port,
+        running(a_plan(small(120), faults=kills("1@5", 120)), tmp_path) as first,
+        serving_at(FieldCatalogue(tmp_path)) as port,
     ):
         page = visit(port)
         expect(page.locator("#controls")).to_be_hidden()
@@ -287,17 +258,15 @@ def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
         expect(page.locator("#now")).to_have_text("120")
         expect(page.locator("#stopped")).to_have_text("1")
         page.keyboard.press(",")
-        expect(page.locator("#now")).to_have_text(
-            str(view.field.at(119).step)
-        )  # or before, if a packet is lost
+        expect(page.locator("#now")).to_have_text("119")
         page.keyboard.press("r")
         expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))
         page.keyboard.press("n")  # there is no next run
         expect(page.locator("#field-state")).to_have_text("ended at step 120")
         page.keyboard.press(" ")
         expect(page.locator("#now")).to_have_text("120")
-        network = Network(port=int(view.address.rpartition(":")[2]))
-        with running(a_plan(small(LONG), seed=2), network, tmp_path / "second"):
+        first.join(LIMIT)
+        with running(a_plan(small(LONG), seed=2), tmp_path):
             expect(page.locator("#field-which")).to_have_text("2, 0", timeout=60_000)
             expect(page.locator("#banner")).to_be_hidden()
             expect(page.locator("#field-state")).to_have_text("running")

@@ -142,8 +142,8 @@ def undisturbed():
 
 @each_short_study
 def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
-    """To the same bytes, and no run is computed twice; however it ended, what it had computed is kept."""
-    error = KeyboardInterrupt() if study in ("comparison", "tuning") else RuntimeError("crashed")
+    """To the same bytes, and no run is computed twice; an interrupt is an error as any other."""
+    error = KeyboardInterrupt() if study == "comparison" else RuntimeError("crashed")
     expected, all_runs = undisturbed(study)
     assert set(all_runs.values()) == {1}
     execution = Execution(tmp_path / "journal", executors.threads(1))
@@ -212,6 +212,8 @@ def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
 
 # --- On the command line ---
 
+DASK = "tcp://10.0.0.1:8786"
+
 SETTINGS = ("--set", "arena.side=6", "--set", "robots.count=5", "--set", "run.steps=40")
 COMMANDS = {
     "paper": ("paper", "--runs", "4"),
@@ -257,15 +259,14 @@ def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
-@each_study
 @pytest.mark.parametrize(
-    ("options", "asked"),
+    ("study", "options", "asked"),
     [
-        ((), "threads(None)"),
-        (("--workers", "3"), "threads(3)"),
-        (("--processes", "--workers", "2"), "processes(2)"),
-        (("--dask", "tcp://10.0.0.1:8786"), "dask('tcp://10.0.0.1:8786')"),
-        (("--dask", "tcp://10.0.0.1:8786", "--processes"), "--dask: brings its own workers; leave out"),
+        *((study, ("--workers", "3"), "threads(3)") for study in STUDIES),
+        ("comparison", (), "threads(None)"),
+        ("comparison", ("--processes", "--workers", "2"), "processes(2)"),
+        ("comparison", ("--dask", DASK), f"dask('{DASK}')"),
+        ("comparison", ("--dask", DASK, "--processes"), "--dask: brings its own workers; leave out"),
     ],
 )
 def test_every_command_takes_threads_processes_and_dask(monkeypatch, tmp_path, study, options, asked):

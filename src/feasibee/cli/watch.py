@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import changes_option, named, path_type, read_scenario
-from feasibee.cli.robots import key_option, read_key
+from feasibee.cli.options import changes_option, path_type, read_scenario
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -35,13 +34,6 @@ PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
     "--trust", is_flag=True, help="Run strategies from the text in the sweep's journal; read it before."
 )
 @click.option(
-    "--field",
-    metavar="ADDRESS",
-    callback=named,
-    help="Watch a running feasibee launch instead of a simulation, HOST:PORT.",
-)
-@key_option
-@click.option(
     "--host",
     default="127.0.0.1",
     show_default=True,
@@ -56,8 +48,6 @@ def watch(
     run: int | None,
     pick: str,
     trust: bool,
-    field: str | None,
-    key_file: Path | None,
     host: str,
     port: int | None,
     no_open: bool,
@@ -65,8 +55,8 @@ def watch(
     """Watch a swarm in the browser, step by step, and change it on the page.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks. FOLDER is the output
-    of feasibee sweep: the page lists the runs that --pick selects, and replays them. With --field, the page
-    shows the processes of feasibee launch --port.
+    of feasibee sweep: the page lists the runs that --pick selects, and replays them. FOLDER may also be the
+    output of feasibee launch: the page shows its processes, while they run and later.
 
     \b
     Examples:
@@ -74,16 +64,9 @@ def watch(
       feasibee watch mine.toml --set robots.count=30 --seed 7 --run 417
       feasibee watch examples/changing.toml
       feasibee watch results --pick wrong
-      feasibee watch --field 127.0.0.1:7400
+      feasibee watch logs
     """
-    catalogue: Catalogue | FieldCatalogue
-    if field is None:
-        if key_file is not None:
-            raise FeasibeeError("--key-file: is for fields only; add --field HOST:PORT")
-        catalogue = _catalogue(source, changes, seed, run, pick, trust)
-    else:
-        _check_alone(source, changes, seed, run)
-        catalogue = _field(field, key_file)
+    catalogue = _catalogue(source, changes, seed, run, pick, trust)
     from feasibee.live import server
 
     with server.listen(host, port) as listening:
@@ -99,24 +82,6 @@ def watch(
             server.server_of(catalogue, host).run(sockets=[listening])
 
 
-def _check_alone(source: Path | None, changes: tuple[str, ...], seed: int | None, run: int | None) -> None:
-    """Raise if a field is given together with a scenario."""
-    if source or changes or (seed, run) != (None, None):
-        raise FeasibeeError(
-            "--field with a scenario: the field has the scenario; leave out FILE, --set, --seed and --run"
-        )
-
-
-def _field(address: str, key_file: Path | None) -> FieldCatalogue:
-    """Return the catalogue of a field that is running."""
-    from feasibee.live.fieldsession import FieldCatalogue
-    from feasibee.live.fieldview import FieldView
-
-    view = FieldView(address, read_key(key_file).encode())
-    view.join()
-    return FieldCatalogue(view)
-
-
 def _catalogue(
     source: Path | None,
     changes: tuple[str, ...],
@@ -124,14 +89,18 @@ def _catalogue(
     run: int | None,
     pick: str,
     trust: bool,
-) -> Catalogue:
-    """Return the catalogue of a scenario or of a sweep's folder."""
+) -> Catalogue | FieldCatalogue:
+    """Return the catalogue of a scenario, or of the folder of a sweep or field."""
+    from feasibee.field.recording import LOG
     from feasibee.live.catalogue import Catalogue, read_catalogue
+    from feasibee.live.fieldsession import FieldCatalogue
     from feasibee.scenario.runs import Runs
 
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):
-            raise FeasibeeError(f"{source}: a sweep's runs can't change; leave out --set, --seed and --run")
+            raise FeasibeeError(f"{source}: what has run can't change; leave out --set, --seed and --run")
+        if (source / LOG).exists():
+            return FieldCatalogue(source)
         catalogue = read_catalogue(source, pick, trust)
         _print_kept_texts(catalogue, trust)
         return catalogue

@@ -5,15 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED, VIEW, SCENE, STATE, END, WAIT = range(14)
-"""Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it. For
-viewers a request, the scene, and one step. Then the end of a step, and that a robot isn't there yet."""
-MARKS: Final = ("disseminating", "committed", "declared", "working", "byzantine", "stubborn")
-"""Properties of a robot in a viewer's packets, a bit each."""
-LENGTH_LIMIT: Final = 1e9
-"""Largest length in a viewer's packets, in units."""
-NUMBERS_LIMIT: Final = 65_534
-"""Largest number of a robot in a viewer's packets."""
+HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED, END, WAIT = range(11)
+"""Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it. Then
+the end of a step, and that a robot isn't there yet."""
 TEXT_LIMIT: Final = 100_000
 """Largest number of hexadecimal digits of a message."""
 FARTHEST: Final = 1e300
@@ -121,64 +115,6 @@ def _is_welcome(body: dict[str, Any]) -> bool:
     return isinstance(body.get("settings"), dict) and (clock is None or isinstance(clock, dict))
 
 
-def _are_whole(value: Any, least: int, most: int, length: int | None = None) -> bool:
-    return _is_list(value, lambda each: is_whole(each, least, most)) and length in (None, len(value))
-
-
-def _are_coarse(value: Any) -> bool:
-    return _is_list(value, lambda each: _are_whole(each, 0, 65_535, 2))
-
-
-def _are_words(value: Any) -> bool:
-    return _is_list(value, lambda each: isinstance(each, str) and len(each) <= 100)
-
-
-def _is_length(value: Any) -> bool:
-    return type(value) in (int, float) and 0 <= value <= LENGTH_LIMIT
-
-
-def _is_scene(body: dict[str, Any]) -> bool:
-    hz, size, faults, classes = (
-        body.get("hz"),
-        *(body.get(each, []) for each in ("size", "faults", "classes")),
-    )
-    return (
-        _are_words([body.get("strategy")])
-        and all(is_whole(body.get(name), 0, 2**64 - 1) for name in ("seed", "run"))
-        and is_whole(body.get("steps"), 1, 2**62)
-        and (hz is None or (_is_length(hz) and hz > 0))
-        and is_place(size)
-        and all(0 < side <= LENGTH_LIMIT for side in size)
-        and all(type(body.get(name)) is bool for name in ("walls", "commits", "declares", "truth", "changes"))
-        and all(_is_length(body.get(n)) for n in ("diameter", "sight", "radio", "threshold", "seconds"))
-        and _are_words(faults)
-        and is_whole(body.get("robots"), 0, len(faults))
-        and _are_words(classes)
-        and _are_whole(body.get("kinds"), 0, max(0, len(classes) - 1), len(faults))
-        and _are_coarse(body.get("tasks"))
-    )
-
-
-def _is_view(body: dict[str, Any]) -> bool:
-    places = body.get("places", [])
-    if not (is_whole(body.get("t"), 0, 2**31 - 1) and _are_coarse(places)):
-        return False
-    robots = len(places)
-    return (
-        _are_whole(body.get("headings"), 0, 255, robots)
-        and _are_whole(body.get("opinions"), -1, 1, robots)
-        and _are_whole(body.get("marks"), 0, 2 ** len(MARKS) - 1, robots)
-        and _are_whole(body.get("numbers"), 0, NUMBERS_LIMIT, robots)
-        and _are_whole(body.get("lost"), 0, NUMBERS_LIMIT)
-        and _are_coarse(body.get("tasks"))
-        and _are_whole(body.get("counts"), 0, robots, 3)
-        and _are_whole(body.get("declared"), 0, robots, 2)
-        and _are_whole(body.get("decision"), -1, 2**31 - 1, 3)
-        and all(each <= 1 for each in body["decision"][:2])
-        and all(type(body.get(name)) is bool for name in ("cut", "end", "truth"))
-    )
-
-
 CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
     HELLO: _is_hello,
     WELCOME: _is_welcome,
@@ -189,9 +125,6 @@ CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
     HEARD: lambda body: is_heard(body.get("heard")),
     BYE: lambda body: True,
     REFUSED: lambda body: _is_text(body.get("why")),
-    VIEW: lambda body: type(body.get("has")) is bool,
-    SCENE: _is_scene,
-    STATE: _is_view,
     END: lambda body: _is_step(body) and _is_list(body.get("heard"), is_heard),
     WAIT: lambda body: True,
 }

@@ -1,4 +1,4 @@
-"""Connections of robots and viewers to their world.
+"""Connections of robots to their world.
 
 Who asks for a connection gets a token for its address, and must send it back. Until then, the world sends an
 address no more bytes than come from it. With a key, both sides also prove that they have the key.
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from feasibee.field.noise import Handshake
 
 TOKEN_SIZE: Final = 8
-"""Bytes of a token: with its header it is shorter than each packet of a robot or viewer."""
+"""Bytes of a token: with its header it is shorter than each packet of a robot."""
 TOKEN_KEPT: Final = 60.0
 """Seconds for which a token is good, at least; at most twice as many."""
 SESSION_SIZE: Final = 8
@@ -43,11 +43,11 @@ SESSION_SIZE: Final = 8
 CONNECTIONS_LIMIT: Final = ROBOTS_LIMIT + 1_000
 """Most connections of a world; of more, the one that has been silent for longest ends."""
 AGAIN: Final = 0.2
-"""Least seconds between two connections of a robot or viewer."""
+"""Least seconds between two connections of a robot."""
 
 
 class Client:
-    """A robot's or viewer's side of its connection to a world, which is a new one if the world starts again.
+    """A robot's side of its connection to a world, which is a new one if the world starts again.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ class Server:
     Parameters
     ----------
     link : Link
-        To robots and viewers.
+        To robots.
     session : int
         Number of the field.
     key : bytes

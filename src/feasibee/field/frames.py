@@ -1,4 +1,4 @@
-"""Packets between the world, its robots and its viewers: a header and JSON, sealed if there is a key."""
+"""Packets between the world and its robots: a header and JSON, sealed if there is a key."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from feasibee.field.checks import CHECKS
 if TYPE_CHECKING:
     from feasibee.field.noise import Cipher
 
-MAGIC: Final = b"fb2"
+MAGIC: Final = b"fb3"
 """First bytes of each packet, with the version of its format."""
 HEADER: Final = struct.Struct("!3sB8sQ")
 """Magic and version, way, name of the connection, number of the packet."""
 ASK, TOKEN, ACCEPT, UP, DOWN = range(5)
-"""Ways of packets. A robot or viewer asks for a connection, the world sends it a token, and accepts it with
+"""Ways of packets. A robot asks for a connection, the world sends it a token, and accepts it with
 that. Then packets go up to the world and down from it."""
 LARGEST: Final = 60_000
 """Largest packet in bytes; a datagram holds 65,507."""
@@ -46,7 +46,7 @@ class Frame(NamedTuple):
 
 
 class Channel:
-    """One side of a connection between the world and a robot or viewer.
+    """One side of a connection between the world and a robot.
 
     Parameters
     ----------

@@ -1,7 +1,9 @@
-"""A recording of a field: its world's log, step by step, with what a painter of frames needs of a swarm."""
+"""A recording of a field: its world's log, step by step, as far as it is written, with what pictures need."""
 
 from __future__ import annotations
 
+from functools import cached_property
+from os import SEEK_END
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -29,7 +31,7 @@ FAR: Final = 2**40
 
 
 class Recording:
-    """A field, step by step as its world logged it: the part of ``Swarm`` that a painter of frames needs.
+    """A field, step by step as its world logs it: the part of ``Swarm`` that pages and painters need.
 
     Who is there, positions of robots, opinions, decisions and the truth are those of the log. Positions of
     tasks and faulty robots follow from its scenario, seed and run. No strategy is run.
@@ -45,29 +47,108 @@ class Recording:
         If the folder has no world's log, or a damaged one.
     """
 
+    bits_sent: Final = 0
+    """A log has no bits, and so no steps of robots to divide them by."""
+    robot_counts: Final = np.zeros(1, np.int64)
+
     def __init__(self, folder: Path) -> None:
-        path = folder / LOG
+        self._path = folder / LOG
         what = "the folder that `feasibee launch --out FOLDER` has written"
-        lines = read_text(path, what, LOG_LIMIT).split("\n")[:-1]  # a killed world's last one is incomplete
+        text = read_text(self._path, what, LOG_LIMIT)
+        *lines, rest = text.split("\n")  # a killed world's last one is incomplete
         if not lines:
-            raise damaged(path, 1, "is incomplete")
-        self.scenario, one = _head(path, lines[0])
-        self.faults, self._steps = _steps(path, lines[1:], self.scenario)
-        bodies = Bodies(self.scenario, one.seed, one.first)  # as many as the log's first step has
-        self.step, self.last = 0, len(self._steps) - 1
-        self.decided = self._steps[-1].decision
-        self._world = bodies.world
-        faults = np.array([body.fault for body in bodies.everyone[: self.scenario.robots.count]])
-        shown = [step.shown(number, faults, self.scenario) for number, step in enumerate(self._steps)]
-        self._works = [works for works, _ in shown]
-        self._counted = [counted for _, counted in shown]
-        self._counts: NDArray[np.int64] = np.array([each.sum() for each in self._counted])
-        held = [step.minds[:, 0][counts] for step, counts in zip(self._steps, self._counted, strict=True)]
-        self._holding: dict[int, NDArray[np.int64]] = {
-            opinion: np.array([(each == opinion).sum() for each in held])
-            for opinion in (FEASIBLE, INFEASIBLE)
-        }
-        self._truths: NDArray[np.bool_] = np.array([step.truth for step in self._steps], np.bool_)
+            raise damaged(self._path, 1, "is incomplete")
+        self._head, self._read = lines[0], len(text.encode()) - len(rest.encode())
+        head = parsed(self._path, 1, self._head)
+        self.scenario, self.which = _read_head(self._path, head)
+        self.hz: float | None = None if head.get("lockstep") else head.get("hz")
+        """Steps per second of the robots' clocks; None in lockstep."""
+        self.faults: list[Fault] = []
+        self.has_ended = False
+        """Whether the world has ended the field; false, too, if it was killed."""
+        self._steps: list[_Step] = []
+        self._lines, self.step = 1, 0
+        self._works: list[NDArray[np.bool_]] = []
+        self._counted: list[NDArray[np.bool_]] = []
+        self._counts = np.zeros(0, np.int64)
+        self._holding = {opinion: np.zeros(0, np.int64) for opinion in (FEASIBLE, INFEASIBLE)}
+        self._truths = np.zeros(0, np.bool_)
+        self._take(lines[1:])
+
+    def grow(self) -> bool:
+        """Take what the world has logged since; return whether the log is still that of the same field.
+
+        Raises
+        ------
+        FeasibeeError
+            If the log is damaged.
+        """
+        try:
+            with self._path.open("rb") as file:
+                head = file.read(len(self._head.encode()))
+                if head.decode(errors="replace") != self._head or file.seek(0, SEEK_END) < self._read:
+                    return False
+                file.seek(self._read)
+                data = file.read(LOG_LIMIT)
+        except OSError:  # it is gone: the field is silent
+            return True
+        end = data.rfind(b"\n") + 1
+        self._read += end
+        self._take(data[:end].decode(errors="replace").splitlines())
+        return True
+
+    def _take(self, lines: list[str]) -> None:
+        """Take further lines of the log."""
+        before = len(self._steps)
+        for text in lines:
+            self._lines += 1
+            line = parsed(self._path, self._lines, text)
+            if "event" not in line:
+                self._steps.append(_step(self._path, self._lines, line, len(self._steps), self.scenario))
+            elif line["event"] == "fault":
+                self.faults.append(_fault(self._path, self._lines, line, self.scenario.robots.count))
+            elif line["event"] == "end":
+                self.has_ended = True
+            elif line["event"] not in ("lost", "back", "comes", "leaves"):
+                raise damaged(self._path, self._lines, "has no valid event")
+        self.faults.sort(key=lambda fault: fault.step)
+        if len(self._steps) > before:
+            self._add(before)
+
+    def _add(self, first: int) -> None:
+        """Add the counts of the steps from one on."""
+        new = self._steps[first:]
+        shown = [
+            step.shown(number, self._first_faults, self.scenario) for number, step in enumerate(new, first)
+        ]
+        self._works += [works for works, _ in shown]
+        counted = [counted for _, counted in shown]
+        self._counted += counted
+        self._counts = np.append(self._counts, [each.sum() for each in counted])
+        held = [step.minds[:, 0][counts] for step, counts in zip(new, counted, strict=True)]
+        for opinion, counts in self._holding.items():
+            self._holding[opinion] = np.append(counts, [(each == opinion).sum() for each in held])
+        self._truths = np.append(self._truths, [bool(step.truth) for step in new])
+
+    @cached_property
+    def _bodies(self) -> Bodies:
+        """The bodies at the start; there are as many as the log's first step has."""
+        return Bodies(self.scenario, self.which.seed, self.which.first)
+
+    @cached_property
+    def _first_faults(self) -> NDArray[np.str_]:
+        """The faults of the robots of the start."""
+        return np.array([body.fault for body in self._bodies.everyone[: self.scenario.robots.count]])
+
+    @property
+    def last(self) -> int:
+        """The last step that was logged; -1 before the first one."""
+        return len(self._steps) - 1
+
+    @property
+    def decided(self) -> tuple[int, int]:
+        """The first decision of the field and its step; -1 and -1 while undecided."""
+        return self._steps[-1].decision
 
     def advance(self, steps: int = 1) -> None:
         """Go on by a number of steps."""
@@ -76,13 +157,34 @@ class Recording:
     @property
     def tasks(self) -> NDArray[np.float64]:
         """Positions of the tasks at this step in units: float64, shape (tasks, 2)."""
-        places = [self._world.task_place(number) for number in self._steps[self.step].tasks]
-        return self._in_units(np.array(places, np.int64).reshape(-1, 2))
+        return self._in_units(self._task_places())
 
     @property
     def task_numbers(self) -> NDArray[np.int64]:
         """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
         return np.array(self._steps[self.step].tasks, np.int64)
+
+    @property
+    def robot_kinds(self) -> list[int]:
+        """The class of each number that a robot may have."""
+        return self._bodies.robot_kinds
+
+    def coarse_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+        """Return x and y of the robots, in 65,536ths of the arena's longer side: uint16, shape (robots,)."""
+        x, y = self._coarse(self._steps[self.step].bodies[:, :2])
+        return self._rows(x, 0), self._rows(y, 0)
+
+    def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+        """Return x and y of the tasks of this step, in the same unit: uint16, shape (tasks,)."""
+        return self._coarse(self._task_places())
+
+    def _task_places(self) -> NDArray[np.int64]:
+        places = [self._bodies.world.task_place(number) for number in self._steps[self.step].tasks]
+        return np.array(places, np.int64).reshape(-1, 2)
+
+    def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
+        x, y = np.minimum(places >> (16 if self._bodies.world.is_torus else 15), 65_535).astype(np.uint16).T
+        return x, y
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -115,6 +217,20 @@ class Recording:
         """Whether each robot is disseminating: bool, shape (robots,)."""
         tells = self._steps[self.step].minds[:, 2].astype(np.bool_)
         return self._rows(tells & self._works[self.step], False)
+
+    @property
+    def committed(self) -> NDArray[np.bool_]:
+        """Whether each robot has committed to its opinion: bool, shape (robots,)."""
+        return self._rows(self._steps[self.step].minds[:, 3].astype(np.bool_), False)
+
+    @property
+    def working(self) -> NDArray[np.bool_]:
+        """Whether each robot works, and its process answers: bool, shape (robots,)."""
+        return self._rows(self._works[self.step], False)
+
+    def has_fault(self, kind: str) -> NDArray[np.bool_]:
+        """Return whether each robot has a fault of a kind: bool, shape (robots,)."""
+        return self._rows(self._steps[self.step].faults(self._first_faults) == kind, False)
 
     @property
     def counted(self) -> NDArray[np.bool_]:
@@ -190,20 +306,20 @@ class Recording:
     def notes_at(self, step: int) -> list[str]:
         """Return lines on the last fault of processes, on radio that is cut, and on lost robots at a step."""
         hit = [fault for fault in self.faults if fault.step <= step and fault.kind in PROCESS]
-        lines = [fault for fault in hit if fault.step == hit[-1].step]
-        lines += [
-            fault
-            for fault in self.faults
-            if fault.kind == PARTITION and fault.step <= step < fault.step + fault.lasts
-        ]
+        lines = [fault for fault in hit if fault.step == hit[-1].step] + self.cuts_at(step)
         notes = [f"step {fault.step}: {fault_in_words(fault._asdict())}" for fault in sorted(lines)]
         there = self._steps[step]
         named = zip(there.robots, there.processes, strict=True)
         lost = [process for number, process in named if number in there.lost]
         return [*notes, f"lost: {numbers_in_words(lost)}"] if lost else notes
 
+    def cuts_at(self, step: int) -> list[Fault]:
+        """Return the faults by which the radio is cut at a step."""
+        cuts = [fault for fault in self.faults if fault.kind == PARTITION]
+        return [fault for fault in cuts if fault.step <= step < fault.step + fault.lasts]
+
     def _in_units(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
-        return places.astype(np.float64) * float(self._world.unit)
+        return places.astype(np.float64) * float(self._bodies.world.unit)
 
 
 class _Step(NamedTuple):
@@ -212,7 +328,7 @@ class _Step(NamedTuple):
     bodies: NDArray[np.int64]
     """Place and velocity of each robot in fixed point."""
     minds: NDArray[np.int8]
-    """Opinion, declaration, and whether it disseminates, of each robot."""
+    """Opinion, declaration, and whether it disseminates and has committed, of each robot."""
     lost: list[int]
     decision: tuple[int, int]
     robots: list[int]
@@ -227,23 +343,27 @@ class _Step(NamedTuple):
         self, number: int, faults: NDArray[np.str_], scenario: Scenario
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Return which robots work and which ones count at this step; ``faults`` are those of the start."""
-        each_has = (faults[each] if each < len(faults) else HONEST for each in self.processes)
-        has = np.array(list(each_has), np.str_)
+        has = self.faults(faults)
         works = ~np.isin(self.robots, self.lost)
         if number >= scenario.faults.stop_step:
             works &= has != STOPPED
         return works, works & (has != BYZANTINE)
 
+    def faults(self, first: NDArray[np.str_]) -> NDArray[np.str_]:
+        """Return the fault of each robot; those that came later than the first ones have none."""
+        return np.array([first[each] if each < len(first) else HONEST for each in self.processes], np.str_)
 
-def _head(path: Path, text: str) -> tuple[Scenario, Runs]:
+
+def _read_head(path: Path, head: dict[str, Any]) -> tuple[Scenario, Runs]:
     """Return the scenario of a log, and which run its field is."""
-    head = parsed(path, 1, text)
     if head.get("feasibee") != "field" or head.get("version") != VERSION:
         rule = f"isn't the world's log of a field, version {VERSION}"
         raise FeasibeeError(f"{named(path)}: {rule}; run the field again with --out")
     toml, source = head.get("scenario"), head.get("source")
     if not (isinstance(toml, str) and isinstance(source, str)):
         raise damaged(path, 1, "has no scenario")
+    if type(head.get("hz")) not in (int, float):
+        raise damaged(path, 1, "has no valid hz")
     try:
         tables = toml_tables(toml, "scenario")
         scenario = Scenario.from_tables(tables, source=source, trusted=False)
@@ -254,23 +374,6 @@ def _head(path: Path, text: str) -> tuple[Scenario, Runs]:
     except FeasibeeError as error:
         why = one_line(str(error))
     raise damaged(path, 1, f"has a field that can't be: {why}")
-
-
-def _steps(path: Path, lines: list[str], scenario: Scenario) -> tuple[list[Fault], list[_Step]]:
-    """Return the faults and the steps of a log's lines after the first."""
-    faults: list[Fault] = []
-    steps: list[_Step] = []
-    for at, text in enumerate(lines, 2):
-        line = parsed(path, at, text)
-        if "event" not in line:
-            steps.append(_step(path, at, line, len(steps), scenario))
-        elif line["event"] == "fault":
-            faults.append(_fault(path, at, line, scenario.robots.count))
-        elif line["event"] not in ("lost", "back", "comes", "leaves"):
-            raise damaged(path, at, "has no valid event")
-    if not steps:
-        raise FeasibeeError(f"{named(path)}: has no step; run the field again, longer")
-    return sorted(faults, key=lambda fault: fault.step), steps
 
 
 def _step(path: Path, at: int, line: dict[str, Any], number: int, scenario: Scenario) -> _Step:
@@ -294,7 +397,7 @@ def _step(path: Path, at: int, line: dict[str, Any], number: int, scenario: Scen
     for name, fit in fits.items():
         if not fit:
             raise damaged(path, at, f"has no valid {name}")
-    shown = np.array([(mind[0], mind[2], mind[3]) for mind in minds], np.int8).reshape(-1, 3)
+    shown = np.array([(mind[0], mind[2], mind[3], mind[1]) for mind in minds], np.int8).reshape(-1, 4)
     places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
     return _Step(places, shown, lost, (decision[0], decision[1]), robots, processes, tasks, truth)
 

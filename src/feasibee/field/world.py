@@ -12,14 +12,13 @@ from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies, Body, Change
-from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, VIEW, WAIT, WELCOME
+from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, WAIT, WELCOME
 from feasibee.field.connections import Server
 from feasibee.field.faults import PARTITION, PROCESS, Fault
 from feasibee.field.frames import ROBOTS_LIMIT, Channel, Frame
 from feasibee.field.measures import tracked
 from feasibee.field.node import Status
 from feasibee.field.plan import Plan
-from feasibee.field.viewers import Viewers
 from feasibee.field.worldlog import WorldLog, read_lines
 from feasibee.model.codes import DECISIONS, UNDECIDED
 
@@ -32,7 +31,7 @@ class World:
     plan : Plan
         What the field does.
     server : Server
-        The connections to robots and viewers.
+        The connections to robots.
     report : callable
         Takes events, as mappings, for whoever watches.
     log : Path
@@ -67,7 +66,6 @@ class World:
         self._faults = list(plan.faults)
         self.said: dict[int, str | None] = {}
         self._recorded = -1
-        self._viewers = Viewers(self)
         lines = read_lines(log) if resumes else []
         self._resume(lines)
         self.log = WorldLog(log, plan, appends=bool(lines))
@@ -152,8 +150,6 @@ class World:
             return None
         if frame.kind == HELLO:
             self._join(frame)
-        elif frame.kind == VIEW:
-            self._viewers.answer(frame)
         elif frame.robot < 0:
             self.server.dropped["of no robot"] += 1
         elif self.body(frame).has_left:
@@ -269,10 +265,9 @@ class World:
         self._tracked.append((self.bodies.truth, decision))
         counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
         self.report({"event": "step", "step": step, **counts})
-        places = [body.state() for body in self.bodies.bodies]
         line = {
             "step": step,
-            "bodies": places,
+            "bodies": [body.state() for body in self.bodies.bodies],
             "minds": [body.remote.status for body in self.bodies.bodies],
             "said": [self.said.get(body.process) for body in self.bodies.bodies],
             "lost": self.lost,
@@ -283,7 +278,6 @@ class World:
             "truth": self.bodies.truth,
         }
         self.log.write(line)
-        self._viewers.show(step, places)
 
     @property
     def is_cut(self) -> bool:
@@ -307,7 +301,7 @@ class World:
                 self.send(body, BYE, {})
             for channel in self._waiting.values():
                 self.server.send(channel, BYE, {})
-        self._viewers.end()
+        self.log.write({"event": "end"})
         self.log.close()
         return {
             "decision": DECISIONS[self.decision],

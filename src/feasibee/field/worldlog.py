@@ -1,9 +1,10 @@
-"""The world's log: one JSON object a line, with all that a restarted world needs, and an animation."""
+"""The world's log: one JSON object a line, with all that a restarted world, a page and an animation need."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final
 
 from feasibee.errors import FeasibeeError
@@ -13,7 +14,7 @@ from feasibee.files.reading import named
 if TYPE_CHECKING:
     from feasibee.field.plan import Plan
 
-VERSION: Final = 3
+VERSION: Final = 4
 """Version of a world's log."""
 
 
@@ -34,8 +35,9 @@ class WorldLog(LineLog):
         super().__init__(path, appends=appends)
         if not appends:
             recipe = {"scenario": plan.scenario.to_toml(), "source": plan.scenario.manifest.source}
-            which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep}
-            self.write({"feasibee": "field", "version": VERSION, **recipe, **which})
+            which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep, "hz": plan.hz}
+            session = token_hex(8)  # tells two fields in one folder apart
+            self.write({"feasibee": "field", "version": VERSION, **recipe, **which, "session": session})
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:

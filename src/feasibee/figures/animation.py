@@ -131,11 +131,14 @@ def animate_field(
         If an argument is invalid, the log is damaged, or the file can't be written.
     """
     from feasibee.field.recording import Recording
+    from feasibee.files import named
 
     path = Path(path)
     check_progress(progress)
     _check(path, every, fps, size)
     field = Recording(Path(folder))
+    if field.last < 0:
+        raise FeasibeeError(f"{named(folder)}: has no step; run the field again, longer")
     if steps is None:
         start, end = 0, field.last if field.scenario.dynamic else _after(*field.decided, field.last)
     else:

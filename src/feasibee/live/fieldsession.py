@@ -1,48 +1,52 @@
-"""The session of one page that watches a field: its steps come from processes instead of a simulation."""
+"""The session of one page that watches a field: its steps come from the log of its world."""
 
 from __future__ import annotations
 
+import time
+from pathlib import Path
 from typing import Any, Final, NoReturn
 
 import numpy as np
 
 from feasibee.errors import FeasibeeError
-from feasibee.live.fieldsteps import View
-from feasibee.live.fieldview import SILENCE, FieldView
-from feasibee.live.layout import TASKS
-from feasibee.live.messages import Look, Open, encode_step
+from feasibee.live.lane import opening
+from feasibee.live.messages import Look, Open, encode_frame, encode_tasks
 from feasibee.live.outlook import nothing_ahead
-from feasibee.live.scene import Step
+from feasibee.live.scene import Logged
 from feasibee.scenario.runs import check_integer
 from feasibee.simulation.snapshot import FLAGS
 
 NO_OUTLOOK: Final = "a field shows only what has happened"
 NAMED: Final = 10
 """Most silent robots that are named."""
+SILENCE: Final = 5.0
+"""Seconds without a step after which a field is silent."""
+POLL: Final = 0.02
+"""Seconds between two looks into the log."""
 
 
 class FieldCatalogue:
-    """What the pages of ``feasibee watch --field`` offer: one field, and nothing to choose.
+    """What the pages of a field offer: one field, and nothing to choose.
 
     Parameters
     ----------
-    view : FieldView
-        The field; it has answered.
+    folder : Path
+        Where the field writes its logs.
     """
 
-    def __init__(self, view: FieldView) -> None:
-        self.view = view
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._which = Logged(folder).which  # raises if it isn't a field's
 
     def to_dict(self) -> dict[str, Any]:
         """Return the catalogue as a page receives it, in the message ``welcome``."""
         nothing: dict[str, Any] = {"strategies": [], "stream": {}, "replays": [], "found": 0, "pick": ""}
-        scene = self.view.field.scene
-        numbers = {"seed": str(scene["seed"]), "run": str(scene["run"]), "point": None}
-        return {"title": f"field at {self.view.address}", **nothing, **numbers}
+        numbers = {"seed": str(self._which.seed), "run": str(self._which.first), "point": None}
+        return {"title": f"field in {self.folder}", **nothing, **numbers}
 
     def session(self) -> FieldSession:
         """Return the session of a page."""
-        return FieldSession(self.view)
+        return FieldSession(self.folder)
 
 
 class FieldSession:
@@ -50,14 +54,14 @@ class FieldSession:
 
     Parameters
     ----------
-    view : FieldView
-        The field.
+    folder : Path
+        Where the field writes its logs.
     """
 
-    def __init__(self, view: FieldView) -> None:
-        self._view = view
-        self._field = view.field
-        self.step = 0
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._field = Logged(folder)
+        self._heard_at = time.monotonic()
         self._generation = self._jump = self._counts_sent = 0
         self._robot: int | None = None
         self._told: dict[str, Any] = {}
@@ -66,34 +70,39 @@ class FieldSession:
         """Return nothing: a page can't choose another field."""
 
     def begin(self, request: object) -> None:
-        """Wait for the field's first step, and show its newest one.
+        """Wait for the field's first step, and show its newest one; of a field that has ended, the first one.
 
         Raises
         ------
         FeasibeeError
-            If the field falls silent before.
+            If the log is damaged, or the field falls silent before.
         """
-        while not (field := self._view.field).views:
-            self._view.wait_for(field, 0, 0.5)
-            if self._view.is_silent:
-                raise FeasibeeError(f"{self._view.address}: silent for {SILENCE:g} s; start the field again")
-        self._field = field
-        self.step = self._field.latest
+        self._field, self._heard_at = Logged(self._folder), time.monotonic()
+        while self._field.last < 0:
+            self._follow(0, 0.5)
+            if self._is_silent:
+                raise FeasibeeError(f"{self._folder}: no step for {SILENCE:g} s; start the field again")
+        self._field.step = 0 if self._field.has_ended else self._field.last
         self._generation += 1
-        self._jump, self._counts_sent, self._robot, self._told = 0, self._field.first, None, {}
+        self._jump, self._counts_sent, self._robot, self._told = 0, 0, None, {}
+
+    @property
+    def step(self) -> int:
+        """The step that the page has reached."""
+        return self._field.step
 
     @property
     def last(self) -> int:
         """The last step of the field, if it doesn't end before."""
-        return min(int(self._field.scene["steps"]), 2**31 - 1)
+        return min(self._field.scenario.run.steps, 2**31 - 1)
 
     def advance(self, step: int, seconds: float) -> bool:
         """Stay at the step that is shown; return that it is reached."""
         return True
 
     def rewind(self, step: int, jump: int) -> None:
-        """Go to a step that was received, or to the nearest one; number the frames anew."""
-        self.step, self._jump = self._field.at(step).step, jump
+        """Go to a step that was logged, or to the last one; number the frames anew."""
+        self._field.step, self._jump = min(step, self._field.last), jump
 
     def lane(self, number: int) -> NoReturn:
         """Raise: a page finds the decision of a field among the steps received."""
@@ -108,127 +117,99 @@ class FieldSession:
             If there is no such robot.
         """
         if robot is not None:
-            check_integer("robot", robot, 0, len(self._field.scene["faults"]) - 1)
+            check_integer("robot", robot, 0, self._field.scenario.most.robots - 1)
         self._robot = robot
 
     def look(self, asked: Look, seconds: float) -> dict[str, Any]:
         """Return that a field can't be looked ahead in."""
-        found = nothing_ahead(asked.robot, asked.first, asked.seen, NO_OUTLOOK)
-        return {"lane": asked.lane, **found, "generation": self._generation & 0xFFFF, "jump": self._jump}
+        return self._marked(
+            {"lane": asked.lane, **nothing_ahead(asked.robot, asked.first, asked.seen, NO_OUTLOOK)}
+        )
 
     def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
         """Wait for the next step for a limited time; return its messages, or those of this one again.
 
         If another field has begun, return a message that says so; the page opens it then.
         """
-        self._view.wait_for(self._field, self.step + 1, seconds)
-        if self._view.field is not self._field and self._view.field.views:
+        if not self._follow(self.step + 1, seconds):
             return [{"type": "another"}]
-        self.step = max(self.step, self._field.at(self.step + steps).step)
+        self._field.step = min(self.step + steps, self._field.last)
         return self.messages()
+
+    def _follow(self, step: int, seconds: float) -> bool:
+        """Wait until a step is logged, for a limited time; return whether the field is still the same."""
+        until = time.monotonic() + seconds
+        while True:
+            before = self._field.last
+            if not self._field.grow():
+                return False
+            if self._field.last > before:
+                self._heard_at = time.monotonic()
+            if self._field.last >= step or self._field.has_ended or time.monotonic() > until:
+                return True
+            time.sleep(POLL)
+
+    @property
+    def _is_silent(self) -> bool:
+        """Whether the field says nothing any more, though it hasn't ended."""
+        return not self._field.has_ended and time.monotonic() - self._heard_at > SILENCE
 
     def messages(self) -> list[dict[str, Any] | bytes]:
         """Return the messages of the current step; the frame comes last."""
-        view = self._field.at(self.step)
         found: list[dict[str, Any] | bytes] = []
-        told = self._state(view)
+        told = self._state()
         if told != self._told:
             self._told = told
             found.append(told)
         if self._robot is not None:
-            found.append(self._robot_message(view, self._robot))
-        return [*found, self._frame(view)]
+            found.append(self._robot_message(self._robot))
+        first, self._counts_sent = self._counts_sent, max(self._counts_sent, self.step + 1)
+        return [*found, encode_frame(self._field, self._generation, first, jump=self._jump)]
 
     def openings(self) -> list[dict[str, Any] | bytes]:
         """Return the messages with which a page begins: the field, and the positions of the tasks."""
-        places = np.array(self._field.scene["tasks"], np.uint16).reshape(-1, 2)
-        x, y = places.T
-        tasks = TASKS.encode(generation=self._generation & 0xFFFF, count=len(places), x=x, y=y)
-        return [self._opened(), tasks]
+        field = self._field
+        about = {"address": str(self._folder), "hz": field.hz}
+        which = (field.scenario, field.which.seed, field.which.first)
+        opened = {**opening(*which, field.robot_kinds), "last": self.last, "step": self.step, "field": about}
+        return [self._marked({"lane": 0, "swarms": 1, **opened}), encode_tasks(field, self._generation)]
 
-    def _opened(self) -> dict[str, Any]:
-        scene = self._field.scene
-        robots, tasks, faults = scene["robots"], len(scene["tasks"]), scene["faults"]
-        fields = {f"faults.{each}": faults.count(each) for each in ("stopped", "byzantine")}
-        same = ("strategy", "size", "walls", "diameter", "sight", "radio", "threshold", "truth", "kinds")
-        return {
-            "type": "opened",
-            "lane": 0,
-            "swarms": 1,
-            "generation": self._generation & 0xFFFF,
-            "jump": self._jump,
-            "field": {"address": self._view.address, "hz": scene["hz"]},
-            **{name: scene[name] for name in (*same, "commits", "declares")},
-            "seed": str(scene["seed"]),
-            "run": str(scene["run"]),
-            "last": self.last,
-            "fields": {**fields, "units.seconds": scene["seconds"]},
-            "toml": "",
-            "proof": f"{robots:,} robots, {tasks:,} tasks",
-            "changes": scene["changes"],
-            "robots": robots,
-            "numbers": len(faults),
-            "tasks": tasks,
-            "robotClasses": scene["classes"],
-            "step": self.step,
-        }
+    def _marked(self, message: dict[str, Any]) -> dict[str, Any]:
+        return {**message, "generation": self._generation & 0xFFFF, "jump": self._jump}
 
-    def _state(self, view: View) -> dict[str, Any]:
+    def _state(self) -> dict[str, Any]:
         """Return the message that says how the field is: who is silent, and whether it goes on."""
-        problems = [_silent(view.lost)] if view.lost else []
-        if view.is_cut:
+        lost = np.flatnonzero(self._field.lost).tolist()
+        problems = [_silent(lost)] if lost else []
+        if self._field.cuts_at(self.step):
             problems.append("the radio is cut between the two halves of the robots")
-        if self._view.is_silent:
+        if self._is_silent:
             problems.append(
-                f"the field at {self._view.address} has been silent for more than {SILENCE:g} s; "
-                "this page shows the next field that starts there"
+                f"the field in {self._folder} has logged nothing for more than {SILENCE:g} s; "
+                "this page shows the next one that writes there"
             )
-        end = self._field.latest if self._field.has_ended else None
-        return {
-            "type": "field",
-            "problems": problems,
-            "silent": self._view.is_silent,
-            "end": end,
-            "first": self._field.views[0].step,
-        }
+        end = self._field.last if self._field.has_ended else None
+        return {"type": "field", "problems": problems, "silent": self._is_silent, "end": end, "first": 0}
 
-    def _robot_message(self, view: View, robot: int) -> dict[str, Any]:
-        flags = int(view.shown.flags[robot])
+    def _robot_message(self, robot: int) -> dict[str, Any]:
+        flags = int(self._field.snapshot().flags[robot])
         having = {name for bit, name in enumerate(FLAGS) if flags >> bit & 1}
         opinion = "none" if "neutral" in having else "feasible" if "feasible" in having else "infeasible"
         phase = "disseminating" if "disseminating" in having else "exploring"
         special = [each for each in ("byzantine", "stubborn", "committed", "declared") if each in having]
         words = [["Phase", phase], ["Opinion", opinion]]
-        if robot in view.lost:
+        if self._field.lost[robot]:
             words = [["Process", "silent: the robot isn't counted, and its body stands still"]]
         elif "there" not in having:
             words = [["Phase", "not there"]]
         elif "working" not in having:
             words = [["Phase", "stopped"]]
         words += [["Special", ", ".join(special)]] if special else []
-        words.append(["Knows", "the robot's own log has it: feasibee launch --out FOLDER"])
-        mark = {"generation": self._generation & 0xFFFF, "jump": self._jump}
-        return {"type": "robot", "lane": 0, "step": view.step, "robot": robot, "reasons": words, **mark}
-
-    def _frame(self, view: View) -> bytes:
-        first = self._counts_sent
-        counts = self._field.counts(first, view.step + 1)
-        self._counts_sent = first + len(counts)
-        changes, tasks = self._field.scene["changes"], self._field.scene["tasks"]
-        step = Step(
-            view.step,
-            view.shown,
-            view.counts,
-            view.declared,
-            view.decision,
-            len(view.tasks if changes else tasks),
-            view.tasks,
-            view.truth,
-        )
-        return encode_step(step, counts, self._generation, first, jump=self._jump)
+        words.append(["Knows", "the robot's own log has it"])
+        return self._marked({"type": "robot", "lane": 0, "step": self.step, "robot": robot, "reasons": words})
 
 
-def _silent(lost: tuple[int, ...]) -> str:
+def _silent(lost: list[int]) -> str:
     """Return in words which robots are silent."""
     if len(lost) == 1:
         return f"robot {lost[0]} is silent"

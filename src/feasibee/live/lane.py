@@ -88,24 +88,27 @@ class Lane:
 
     def opened(self) -> dict[str, Any]:
         """Return the message ``opened``: the run, its scenario and its ground truth."""
-        scenario, seed, run = self._which
-        return {
-            "type": "opened",
-            "lane": self.number,
-            "strategy": scenario.decision.strategy,
-            "seed": str(seed),
-            "run": str(run),
-            "last": last_step(scenario),
-            "fields": _fields(scenario),
-            "toml": scenario.to_toml(),
-            "proof": _proof(explain(scenario).violator, scenario),
-            **scene_of(scenario),
-            "robotClasses": [each.name for each in scenario.robots.classes],
-            "kinds": self.swarm.robot_kinds.tolist() if scenario.robots.classes else [],
-            "threshold": scenario.decision.threshold,
-            "commits": scenario.decision.commit is not None,
-            "step": self.swarm.step,
-        }
+        scenario = self.swarm.scenario
+        last = {"last": last_step(scenario), "step": self.swarm.step}
+        return {"lane": self.number, **opening(*self._which, self.swarm.robot_kinds.tolist()), **last}
+
+
+def opening(scenario: Scenario, seed: int, run: int, kinds: list[int]) -> dict[str, Any]:
+    """Return what a page gets of a run when it opens it; ``kinds`` are the classes of its robots."""
+    return {
+        "type": "opened",
+        "strategy": scenario.decision.strategy,
+        "seed": str(seed),
+        "run": str(run),
+        "fields": _fields(scenario),
+        "toml": scenario.to_toml(),
+        "proof": _proof(explain(scenario).violator, scenario),
+        **scene_of(scenario),
+        "robotClasses": [each.name for each in scenario.robots.classes],
+        "kinds": kinds if scenario.robots.classes else [],
+        "threshold": scenario.decision.threshold,
+        "commits": scenario.decision.commit is not None,
+    }
 
 
 def _fields(scenario: Scenario) -> dict[str, Any]:

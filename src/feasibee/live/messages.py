@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Annotated, Any, Final, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.layout import FRAME, TASKS
-from feasibee.live.scene import Step, curves_of, step_of
+from feasibee.live.scene import Logged, curves_of, step_of
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.simulation.swarm import Swarm
 
@@ -113,15 +111,11 @@ def problems_of(error: FeasibeeError) -> dict[str, Any]:
     return {"type": "error", "problems": listed or [{"path": "", "text": str(error)}]}
 
 
-def encode_frame(swarm: Swarm, generation: int, first: int, *, lane: int = 0, jump: int = 0) -> bytes:
-    """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
-    return encode_step(step_of(swarm), curves_of(swarm, first), generation, first, lane=lane, jump=jump)
-
-
-def encode_step(
-    step: Step, curves: NDArray[np.int32], generation: int, first: int, *, lane: int = 0, jump: int = 0
+def encode_frame(
+    swarm: Swarm | Logged, generation: int, first: int, *, lane: int = 0, jump: int = 0
 ) -> bytes:
-    """Encode a step, with the counts and the truth of each step from ``first`` on: shape (steps, 4)."""
+    """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
+    step, curves = step_of(swarm), curves_of(swarm, first)
     having = {name: int((step.shown.flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
     decision, first_decision, decision_step = step.decision
     return FRAME.encode(
@@ -153,7 +147,7 @@ def encode_step(
     )
 
 
-def encode_tasks(swarm: Swarm, generation: int) -> bytes:
+def encode_tasks(swarm: Swarm | Logged, generation: int) -> bytes:
     """Encode the positions of the tasks."""
     x, y = swarm.task_places()
     return TASKS.encode(generation=generation & 0xFFFF, count=x.size, x=x, y=y)

@@ -1,6 +1,6 @@
 """A shown world: what stays as it is in a run, and what changes with each step.
 
-Steps come from a simulation here, and from the processes of a field in `feasibee.live.fieldsession`.
+Steps come from a simulation, or from the log of a field (`Logged`).
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.field.recording import Recording
+from feasibee.reference.mind import BYZANTINE, STUBBORN
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.snapshot import Snapshot
+from feasibee.simulation.snapshot import FLAGS, Snapshot
 from feasibee.simulation.swarm import Swarm
 
 
@@ -32,14 +34,38 @@ class Step(NamedTuple):
     """Positions of the tasks in a world that changes, shape (tasks, 2); none in another one."""
     truth: bool
     """Whether the tasks of this step are feasible."""
-    bits: int = 0
+    bits: int
     """Bits sent so far."""
-    robot_steps: int = 0
+    robot_steps: int
     """Number of robots, summed over the steps so far."""
 
 
-def step_of(swarm: Swarm) -> Step:
-    """Return the current step of a swarm."""
+class Logged(Recording):
+    """A field as pages draw it."""
+
+    def snapshot(self) -> Snapshot:
+        """Return the robots of this step. A silent robot has no opinion and doesn't work."""
+        there, lost = self.present, self.lost
+        having = {
+            "feasible": (self.opinions == 1) & ~lost,
+            "neutral": there & ((self.opinions == -1) | lost),
+            "disseminating": self.disseminating,
+            "committed": self.committed,
+            "declared": self.declared >= 0,
+            "working": self.working,
+            "byzantine": self.has_fault(BYZANTINE),
+            "stubborn": self.has_fault(STUBBORN),
+            "there": there,
+        }
+        flags = np.zeros(there.size, np.uint16)
+        for bit, name in enumerate(FLAGS):
+            flags |= having[name].astype(np.uint16) << np.uint16(bit)
+        turns = np.round(self.headings * (128 / np.pi)).astype(np.int16).astype(np.uint8)
+        return Snapshot(*self.coarse_places(), flags, turns)
+
+
+def step_of(swarm: Swarm | Logged) -> Step:
+    """Return the current step of a swarm or field."""
     places = np.stack(swarm.task_places(), axis=1)
     return Step(
         swarm.step,
@@ -55,7 +81,7 @@ def step_of(swarm: Swarm) -> Step:
     )
 
 
-def curves_of(swarm: Swarm, first: int) -> NDArray[np.int32]:
+def curves_of(swarm: Swarm | Logged, first: int) -> NDArray[np.int32]:
     """Return the three counts and the truth of each step from one on: int32, shape (steps, 4)."""
     known = (swarm.feasible_counts, swarm.infeasible_counts, swarm.counted_counts, swarm.truths)
     return np.stack([each[first:] for each in known], axis=1).astype(np.int32)

@@ -388,7 +388,7 @@ def truth_intervals(truth: ArrayLike) -> list[dict[str, Any]] | None:
 
     Examples
     --------
-    >>> from feasibee.results.tracking import truth_intervals
+    >>> from feasibee.results.measures import truth_intervals
     >>> truth_intervals([[1, 1, 0]])
     [{'first': 0, 'last': 1, 'truth': 'feasible'}, {'first': 2, 'last': 2, 'truth': 'infeasible'}]
     """
