@@ -792,9 +792,7 @@ def test_progress_has_a_time_once_runs_are_done_and_never_less_than_is_sure():
     from feasibee.cli.sweep_progress import _done
     from feasibee.sweeps.sweep import Progress
 
-    begun = Progress(
-        "", 28, 0, 27_600, 56, 0, work=27_600, work_done=56, work_new=0, most=27_600, seconds=10.0
-    )
+    begun = Progress(runs=27_600, runs_done=56, work=27_600, work_done=56, most=27_600, seconds=10.0)
     assert _done(begun) == "56 of 27,600 runs"
     slow = replace(begun, runs_new=4, work_new=4)
     assert _done(slow) == "56 of 27,600 runs, 0.4 runs/s, about 19 h left"
@@ -803,6 +801,6 @@ def test_progress_has_a_time_once_runs_are_done_and_never_less_than_is_sure():
     assert _done(replace(fast, most=200_000)).endswith(
         " of 27,600 or more runs, 1,000 runs/s, 8 s to 3 min left"
     )
-    assert _done(replace(fast, most=None)).endswith(
+    assert _done(replace(fast, is_bounded=False)).endswith(
         " of 27,600 or more runs, 1,000 runs/s, at least 8 s left"
     )
