@@ -132,6 +132,11 @@ class Outcome:
         """Share that judges it: of runs right at the last step; in a world that changes, of steps."""
         return self.accuracy if self.tracking is None else self.tracking.right_share
 
+    def words_and_tracking(self) -> dict[str, Any]:
+        """Return declarations, and how the swarms tracked the truth if it changes, as plain tables."""
+        declared = None if self.declared is None else self.declared.to_dict()
+        return {"declared": declared, **({} if self.tracking is None else self.tracking.to_dict())}
+
     def to_dict(self) -> dict[str, Any]:
         """Return the outcome as plain tables, for programs."""
         return {
@@ -144,8 +149,7 @@ class Outcome:
             "first_decision_right": self.first._asdict(),
             "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
-            "declared": None if self.declared is None else self.declared.to_dict(),
-            **({} if self.tracking is None else self.tracking.to_dict()),
+            **self.words_and_tracking(),
             **({} if self.judgement is None else {"response": self.judgement.to_dict()}),
         }
 
