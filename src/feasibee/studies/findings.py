@@ -72,8 +72,8 @@ class Findings:
     right: Interval
     wrong: Interval
     split: Interval
-    """Share of the swarms in which more than the threshold's share of the robots holds the true opinion at the
-    last step; likewise the other one, and neither."""
+    """Share of the swarms of each kind at the last step. More than the threshold's share of the robots holds
+    the true opinion, the other one, or neither."""
     wait: int | None
     """First step from which the target's share of the swarms is right until the end; None without one."""
     asked: Asked
