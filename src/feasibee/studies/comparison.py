@@ -83,8 +83,7 @@ class Outcome:
     agreed: NDArray[np.bool_]
     """Whether that share of them held either opinion; shape (runs,)."""
     right_steps: NDArray[np.float64]
-    """Share of the steps at which the swarm was right; empty in a world that doesn't change; shape (runs,).
-    """
+    """Share of the steps at which each swarm was right, shape (runs,); empty in a world that stays."""
     right_at: NDArray[np.int64]
     """Number of runs that were right at each step; shape (steps + 1,)."""
     bits: NDArray[np.float64]
@@ -94,7 +93,7 @@ class Outcome:
     """Share of the counted robots that are committed at the last step, and committed to the wrong opinion;
     shape (runs,)."""
     commit_step: NDArray[np.int64]
-    """First step at which more than the threshold's share were committed; -1 if never; shape (runs,)."""
+    """First step at which more than the threshold's share were committed, shape (runs,); -1 if never."""
     found: Measured
     """The measures of its runs."""
     judgement: Judgement | None

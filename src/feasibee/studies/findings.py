@@ -72,8 +72,8 @@ class Findings:
     right: Interval
     wrong: Interval
     split: Interval
-    """Share of the swarms in which, at the last step, more than the threshold's share of the robots holds the
-    true opinion, the other one, or neither."""
+    """Share of the swarms of each kind at the last step. More than the threshold's share of the robots holds
+    the true opinion, the other one, or neither."""
     wait: int | None
     """First step from which the target's share of the swarms is right until the end; None without one."""
     asked: Asked
@@ -97,7 +97,7 @@ class Findings:
     recommended_band: Band | None
     """Its blind band."""
     faults: list[Trial]
-    """The recommended strategy with single faults, or the own one if none is recommended."""
+    """The recommended strategy with single faults, or its own one if none is recommended."""
     seed: int
     """Seed of the runs."""
 

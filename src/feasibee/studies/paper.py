@@ -60,12 +60,12 @@ class RatioSummary:
     decision: NDArray[np.int8]
     """1 feasible, 0 infeasible, -1 undecided; shape (runs,)."""
     decision_step: NDArray[np.int32]
-    """First step at which the swarm had decided; -1 if undecided; shape (runs,)."""
+    """First step at which the swarm had decided, shape (runs,); -1 if undecided."""
     quartiles: NDArray[np.float64]
-    """Quartiles over the runs of the percentage of robots with opinion 1; empty where nothing draws them;
-    shape (3, steps + 1)."""
+    """Quartiles over the runs of the percentage of robots with opinion 1, shape (3, steps + 1); empty where
+    nothing draws them."""
     thinned: NDArray[np.float32]
-    """That percentage in each run at every 25th step; empty likewise; shape (runs, steps // 25 + 1)."""
+    """That percentage in each run at every 25th step, shape (runs, steps // 25 + 1); empty likewise."""
 
     @property
     def ratio(self) -> float:
