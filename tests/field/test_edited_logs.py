@@ -8,6 +8,7 @@ import random
 import signal
 import sys
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -298,6 +299,6 @@ def test_a_worlds_log_takes_no_more_memory_than_its_lines(tmp_path):
 
 
 def test_all_settings_of_a_mind_are_checked():
-    kinds = {_Settings: Settings, _Setting: Setting, _Commit: Commit}
-    for model, kind in kinds.items():
+    assert set(_Settings.model_fields) == {each.name for each in fields(Settings)}
+    for model, kind in {_Setting: Setting, _Commit: Commit}.items():
         assert tuple(model.model_fields) == kind._fields
