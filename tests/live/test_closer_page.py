@@ -24,8 +24,8 @@ from waiting import eventually
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
-from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
+from feasibee.live.timeline import Outlook
 from feasibee.sweeps import executors
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
