@@ -41,7 +41,7 @@ from feasibee.scenario.fields import Placed, Robots
 from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
-from feasibee.simulation.fast_path import takes_fast_path
+from feasibee.scenario.supported import takes_fast_path
 from feasibee.simulation.fixed_point import TURN, band_of, fixed, limit_of, probability, squared, unit_of
 from feasibee.simulation.tables import tables_of
 from feasibee.strategies import contract
