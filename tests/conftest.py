@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
@@ -35,6 +36,8 @@ def pytest_configure(config):
         number = getattr(signal, name, None)  # Windows has no SIGHUP
         if number is not None and signal.getsignal(number) == signal.SIG_IGN:
             signal.signal(number, handler)
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # hundreds of programs would compile the package again
+    sys.dont_write_bytecode = False
     harmless = (
         "too_slow",
         "data_too_large",

@@ -116,7 +116,7 @@ def test_two_versions_take_turns_at_being_first(benchmarks):
     assert against.ask_in_turn([Asked(), Asked()], "any", 3) == ([2, 5, 6], [3, 4, 7])
 
 
-@pytest.mark.parametrize("tasks", [10, 100])
+@pytest.mark.parametrize("tasks", [10, pytest.param(100, marks=pytest.mark.slow)])
 def test_the_program_in_c_has_the_decisions_of_feasibee(benchmarks, tasks):
     """Catches shares that differ by 0.02 and times that differ by 5 %, at least 4 standard errors."""
     by_hand = benchmarks("rivals").ByHand()

@@ -93,7 +93,7 @@ def test_a_robots_mind_needs_neither_numpy_nor_numba():
 
 
 def test_a_robots_process_needs_neither_numpy_nor_pydantic():
-    code = "import feasibee.field.nursery"
+    code = "import feasibee.field.robot"
     assert not {"numpy", "numba", "pydantic", "click"} & loaded_by(code)
 
 

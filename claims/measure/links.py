@@ -15,7 +15,7 @@ from statistics import median
 from typing import Any
 
 from feasibee import Scenario
-from feasibee.field.links import DEFAULT_HOST, Link, split_address
+from feasibee.field.connections import DEFAULT_HOST, Link, split_address
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
 
@@ -85,7 +85,7 @@ class Watch:
         if event["event"] == "joined":
             self.joined = time.monotonic() - self.began
         elif event["event"] == "step" and event["step"] in (FIRST, LAST):
-            (nursery,) = (each for each in children(os.getpid()) if "nursery" in command_of(each))
+            (nursery,) = (each for each in children(os.getpid()) if "field.robot" in command_of(each))
             robots = children(nursery)
             self._seen[event["step"]] = time.monotonic(), sum(map(processor_seconds, robots))
             self.megabytes = [resident(each) for each in robots]

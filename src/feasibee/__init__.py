@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from feasibee.scenario.feasibility import truth
     from feasibee.scenario.scenario import Scenario
     from feasibee.simulation.ensemble import simulate
-    from feasibee.simulation.swarm import Swarm
-    from feasibee.simulation.truths import truth_at
+    from feasibee.simulation.swarm import Swarm, truth_at
 
 _HOMES = {
     "FeasibeeError": "errors",
@@ -40,7 +39,7 @@ _HOMES = {
     "scenario_of": "results.dataset",
     "simulate": "simulation.ensemble",
     "truth": "scenario.feasibility",
-    "truth_at": "simulation.truths",
+    "truth_at": "simulation.swarm",
     "wilson": "results.statistics",
 }
 

@@ -10,7 +10,7 @@ import pytest
 from commands import invoke
 from fields import STREAMS, a_plan, opinions, run, simulated, small
 
-from feasibee.field.faults import Fault
+from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
 from feasibee.field.robot import take_part
 from feasibee.reference import play

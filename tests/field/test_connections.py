@@ -7,8 +7,7 @@ from nets import ASKED, Pair, Wire, joined, settle
 
 from feasibee.field import connections
 from feasibee.field.checks import HEARD, HELLO, SAID
-from feasibee.field.connections import Client, Server
-from feasibee.field.frames import ACCEPT, DOWN, HEADER, TOKEN, UP, WINDOW, packed
+from feasibee.field.connections import ACCEPT, DOWN, HEADER, TOKEN, UP, WINDOW, Client, Server, packed
 
 KEY = b"sixteen or more characters"
 SAYING = {"t": 0, "said": None, "was": [0, False, -1, False, 1, 1, None]}

@@ -16,11 +16,10 @@ from fields import STREAMS, a_plan, small
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies
-from feasibee.field.heads import _Commit, _Setting, _Settings
+from feasibee.field.logs import WorldLog
 from feasibee.field.node import Node
 from feasibee.field.recording import Recording
-from feasibee.field.replay import replay
-from feasibee.field.worldlog import WorldLog
+from feasibee.field.replay import _Commit, _Setting, _Settings, replay
 from feasibee.reference.mind import Settings
 from feasibee.robot.controller import Commit
 from feasibee.strategies import STRATEGIES

@@ -15,7 +15,7 @@ import pytest
 from commands import invoke, refused_in_a_line
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.linelog import LineLog
+from feasibee.field.logs import LineLog
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 SLOW = pytest.mark.slow  # a second each, as the two before them
@@ -63,7 +63,7 @@ class Running:
     def nursery(self):
         """Return the number of the process that starts robots."""
         (found,) = [
-            n for n in self.others() if b"nursery" in command_of(n) and parent_of(n) == self.process.pid
+            n for n in self.others() if b"field.robot" in command_of(n) and parent_of(n) == self.process.pid
         ]
         return found
 

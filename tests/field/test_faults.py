@@ -10,7 +10,7 @@ import pytest
 from fields import a_plan, opinions, run, simulated, small
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.faults import Fault, parse_fault, parse_length, schedule
+from feasibee.field.plan import Fault, parse_fault, parse_length, schedule
 from feasibee.field.replay import replay
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")

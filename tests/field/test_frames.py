@@ -13,7 +13,7 @@ from nets import Pair, joined
 
 from feasibee.field.bodies import Bodies
 from feasibee.field.checks import END, HEARD, HELLO, SAID, SIGHT, STEP, TICK
-from feasibee.field.frames import HEADER
+from feasibee.field.connections import HEADER
 from feasibee.field.node import Node
 from feasibee.field.robot import Robot
 from feasibee.field.world import World

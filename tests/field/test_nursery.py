@@ -14,7 +14,7 @@ STRATEGY = (
 LOOK = """
 import json, sys, threading
 before = set(sys.modules)
-import feasibee.field.nursery
+import feasibee.field.robot
 from feasibee.scenario.plugins import load
 load(sys.argv[1])
 loaded = {name.partition(".")[0] for name in set(sys.modules) - before}

@@ -13,7 +13,7 @@ from PIL import Image, ImageColor
 
 from feasibee import Swarm
 from feasibee.errors import FeasibeeError
-from feasibee.field.faults import Fault, fault_in_words, numbers_in_words
+from feasibee.field.plan import Fault, fault_in_words, numbers_in_words
 from feasibee.field.recording import Recording
 from feasibee.figures.animation import animate, animate_field
 from feasibee.figures.frames import DRAWN, LIGHT, Painter

@@ -11,11 +11,10 @@ from typing import NamedTuple
 
 from fields import opinions, steps_of
 
-from feasibee.field.connections import Server
-from feasibee.field.links import Link
-from feasibee.field.lockstep import Lockstep
+from feasibee.field.connections import Link, Server
 from feasibee.field.robot import take_part
 from feasibee.field.world import World
+from feasibee.field.worldprocess import Lockstep
 
 KEY = b"sixteen or more characters"
 

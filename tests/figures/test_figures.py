@@ -18,7 +18,6 @@ from feasibee import (
     FeasibeeError,
     Scenario,
     Swarm,
-    decision_rates,
     plot_arena,
     plot_decision_steps,
     plot_decisions,
@@ -160,11 +159,6 @@ def test_the_arena_of_a_real_swarm_is_whole():
     np.testing.assert_array_equal(feasible, swarm.opinions)
     assert set(shown_numbers(ax)) == set(range(1, 21))
     assert len(ax.collections[0].get_offsets()) == 50
-
-
-def test_an_arena_without_tasks_is_drawn():
-    ax = plot_arena(swarm_at([(5.0, 5.0)], targets=[]))
-    assert len(ax.collections[0].get_offsets()) == 0
 
 
 @pytest.mark.parametrize("side", [20.0, 7.3, 13.37, 0.7, 1e-3, 1e6])
@@ -383,13 +377,6 @@ def test_the_ratio_is_on_a_logarithmic_axis_with_plain_numbers():
     assert "%" in ax.get_ylabel()
     assert texts(ax) == {"feasible", "infeasible", "undecided"}
     assert ax.get_legend() is None
-
-
-def test_rates_of_results_are_drawn_as_they_come():
-    rates = {name: [rate] for name, rate in decision_rates(RESULTS.decision).items()}
-    ax = plot_decisions([0.5], rates)
-    heights = {c.get_label(): c.lines[0].get_ydata()[0] for c in ax.containers}
-    assert heights == {"feasible": 50, "infeasible": 25, "undecided": 25}
 
 
 # --- Decisions over time ---

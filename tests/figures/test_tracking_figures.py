@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from feasibee import FeasibeeError, Scenario, Swarm, plot_arena, plot_opinions, simulate
+from feasibee import FeasibeeError, Scenario, plot_opinions, simulate
 from feasibee.figures.comparison import Tracked, draw_delay_against_bits, draw_right_over_time
 from feasibee.figures.decisions import SHADE, draw_truth, infeasible_share, plot_right_steps
 from feasibee.figures.style import figure
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
-from feasibee.results.statistics import Quartiles, quartiles_of_present
+from feasibee.results.statistics import Quartiles
 
 SCENARIO = Scenario(run={"steps": 9}, events=[{"step": 4, "tasks": 5}])
 TRUTH = np.array([[1] * 4 + [0] * 6] * 2, np.int8)
@@ -73,23 +73,11 @@ def test_opinions_have_the_truth_behind_them_as_shares_of_the_robots_present():
     assert ax.get_ylim()[1] > 102  # room for the names
 
 
-def test_a_robot_that_has_left_has_no_opinion():
-    low, median, high = quartiles_of_present([[3, 2, 0]], [[4, 2, 0]])
-    assert low.tolist() == median.tolist() == high.tolist() == [75.0, 100.0, 0.0]
-
-
 def test_right_steps_are_shares_of_the_runs():
     ax = plot_right_steps(results())
     (line,) = ax.lines
     np.testing.assert_allclose(line.get_ydata(), [100.0] * 4 + [0.0] * 4 + [50.0] * 2)
     assert ax.get_xlim() == (0, 9)
-
-
-def test_robots_that_have_left_are_not_drawn():
-    swarm = Swarm(Scenario(robots={"count": 9}, run={"steps": 9}, events=[{"step": 4, "robots": -6}]), seed=1)
-    swarm.advance(5)
-    ax = plot_arena(swarm)
-    assert {int(text.get_text()) - 1 for text in ax.texts} == set(np.flatnonzero(swarm.present).tolist())
 
 
 def test_results_of_a_world_that_stays_are_told():

@@ -126,8 +126,8 @@ def test_the_truth_is_a_band_on_the_seek_bar_and_behind_the_plot(visit, port):
 def expect_stripes(page):
     """Expect that the band is full in parts, and striped where the tasks are infeasible."""
     rows = page.evaluate(
-        """() => { const it = document.querySelector("#plot canvas"), pen = it.getContext("2d");
-        const line = [...pen.getImageData(0, 7, it.width, 1).data], found = [];
+        """() => { const it = document.querySelector("#plot"), pen = it.getContext("2d");
+        const line = [...pen.getImageData(0, 5, it.width, 1).data], found = [];
         for (let x = 0; x < it.width; x++) found.push(line.slice(4 * x, 4 * x + 3).join());
         return found; }"""
     )

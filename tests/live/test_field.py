@@ -15,8 +15,7 @@ from serving import Page, serving_at
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
-from feasibee.field.faults import Fault, parse_fault, schedule
-from feasibee.field.plan import Plan
+from feasibee.field.plan import Fault, Plan, parse_fault, schedule
 from feasibee.field.supervisor import Field, Network
 from feasibee.live import fieldsession, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession

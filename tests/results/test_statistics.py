@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from fractions import Fraction
 
@@ -55,13 +54,6 @@ def test_the_interval_contains_the_estimate_and_has_a_width(case):
     assert (interval.high == 1) == (case[0] == case[1])
 
 
-@given(st.integers(1, 10**6).flatmap(lambda trials: st.tuples(st.integers(0, trials), st.just(trials))))
-def test_counting_failures_mirrors_the_interval(case):
-    successes, trials = case
-    one, other = wilson(successes, trials), wilson(trials - successes, trials)
-    np.testing.assert_allclose(one, (1 - other.estimate, 1 - other.high, 1 - other.low), atol=1e-12)
-
-
 def coverage(share, confidence, trials=100):
     """Return the probability that the interval contains a true share: a sum of binomial probabilities."""
     total = 0.0
@@ -85,26 +77,19 @@ def test_the_interval_covers_the_truth_as_often_as_it_says_on_average(confidence
     assert mean == pytest.approx(confidence, abs=0.004)
 
 
-def test_more_confidence_and_fewer_trials_are_wider():
-    def width(*arguments):
-        interval = wilson(*arguments)
-        return interval.high - interval.low
-
-    assert width(30, 100, 0.5) < width(30, 100, 0.9) < width(30, 100) < width(30, 100, 0.99)
-    assert width(30, 100) == width(30, 100, 0.95)
-    assert width(300, 1000) < width(30, 100) < width(3, 10)
+@pytest.mark.parametrize("use", [wilson, confidence_sequence])
+@pytest.mark.parametrize(("successes", "trials"), [(11, 10), (0, -1)])
+def test_impossible_counts_are_refused(use, successes, trials):
+    with pytest.raises(ValueError, match="must be a whole number from 0 to"):
+        use(successes, trials)
 
 
-@pytest.mark.parametrize(("successes", "trials"), [(0, 0), (-1, 10), (11, 10), (0, -1), (math.nan, 10)])
-def test_impossible_counts_are_refused(successes, trials):
-    with pytest.raises(ValueError, match=r"must be (a whole number from 0 to|at least one trial)"):
-        wilson(successes, trials)
-
-
-@pytest.mark.parametrize("confidence", [-0.1, 1.0, 1.5])
-def test_an_impossible_confidence_is_refused(confidence):
-    with pytest.raises(ValueError, match=r"\w"):
-        wilson(1, 10, confidence)
+@pytest.mark.parametrize(
+    "use", [lambda: wilson(0, 0), lambda: decision_rates([]), lambda: accuracy([], True)]
+)
+def test_no_runs_have_no_rates(use):
+    with pytest.raises(ValueError, match="at least one trial"):
+        use()
 
 
 # --- Counts and rates ---
@@ -122,11 +107,6 @@ def test_rates_are_shares_of_all_runs_with_their_intervals():
     assert rates == {"feasible": wilson(15, 20), "infeasible": wilson(4, 20), "undecided": wilson(1, 20)}
     wider = decision_rates([1] * 15 + [0] * 4 + [-1], confidence=0.99)
     assert wider["feasible"] == wilson(15, 20, 0.99)
-
-
-def test_no_runs_have_no_rates():
-    with pytest.raises(ValueError, match="at least one"):
-        decision_rates([])
 
 
 # --- Decision times ---
@@ -149,10 +129,11 @@ def test_no_runs_have_no_rates():
         ([10, -1, 20, 30], 10, 20, 30),
         ([10, 20], 10, 10, 20),
         ([10, -1], 10, 10, None),
+        ([2**31, 2**62, -1, -1], 2**31, 2**62, None),
     ],
 )
 def test_quartiles_of_times_by_hand(steps, q25, median, q75):
-    times = decision_times(np.array(steps, np.int32))
+    times = decision_times(np.array(steps, np.int64))
     assert (times.q25, times.median, times.q75) == (q25, median, q75)
     assert all(step is None or type(step) is int for step in times)
 
@@ -188,10 +169,6 @@ def test_a_run_that_has_ended_keeps_its_last_value():
     np.testing.assert_allclose(opinion_quartiles(ended, 10)[1], [50, 40, 30, 20, 10])
 
 
-def test_one_run_is_its_own_quartiles():
-    np.testing.assert_allclose(opinion_quartiles(np.array([[10, 20, 0]]), 20), [[50, 100, 0]] * 3)
-
-
 # --- Accuracy ---
 
 
@@ -201,11 +178,6 @@ def test_accuracy_is_the_share_that_decides_as_the_truth(feasible, right):
     assert accuracy([1, 1, 1, 0, 0, -1, -1, -1], feasible) == wilson(right, 8)
     assert accuracy(np.full(5, -1, np.int8), feasible) == wilson(0, 5)
     assert accuracy([1, 0], feasible, confidence=0.5) == wilson(1, 2, 0.5)
-
-
-def test_the_accuracy_of_no_runs_is_an_error():
-    with pytest.raises(ValueError, match="at least one trial"):
-        accuracy([], True)
 
 
 # --- A rate that one keeps looking at ---
@@ -253,34 +225,10 @@ def test_the_sequence_holds_the_estimate_and_is_wider_than_wilsons(case):
     np.testing.assert_allclose((low, high), (1 - mirrored.high, 1 - mirrored.low), atol=1e-9)
 
 
-def test_more_confidence_is_wider_and_more_trials_are_narrower():
-    levels = [confidence_sequence(30, 100, confidence) for confidence in (0.5, 0.9, 0.95, 0.99, 0.9999)]
-    for narrow, wide in itertools.pairwise(levels):
-        assert wide.low < narrow.low < narrow.high < wide.high
-    assert confidence_sequence(30, 100) == levels[2]
-    widths = [
-        high - low for _, low, high in (confidence_sequence(3 * k, 10 * k) for k in (1, 10, 100, 10_000))
-    ]
-    assert widths == sorted(widths, reverse=True)
-    assert widths[-1] < 0.02
-
-
 def test_before_the_first_trial_nothing_is_known():
     estimate, low, high = confidence_sequence(0, 0)
     assert math.isnan(estimate)
     assert (low, high) == (0.0, 1.0)
-
-
-@pytest.mark.parametrize(("successes", "trials"), [(-1, 10), (11, 10), (0, -1), (math.nan, 10)])
-def test_a_sequence_of_impossible_counts_is_refused(successes, trials):
-    with pytest.raises(ValueError, match=r"must be (a whole number from 0 to|at least one trial)"):
-        confidence_sequence(successes, trials)
-
-
-@pytest.mark.parametrize("confidence", [0.0, -0.1, 1.0, 1.5, math.nan])
-def test_a_sequence_of_an_impossible_confidence_is_refused(confidence):
-    with pytest.raises(ValueError, match="confidence = "):
-        confidence_sequence(1, 10, confidence)
 
 
 def ever_refuted(interval, rate, looks, sequences=2000):
@@ -327,19 +275,6 @@ def test_bits_of_runs_that_stop_at_step_0_are_none_a_step():
     assert bits_per_robot_and_step([60], [2], 10, 1000, True) == 3.0
     assert bits_per_robot_and_step([0, 60], [0, 2], 10, 1000, True) == 3.0
     assert bits_per_robot_and_step([60], [-1], 10, 1000, True) == 60 / 10_000
-
-
-def test_quartiles_at_the_latest_steps_there_can_be():
-    last = 10**9
-    assert decision_times([last]) == (last, last, last)
-    assert decision_times([2**31, 2**62, -1, -1]) == (2**31, 2**62, None)
-    assert decision_times([-1]) == decision_times([]) == (None, None, None)
-
-
-def test_rates_of_one_run_and_of_none_that_decided():
-    assert decision_counts([-1, -1]) == {"feasible": 0, "infeasible": 0, "undecided": 2}
-    assert decision_rates([0])["infeasible"] == wilson(1, 1)
-    assert accuracy([-1] * 7, False) == wilson(0, 7)
 
 
 def test_a_rate_of_very_many_runs_has_an_interval():

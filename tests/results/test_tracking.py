@@ -44,52 +44,25 @@ def changing(**arrays):
     return SimpleNamespace(**arrays), SimpleNamespace(dynamic=True)
 
 
-def found(truth, held):
-    """Return runs, steps, delays and last watched delays of the changes."""
-    return [each.tolist() for each in changes_of(steps(*truth), steps(*held))]
-
-
 # --- Changes, by hand ---
 
 
-def test_a_delay_is_counted_from_the_change_to_the_first_right_step():
-    assert found(["FFFIIII"], ["FFFFFII"]) == [[0], [3], [2], [3]]
-
-
-def test_a_swarm_may_be_right_at_the_step_of_the_change():
-    assert found(["FFFIIII"], ["FFFIFII"]) == [[0], [3], [0], [3]]
-
-
-def test_an_undecided_swarm_has_not_followed_yet():
-    assert found(["FFFIIII"], ["FFF..FI"]) == [[0], [3], [3], [3]]
-
-
-def test_only_swarms_that_were_right_at_the_step_before_count():
-    assert found(["FFFIIII"] * 3, ["FFIIIII", "FF.IIII", "..FFFFI"]) == [[2], [3], [3], [3]]
-
-
-def test_a_change_at_step_1_counts_if_the_swarm_was_right_at_step_0():
-    assert found(["FIII", "FIII"], ["FFIF", ".FII"]) == [[0], [1], [1], [2]]
-
-
-def test_a_change_at_the_last_step_can_only_be_followed_at_once():
-    assert found(["FFFI", "FFFI"], ["FFFF", "FFFI"]) == [[0, 1], [3, 3], [-1, 0], [0, 0]]
-
-
-def test_a_second_change_before_the_swarm_has_followed_ends_the_watch():
-    """The swarm still holds the first truth when it is true again: the first change was missed."""
-    truth, held = ["FFFIIFFF"], ["FFFFFFFF"]
-    assert found(truth, held) == [[0], [3], [-1], [1]]
-    assert false_alarms_of(steps(*truth), steps(*held)).tolist() == [0]
-
-
-def test_a_swarm_that_follows_each_change_has_a_delay_of_each():
-    assert found(["FFIIIFFF"], ["FFFIIIFF"]) == [[0, 0], [2, 5], [1, 1], [2, 2]]
-
-
-def test_a_late_swarm_has_not_followed_a_change_of_another_run():
-    """Run 0 never follows; that run 1 is right at its step 0 doesn't help it."""
-    assert found(["FFII", "IIII"], ["FFFF", "IIII"]) == [[0], [2], [-1], [1]]
+@pytest.mark.parametrize(
+    ("truth", "held", "expected", "why"),
+    [
+        (["FFFIIII"], ["FFFFFII"], [[0], [3], [2], [3]], "from the change to the first right step"),
+        (["FFFIIII"], ["FFFIFII"], [[0], [3], [0], [3]], "right at the step of the change"),
+        (["FFFIIII"], ["FFF..FI"], [[0], [3], [3], [3]], "an undecided swarm has not followed yet"),
+        (["FFFIIII"] * 3, ["FFIIIII", "FF.IIII", "..FFFFI"], [[2], [3], [3], [3]], "right just before"),
+        (["FIII", "FIII"], ["FFIF", ".FII"], [[0], [1], [1], [2]], "right at step 0, a change at step 1"),
+        (["FFFI"] * 2, ["FFFF", "FFFI"], [[0, 1], [3, 3], [-1, 0], [0, 0]], "a change at the last step"),
+        (["FFFIIFFF"], ["FFFFFFFF"], [[0], [3], [-1], [1]], "a second change ends the watch"),
+        (["FFIIIFFF"], ["FFFIIIFF"], [[0, 0], [2, 5], [1, 1], [2, 2]], "a delay of each change"),
+        (["FFII", "IIII"], ["FFFF", "IIII"], [[0], [2], [-1], [1]], "run 1 at its step 0 doesn't help run 0"),
+    ],
+)
+def test_runs_steps_delays_and_last_watched_delays_of_changes(truth, held, expected, why):
+    assert [each.tolist() for each in changes_of(steps(*truth), steps(*held))] == expected, why
 
 
 def test_a_swarm_that_was_never_right_has_no_changes():
@@ -280,16 +253,6 @@ def test_no_durations_have_no_quartiles():
 # --- Intervals over runs ---
 
 
-def test_the_interval_of_a_share_is_that_of_wald_with_a_right_and_a_wrong_run_more():
-    for shares in ([1.0, 0.0, 0.5], [0.9] * 50, [0.0] * 20):
-        more = np.array([*shares, 0.0, 1.0])
-        half = 1.959963984540054 * more.std() / more.size**0.5
-        estimate, low, high = mean_share(shares)
-        assert estimate == pytest.approx(np.mean(shares))
-        assert low == pytest.approx(min(estimate, max(0.0, more.mean() - half)))
-        assert high == pytest.approx(min(1.0, more.mean() + half))
-
-
 @pytest.mark.parametrize("confidence", [0.5, 0.95, 0.99])
 def test_the_intervals_over_runs_by_hand(confidence):
     """Of events 0 and 4 in 1 step each, chi-squared is 4, and so the dispersion: 1 event in half a step."""
@@ -332,19 +295,6 @@ def test_an_interval_of_little_confidence_holds_its_estimate(share):
     estimate, low, high = mean_share([share] * 20, 0.5)
     assert low <= estimate == share <= high
     assert high - low == pytest.approx(1 / 22 + norm.ppf(0.75) * math.sqrt((1 / 22 - 1 / 22**2) / 22))
-
-
-def test_an_interval_over_runs_is_never_of_zero_width():
-    estimate, low, high = mean_share([1.0] * 1000)
-    assert (estimate, high) == (1.0, 1.0)
-    assert 0.996 < low < 0.998
-    assert mean_share([0.5])[1:] != (0.5, 0.5)
-
-
-def test_an_interval_of_equal_shares_is_narrower_than_one_of_right_and_wrong_runs():
-    even, mixed = mean_share([0.9] * 400), mean_share([1.0] * 360 + [0.0] * 40)
-    assert even.estimate == pytest.approx(mixed.estimate)
-    assert even.high - even.low < 0.5 * (mixed.high - mixed.low)
 
 
 @pytest.mark.parametrize(

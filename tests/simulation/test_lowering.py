@@ -10,8 +10,7 @@ from feasibee import Scenario
 from feasibee.engine.params import ALWAYS, PARAMS, WHILE_DISSEMINATING, Lie, Params, Placement, packed
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import Commit, Faults, Placed
-from feasibee.simulation.fixed_point import unit_of
-from feasibee.simulation.lowering import lower
+from feasibee.simulation.lowering import lower, unit_of
 
 
 def params_of(seed=0, **sections):

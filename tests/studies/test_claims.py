@@ -101,11 +101,6 @@ def test_the_claims_are_the_papers_in_their_order():
         assert claim.bar
 
 
-def test_few_runs_cannot_tell():
-    verdicts = {name: claim.verdict for name, claim in check(runs=4).items()}
-    assert [verdicts[name] for name in CLAIMS[:4]] == [CANNOT_TELL] * 4
-
-
 def test_the_order_of_the_points_does_not_matter():
     assert check_claims(study()[::-1], 1) == check_claims(study(), 1)
 
@@ -261,18 +256,6 @@ def test_the_rank_correlation_by_hand():
     tasks = (2, 10, 20, 40, 200)
     claim = check(tasks=tasks, runs=2, steps=lambda ratio, _: [1, 3] if ratio == 10 else [3, 5])["earlier"]
     assert claim.estimate == pytest.approx(-1 / math.sqrt(2))
-
-
-@pytest.mark.usefixtures("few_resamples")
-def test_the_rank_correlation_is_spearmans():
-    stats = pytest.importorskip("scipy.stats")
-    random = np.random.default_rng(5)
-    for _ in range(20):
-        steps = {ROBOTS / number: random.integers(-1, 12, 30) for number in TASKS}
-        claim = check(runs=30, steps=lambda ratio, _, steps=steps: steps[ratio])["earlier"]
-        ratios = np.repeat([ratio for ratio in steps if ratio >= 2], 30)
-        values = np.concatenate([np.where(s < 0, 99, s) for ratio, s in steps.items() if ratio >= 2])
-        assert claim.estimate == pytest.approx(stats.spearmanr(ratios, values).statistic, abs=1e-12)
 
 
 @pytest.mark.usefixtures("few_resamples")

@@ -7,12 +7,10 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from commands import invoke
 from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
-from feasibee.cli import main
 from feasibee.model.record import Record
 from feasibee.results.statistics import decision_rates, paired_difference, pareto
 from feasibee.scenario.runs import Runs
@@ -147,26 +145,6 @@ def test_figures_and_table_are_written(outcomes, tmp_path):
     )
 
 
-def test_the_command_prints_writes_and_checks(tmp_path):
-    arguments = [
-        "compare",
-        "--strategies",
-        "dmmd,dc",
-        "--tasks",
-        "10,20",
-        "--runs",
-        "5",
-        "--set",
-        "run.steps=50",
-    ]
-    done = CliRunner().invoke(main, [*arguments, "--out", str(tmp_path / "out")])
-    assert done.exit_code == 0, done.output
-    assert "dc" in done.output
-    assert (tmp_path / "out" / "compare_bits.png").exists()
-    wrong = CliRunner().invoke(main, ["compare", "--tasks", "ten"])
-    assert wrong.exit_code == 2
-
-
 @pytest.fixture(scope="module")
 def with_quiet(tmp_path_factory):
     """Outcomes of dmmd and of a strategy whose robots declare, at 10 and 30 tasks."""
@@ -220,13 +198,6 @@ def test_the_command_prints_declarations_by_number_of_tasks(tmp_path):
         assert f"{steps['median']}/{steps['p95']}" in shown
     words = ("compare", "--strategies", "dmmd", "--tasks", 10, "--runs", 2, "--out", tmp_path / "b")
     assert "declared" not in invoke(*words).stdout
-
-
-def test_a_commitment_is_reported(tmp_path):
-    rule = {"decision.commit": {"quorum": 0.6, "rounds": 1, "heard": 1}, "tasks.count": 2}
-    (found,) = compare({"it": SHORT.replace(rule)}, runs=10)
-    assert 0 < found.committed.mean() <= 1
-    assert (found.committed_wrong <= found.committed).all()
 
 
 def test_a_paired_difference_is_bonetts_and_prices():

@@ -55,21 +55,6 @@ def test_fewer_trials_than_the_first_look_are_allowed():
     assert finding_at(0, lambda trials: trials, Rule(0.95, most=3), 1).trials == 3
 
 
-def swarm_of(rates, seed):
-    """Return a test of places with these rates: trials of a place are the same however often it is tested."""
-
-    def search(rule):
-        draws = np.random.default_rng(seed).random((len(rates), rule.most))
-
-        def test(place):
-            hits = np.cumsum(draws[place] < rates[place])
-            return finding_at(place, lambda trials: int(hits[trials - 1]), rule, most_tests(len(rates)))
-
-        return find_crossing(len(rates), test, rule.resolution)
-
-    return search
-
-
 def is_right(found: Crossing, first: int, places: int) -> bool:
     """Whether the first place that reaches the target lies in the interval of an answer."""
     enough = places if found.enough is None else found.enough
@@ -152,21 +137,3 @@ def test_an_answer_is_wrong_as_rarely_as_it_says(rates):
         return 0.0 if is_right(found, first, places) else chance
 
     assert 0 < wrong({}, 1.0) < 0.2
-
-
-def test_the_interval_shrinks_with_trials():
-    rates = 1 / (1 + np.exp(-(np.arange(200) - 80.5) / 20))
-    widths = []
-    for most in (100, 1000, 10_000):
-        found = swarm_of(rates, 5)(Rule(0.8, most=most))
-        widths.append((200 if found.enough is None else found.enough) - found.possible)
-    assert widths == sorted(widths, reverse=True)
-    assert widths[-1] < widths[0] / 3
-
-
-def test_a_coarse_answer_holds_the_fine_one_and_takes_fewer_tests():
-    rates = 1 / (1 + np.exp(-(np.arange(200) - 80.5) / 6))
-    search, rule = swarm_of(rates, 5), Rule(0.8, most=10_000)
-    fine, coarse = search(rule), search(Rule(0.8, most=10_000, resolution=0.2))
-    assert coarse.possible <= fine.possible <= fine.enough <= coarse.enough
-    assert len(coarse.tested) < len(fine.tested)

@@ -6,13 +6,14 @@ import csv
 import json
 import math
 from dataclasses import asdict
+from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from feasibee import FeasibeeError, Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate
-from feasibee.studies.paper import reproduce, run_study
+from feasibee import Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate
+from feasibee.studies.paper import run_study, write_study
 from feasibee.sweeps import executors
 from feasibee.sweeps.schema import LOCK, NAME, SEAL
 from feasibee.sweeps.sweep import Execution
@@ -34,12 +35,16 @@ def rows(path):
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """The study on one thread: its folder, its claims, and the progress it told."""
+    """The study on one thread: its folder, and its claims."""
     folder = tmp_path_factory.mktemp("study") / "new" / "paper"
-    told = []
-    execution = Execution(folder, executors.threads(1), lambda progress: told.append(progress.share))
-    claims = reproduce(folder, RUNS, SEED, execution)
-    return folder, claims, told
+    return folder, reproduced(folder, 1)
+
+
+def reproduced(folder, threads):
+    """Write the study into a folder; return its claims."""
+    folder.mkdir(parents=True)
+    points = run_study(RUNS, SEED, Execution(folder, executors.threads(threads)))
+    return write_study(folder, points, SEED)
 
 
 @pytest.fixture(scope="module")
@@ -72,16 +77,11 @@ def test_the_ratios_are_many_and_symmetrical_around_1(study):
     np.testing.assert_allclose(mirrored, 1, atol=0.02)
 
 
-def test_the_ratio_is_robots_by_tasks(study):
-    for row in rows(study[0] / "fig3_decisions.csv"):
-        assert float(row["ratio"]) == 20 / int(row["tasks"])
-        assert int(row["runs"]) == RUNS
-
-
 def test_fig_3_has_the_rates_with_intervals_and_the_times_of_the_simulation(study, simulated):
     for row in rows(study[0] / "fig3_decisions.csv"):
         dataset = simulated[int(row["tasks"])]
-        assert int(row["first_run"]) == dataset.run.values[0]
+        assert float(row["ratio"]) == 20 / int(row["tasks"])
+        assert (int(row["runs"]), int(row["first_run"])) == (RUNS, dataset.run.values[0])
         for name, rate in decision_rates(dataset.decision).items():
             written = [float(row[f"{name}{part}"]) for part in ("", "_low", "_high")]
             assert written == list(rate)
@@ -139,7 +139,7 @@ def test_the_figures_are_pictures(study, name):
 
 
 def test_the_claims_are_written_as_they_are_returned(study):
-    folder, claims, _ = study
+    folder, claims = study
     written = json.loads((folder / "claims.json").read_text())
     assert written["claims"] == [asdict(claim) for claim in claims]
     assert (written["runs_per_ratio"], written["seed"]) == (RUNS, SEED)
@@ -163,61 +163,13 @@ def test_the_bands_of_the_claims_are_those_of_every_25th_step(simulated):
     assert points[3].thinned.size == points[3].quartiles.size == 0  # nothing draws them
 
 
-def test_the_progress_climbs_to_the_end(study):
-    told = study[2]
-    assert told == sorted(told)
-    assert told[-1] == pytest.approx(1)
-    assert told[0] < 0.1
-
-
 @pytest.mark.slow
 def test_two_threads_write_the_same_bytes_and_nothing_elsewhere(study, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    reproduce("again", RUNS, SEED, Execution("again", executors.threads(2)))
+    reproduced(Path("again"), 2)
     assert names(tmp_path) == ["again"]
     assert names(tmp_path / "again") == sorted([*FILES, *JOURNAL])
     different = [
         name for name in FILES if (tmp_path / "again" / name).read_bytes() != (study[0] / name).read_bytes()
     ]
     assert different == []
-
-
-@pytest.mark.slow
-def test_a_study_replaces_an_older_one_and_leaves_what_isnt_its_own(study, tmp_path):
-    (tmp_path / "claims.json").write_text("old")
-    (tmp_path / "notes.txt").write_text("mine")
-    reproduce(tmp_path, 4, SEED + 1)
-    assert names(tmp_path) == sorted([*FILES, *JOURNAL, "notes.txt"])
-    assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert json.loads((tmp_path / "claims.json").read_text())["seed"] == SEED + 1
-    for name in ("fig1_arena.csv", "fig3_decisions.csv"):
-        assert (tmp_path / name).read_bytes() != (study[0] / name).read_bytes()
-
-
-def test_a_file_in_the_way_of_the_folder_is_told_before_the_work(tmp_path, monkeypatch):
-    def work(*arguments, **options):
-        pytest.fail("the study began")
-
-    monkeypatch.setattr("feasibee.studies.paper.run_study", work)
-    (tmp_path / "file").write_text("mine")
-    for out in (tmp_path / "file", tmp_path / "file" / "below"):
-        with pytest.raises(FeasibeeError, match=r"file.*: can't be created"):
-            reproduce(out, RUNS, SEED)
-    assert (tmp_path / "file").read_text() == "mine"
-
-
-@pytest.mark.parametrize(("runs", "seed", "word"), [(0, 0, "runs"), (8, -1, "seed"), (8, 2**64, "seed")])
-def test_impossible_numbers_are_told_and_make_no_folder(tmp_path, runs, seed, word):
-    with pytest.raises(FeasibeeError, match=word):
-        reproduce(tmp_path / "out", runs, seed)
-    assert names(tmp_path) == []
-
-
-def test_an_interrupted_study_leaves_no_part_of_a_file(tmp_path):
-    def interrupt(progress):
-        if progress.share > 0.1:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        reproduce(tmp_path / "out", RUNS, SEED, Execution(tmp_path / "out", progress=interrupt))
-    assert names(tmp_path / "out") == sorted(JOURNAL)

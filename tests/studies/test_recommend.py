@@ -25,7 +25,6 @@ from feasibee.studies.recommend import (
     world_of,
 )
 from feasibee.studies.size import Finding
-from feasibee.sweeps.sweep import Execution
 
 ROOM = Scenario(
     arena={"side": [10.0, 6.0], "boundary": "walls"},
@@ -208,16 +207,6 @@ def test_a_users_file_is_tested_too(tmp_path):
     found = recommend(ROOM, Constraints(0.9), [str(rule)], 100, 1)
     (why,) = found.excluded.values()
     assert why == "with 14 tasks right in 0 of 100"  # it always says feasible
-
-
-def test_a_second_recommendation_in_a_folder_computes_nothing(tmp_path):
-    progress = []
-    for _ in range(2):
-        found = recommended(Constraints(0.9), execution=Execution(tmp_path, progress=progress.append))
-        progress.append(None)
-    second = progress[progress.index(None) + 1 : -1]
-    assert not any(each.runs_new for each in second)
-    assert found.ranking
 
 
 @pytest.mark.parametrize(("robots", "tasks", "others"), [(20, 20, 21), (20, 21, 19), (2, 9, 1), (3, 0, 9)])

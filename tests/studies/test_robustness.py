@@ -9,11 +9,20 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.image import imread
 
-from feasibee import FeasibeeError, decision_counts, decision_times, simulate, truth
+from feasibee import decision_counts, decision_times, simulate, truth
 from feasibee.cli import main
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import RUNS_APART
-from feasibee.studies.paper import BASELINE, MIXED, PLACES, WORLDS, reproduce_beyond, summary, world
+from feasibee.studies.paper import (
+    BASELINE,
+    MIXED,
+    PLACES,
+    WORLDS,
+    simulate_panels,
+    summary,
+    world,
+    write_panels,
+)
 from feasibee.sweeps import executors
 from feasibee.sweeps.schema import LOCK, NAME, SEAL
 from feasibee.sweeps.sweep import Execution
@@ -26,10 +35,10 @@ JOURNAL = [LOCK, SEAL, NAME]
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     folder = tmp_path_factory.mktemp("study") / "new" / "beyond"
-    told = []
-    execution = Execution(folder, executors.threads(1), lambda progress: told.append(progress.share))
-    rows = reproduce_beyond(folder, RUNS, SEED, execution)
-    return folder, rows, told
+    folder.mkdir(parents=True)
+    rows = simulate_panels(RUNS, SEED, Execution(folder, executors.threads(1)))
+    write_panels(folder, rows)
+    return folder, rows
 
 
 def written(folder):
@@ -108,21 +117,6 @@ def test_the_table_has_a_line_for_each_panel(study):
     for line in lines:
         assert line[1] == f"{by_place[line[0], 2].accuracy.estimate:.1%}"
         assert line[3] == f"{by_place[line[0], 40].accuracy.estimate:.1%}"
-
-
-def test_the_progress_climbs_to_the_end(study):
-    told = study[2]
-    assert told == sorted(told)
-    assert told[-1] == 1
-
-
-@pytest.mark.parametrize(
-    ("runs", "seed", "word"), [(0, 0, "runs"), (RUNS_APART + 1, 0, "runs"), (4, -1, "seed")]
-)
-def test_impossible_numbers_are_told_and_make_no_folder(tmp_path, runs, seed, word):
-    with pytest.raises(FeasibeeError, match=word):
-        reproduce_beyond(tmp_path / "out", runs, seed)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_writes_the_same_bytes_and_prints_the_table(study, tmp_path):

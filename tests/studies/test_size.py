@@ -25,7 +25,6 @@ from feasibee.studies.size import (
     size,
 )
 from feasibee.studies.space import ladder
-from feasibee.sweeps.sweep import Execution
 
 SMALL = Scenario(
     arena={"side": 9.0},
@@ -63,17 +62,6 @@ def test_all_tests_that_the_searches_could_make_share_the_error(sizing):
         for _, found in edge.tested:
             expected = confidence_sequence(found.successes, found.trials, 1 - 0.05 / 45)
             assert found.interval == pytest.approx(expected, abs=1e-12)
-
-
-def test_a_shorter_search_is_part_of_a_longer_one(tmp_path, sizing):
-    """A second search in the same folder computes nothing, and finds the same."""
-    computed = []
-    for _ in range(2):
-        found = size(SMALL, rule=RULE, seed=1, execution=Execution(tmp_path, progress=computed.append))
-        assert found.to_dict() == sizing.to_dict()
-        computed.append(None)
-    second = computed[computed.index(None) + 1 : -1]
-    assert not any(each.runs_new for each in second)
 
 
 def test_the_shares_are_those_of_simulated_swarms(sizing):
@@ -243,34 +231,6 @@ def test_the_command_prints_the_answer_and_draws_it(tmp_path):
     assert set(found["robots"]) == {"least", "interval", "tested"}
     assert set(found["blind_band"]) == {"from", "to", "intervals", "tested"}
     assert found["by"] == 100
-
-
-def test_another_field_is_named_in_the_answer():
-    done = CliRunner().invoke(
-        main,
-        [
-            "size",
-            "--set",
-            "robots.count=6",
-            "--set",
-            "tasks.count=3",
-            "--set",
-            "arena.side=9.0",
-            "--steps",
-            "60",
-            "--over",
-            "decision.exploration=5:20",
-            "--right",
-            "0.6",
-            "--runs",
-            "60",
-            "--json",
-        ],
-    )
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.stdout)
-    assert found["over"] == "decision.exploration"
-    assert "decision.exploration" in found
 
 
 def test_a_share_that_falls_again_has_no_least_value():

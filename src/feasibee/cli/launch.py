@@ -25,8 +25,7 @@ from feasibee.cli.robots import key_option, read_key
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
-    from feasibee.field.faults import Fault
-    from feasibee.field.plan import Plan
+    from feasibee.field.plan import Fault, Plan
     from feasibee.scenario.scenario import Scenario
 
 
@@ -145,9 +144,8 @@ def launch(
       feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
-    from feasibee.field.faults import parse_length
-    from feasibee.field.links import is_loopback
-    from feasibee.field.plan import Plan
+    from feasibee.field.connections import is_loopback
+    from feasibee.field.plan import Plan, parse_length
     from feasibee.field.supervisor import Field, Network
     from feasibee.scenario.runs import Runs
 
@@ -179,7 +177,7 @@ def _faults(
     starts_robots: bool,
 ) -> tuple[Fault, ...]:
     """Return the faults of the options, in their order."""
-    from feasibee.field.faults import RESTART, Fault, parse_fault, schedule
+    from feasibee.field.plan import RESTART, Fault, parse_fault, schedule
 
     faults = [Fault(step, RESTART) for step in restarts]
     for kind, texts in options.items():
@@ -198,7 +196,7 @@ def _check_platform() -> None:
 
 def _details(plan: Plan) -> dict[str, Any]:
     """Return what a result says of its field."""
-    from feasibee.field.faults import fault_in_words
+    from feasibee.field.plan import fault_in_words
 
     return {
         "lockstep": plan.lockstep,

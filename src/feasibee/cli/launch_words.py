@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.field.faults import fault_in_words
+from feasibee.field.plan import fault_in_words
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.execution import Workforce, executing
-from feasibee.cli.options import console, progress
+from feasibee.cli.options import console, numbers_table, progress
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -101,14 +101,9 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
 
 
 def _limits_table(found: Limits) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
     title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
-    table = Table("limit", title=title, box=SIMPLE_HEAD, pad_edge=False)
-    for column in ("median", "interval", "95 %", "interval"):
-        table.add_column(column, justify="right")
+    table = numbers_table(title, "limit", ("median", "interval", "95 %", "interval"))
     for name, times in found.times.items():
         steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
         cells = [text for step, ends in steps for text in (_shown(step), " to ".join(map(_shown, ends)))]
@@ -125,17 +120,12 @@ def _shown(step: int | None) -> str:
 
 
 def _print_frontier(found: list[Spoken]) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     title = f"Right by their own word (%), of {found[0].runs} swarms; steps of half and 95 %"
-    table = Table("", title=title, box=SIMPLE_HEAD, pad_edge=False)
     groups: dict[str, list[Spoken]] = {}
     for each in found:
         groups.setdefault(each.contender, []).append(each)
-    for each in next(iter(groups.values())):
-        table.add_column(f"m = {each.tasks}", justify="right")
-    table.add_column("bits", justify="right")
+    numbers = [f"m = {each.tasks}" for each in next(iter(groups.values()))]
+    table = numbers_table(title, "", [*numbers, "bits"])
     for name, group in groups.items():
         cells = [
             f"{100 * each.ok.estimate:.1f}\n{_shown(each.times.median)}/{_shown(each.times.p95)}"

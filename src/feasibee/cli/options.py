@@ -21,6 +21,7 @@ from feasibee.scenario.paths import read_value
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table
 
     from feasibee.scenario.scenario import Scenario
 
@@ -224,6 +225,17 @@ def console(*, highlight: bool = False) -> Console:
     from rich.console import Console
 
     return Console(markup=False, emoji=False, highlight=highlight)
+
+
+def numbers_table(title: str, first: str, columns: Sequence[str], caption: str | None = None) -> Table:
+    """Return an empty table: a column of names, and columns of numbers."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    table = Table(first, title=title, box=SIMPLE_HEAD, pad_edge=False, caption=caption)
+    for column in columns:
+        table.add_column(column, justify="right")
+    return table
 
 
 @contextmanager

@@ -114,7 +114,7 @@ def robot(
 def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: Path | None) -> None:
     """Run a real robot until its driver ends; without a seed, each start has random numbers of its own."""
     from feasibee.field.bodies import Bodies
-    from feasibee.field.linelog import LineLog
+    from feasibee.field.logs import LineLog
     from feasibee.field.node import Node
     from feasibee.field.senses import drive, open_senses
     from feasibee.scenario.runs import Runs

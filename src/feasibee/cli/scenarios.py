@@ -50,7 +50,7 @@ def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step
     Runs.single(seed, run)  # raises an error for wrong numbers, which a world that stays doesn't need
     verdict = explain(scenario)
     if scenario.dynamic or step:
-        from feasibee.simulation.truths import truth_at  # loads the engine
+        from feasibee.simulation.swarm import truth_at  # loads the engine
 
         verdict = truth_at(scenario, step, seed, run)
     if as_json:

@@ -16,6 +16,7 @@ from feasibee.cli.options import (
     json_option,
     keep_matplotlib_in_cache,
     listed,
+    numbers_table,
     read_scenario,
     scenario_options,
     seed_option,
@@ -257,14 +258,9 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
 
 def _shares_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
     """Return the share of right swarms by contender and number of tasks."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     some = next(iter(groups.values()))
     title = f"Swarms that are right at the end (%), of {some[0].runs} each"
-    table = Table("tasks m", title=title, box=SIMPLE_HEAD, pad_edge=False)
-    for each in some:
-        table.add_column(str(each.tasks), justify="right")
+    table = numbers_table(title, "tasks m", [str(each.tasks) for each in some])
     for name in ranked:
         table.add_row(name, *(f"{100 * each.accuracy.estimate:.0f}" for each in groups[name]))
     return table
@@ -272,14 +268,9 @@ def _shares_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Ta
 
 def _declared_table(groups: dict[str, list[Outcome]], names: Sequence[str]) -> Table:
     """Return the declarations by contender and number of tasks."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     some = groups[names[0]]
     title = f"Swarms that declared rightly (%), of {some[0].runs} each, and when"
-    table = Table("tasks m", title=title, box=SIMPLE_HEAD, pad_edge=False, caption=DECLARED_CAPTION)
-    for each in some:
-        table.add_column(str(each.tasks), justify="right")
+    table = numbers_table(title, "tasks m", [str(each.tasks) for each in some], DECLARED_CAPTION)
     for name in names:
         found = [each.declared for each in groups[name] if each.declared is not None]
         table.add_row(name, *(_declared_cell(each) for each in found))
@@ -324,13 +315,9 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
 
 def _service_table(outcomes: Sequence[Outcome]) -> Table:
     """Return how well swarms that call and release robots were served, the most often feasible first."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     title = f"What asking gives, {outcomes[0].runs} runs each"
-    table = Table("strategy", title=title, box=SIMPLE_HEAD, pad_edge=False, caption=SERVICE_CAPTION)
-    for column in ("m", "feasible", "interval", "idle", "calls", "too many", "too few", "fixed", "oracle"):
-        table.add_column(column, justify="right")
+    columns = ("m", "feasible", "interval", "idle", "calls", "too many", "too few", "fixed", "oracle")
+    table = numbers_table(title, "strategy", columns, SERVICE_CAPTION)
     found = [(each, each.judgement) for each in outcomes if each.judgement is not None]
     for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate):
         own, oracle = judged.own, judged.oracle
@@ -357,16 +344,12 @@ def _delays(steps: Sequence[int | None]) -> str:
 
 def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
     """Return what came of each contender over all numbers of tasks."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     first, baseline = next(iter(groups.items()))
     commits = any((each.committed > 0).any() for group in groups.values() for each in group)
     caption = SUMS_CAPTION.format(baseline=first)
-    table = Table("over all m", title="All together", box=SIMPLE_HEAD, pad_edge=False, caption=caption)
     more = ["committed", "wrongly"] if commits else []
-    for column in ("right", "interval", "difference", "first", "by", "bits", *more):
-        table.add_column(column, justify="right")
+    columns = ["right", "interval", "difference", "first", "by", "bits", *more]
+    table = numbers_table("All together", "over all m", columns, caption)
     for name in ranked:
         table.add_row(name, *_sums(groups[name], baseline, commits))
     return table

@@ -45,7 +45,8 @@ def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[P
             if progress.stopping:
                 words = "stopping, Ctrl-C again ends at once"
             done = _done(progress)
-            bar.update(task, total=progress.most, completed=progress.work_done, description=words, done=done)
+            most = progress.most if progress.is_bounded else None
+            bar.update(task, total=most, completed=progress.work_done, description=words, done=done)
             if log is not None:
                 _append(log, {"time": time.time(), **vars(progress)})
             if not terminal and time.monotonic() - last >= PATIENCE:
@@ -88,7 +89,7 @@ def _writing_log(log: Path) -> Iterator[None]:
 
 def _done(progress: Progress) -> str:
     """Return what is done of what, how fast, and the time that is left: never less than is sure."""
-    more = "" if progress.most == progress.work else " or more"
+    more = "" if progress.is_bounded and progress.most == progress.work else " or more"
     done = f"{progress.runs_done:,} of {progress.runs:,}{more} runs"
     if progress.left is None:
         return done

@@ -382,5 +382,5 @@ def merge(folder: Path, parts: tuple[Path, ...]) -> None:
         Journal(part).close()  # an invalid one is reported before anything is written
     with Journal(make_folder(folder), write=True) as journal:
         merge_all(journal, parts)
-        total = sum(runs for runs, _ in journal.counts().values())
+        total = sum(journal.counts().values())
     click.echo(f"{folder}/ has {total} runs of {len(parts)} parts and of what was there")

@@ -8,6 +8,8 @@ from typing import Any, Final
 HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED, END, WAIT = range(11)
 """Kinds of packets: a robot joins, its settings, lockstep, free-running, the end, a reason against it. Then
 the end of a step, and that a robot isn't there yet."""
+ROBOTS_LIMIT: Final = 65_535
+"""Numbers of robots are smaller than this."""
 TEXT_LIMIT: Final = 100_000
 """Largest number of hexadecimal digits of a message."""
 FARTHEST: Final = 1e300

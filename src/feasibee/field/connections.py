@@ -1,38 +1,228 @@
-"""Connections of robots to their world.
+"""Connections of robots to their world: UDP links, packets, and who may send them.
 
-Who asks for a connection gets a token for its address, and must send it back. Until then, the world sends an
-address no more bytes than come from it. With a key, both sides also prove that they have the key.
+A packet is a header and JSON, sealed if there is a key. Who asks for a connection gets a token for its
+address, and must send it back. Until then, the world sends an address no more bytes than come from it. With a
+key, both sides also prove that they have the key.
 """
 
 from __future__ import annotations
 
+import json
 import secrets
+import select
+import socket
+import struct
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Hashable
+from contextlib import suppress
 from hashlib import blake2b, sha256
 from hmac import compare_digest
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from feasibee.field.frames import (
-    ACCEPT,
-    ASK,
-    DOWN,
-    MAGIC,
-    ROBOTS_LIMIT,
-    TOKEN,
-    UP,
-    Channel,
-    DroppedError,
-    ForeignError,
-    Frame,
-    packed,
-    parsed,
-)
+from feasibee.errors import FeasibeeError
+from feasibee.field.checks import CHECKS, ROBOTS_LIMIT
 
 if TYPE_CHECKING:
-    from feasibee.field.links import Link
-    from feasibee.field.noise import Handshake
+    from feasibee.field.noise import Cipher, Handshake
+
+DEFAULT_HOST = "127.0.0.1"
+BUFFER = 4 * 2**20
+"""Size of the socket's buffers in bytes. On macOS, a packet can't be larger than the buffer for sending."""
+
+
+def join_address(host: str, port: int) -> str:
+    """Return an address as HOST:PORT, or [HOST]:PORT for IPv6."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
+def split_address(text: str) -> tuple[str, int]:
+    """Return host and port of an address.
+
+    Raises
+    ------
+    FeasibeeError
+        If it isn't HOST:PORT.
+    """
+    host, colon, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not (colon and host and port.isascii() and port.isdigit() and 0 < int(port) < 65_536):
+        raise FeasibeeError(f"address {text}: must be HOST:PORT, such as 127.0.0.1:7400")
+    return host, int(port)
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether an address can be reached from this machine only."""
+    return host in ("localhost", "::1") or host.startswith("127.")
+
+
+class Link:
+    """One end of the network: of the world, with many peers, or of a robot, whose one peer is the world.
+
+    Parameters
+    ----------
+    host, port : str and int
+        Where the world listens; port 0 takes a free one.
+    listens : bool
+        Whether this is the world's end.
+    """
+
+    def __init__(self, host: str, port: int, *, listens: bool) -> None:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        for option in (socket.SO_RCVBUF, socket.SO_SNDBUF):
+            with suppress(OSError):  # some systems refuse a size, others give less
+                self._socket.setsockopt(socket.SOL_SOCKET, option, BUFFER)
+        try:
+            (self._socket.bind if listens else self._socket.connect)((host, port))
+        except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
+            self._socket.close()
+            why = error.strerror if isinstance(error, OSError) else "invalid name"
+            action, remedy = ("listen on", "another port") if listens else ("send to", "the world's address")
+            raise FeasibeeError(
+                f"{join_address(host, port)}: can't {action} it: {why}; use {remedy}"
+            ) from None
+        self._socket.setblocking(False)
+        self.address = join_address(*self._socket.getsockname()[:2]) if listens else join_address(host, port)
+
+    def send(self, packet: bytes, peer: Hashable = None) -> None:
+        """Send a packet to a peer; without a peer, to the world."""
+        try:
+            if peer is None:
+                self._socket.send(packet)
+            else:
+                self._socket.sendto(packet, peer)  # type: ignore[call-overload]
+        except OSError:  # full buffer, or nobody listens: the same as a lost packet
+            return
+
+    def receive(self, timeout: float) -> tuple[bytes, Hashable] | None:
+        """Return the next packet with its peer, or None if none comes in so many seconds."""
+        try:
+            if timeout > 0 and not select.select([self._socket], [], [], timeout)[0]:
+                return None
+            return self._socket.recvfrom(65_536)
+        except OSError:  # nothing there, or an earlier packet found nobody
+            return None
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+MAGIC: Final = b"fb3"
+"""First bytes of each packet, with the version of its format."""
+HEADER: Final = struct.Struct("!3sB8sQ")
+"""Magic and version, way, name of the connection, number of the packet."""
+ASK, TOKEN, ACCEPT, UP, DOWN = range(5)
+"""Ways of packets. A robot asks for a connection, the world sends it a token, and accepts it with
+that. Then packets go up to the world and down from it."""
+LARGEST: Final = 60_000
+"""Largest packet in bytes; a datagram holds 65,507."""
+WINDOW: Final = 1024
+"""By how many packets one may be overtaken; later it is dropped as old."""
+
+
+class DroppedError(Exception):
+    """A packet that isn't accepted."""
+
+
+class ForeignError(DroppedError):
+    """A packet that isn't of the connection that it names."""
+
+
+class Frame(NamedTuple):
+    """A packet that was accepted."""
+
+    kind: int
+    robot: int
+    """The robot that the connection belongs to; -1 for none."""
+    body: dict[str, Any]
+    channel: Channel
+
+
+class Channel:
+    """One side of a connection between the world and a robot.
+
+    Parameters
+    ----------
+    name : bytes
+        Eight random bytes that tell connections apart.
+    way : int
+        The way of the packets that are sent, `UP` or `DOWN`.
+    ciphers : pair of Cipher, optional
+        Those of the packets sent and received; None without a key.
+    peer : Hashable
+        Address of the other side.
+    """
+
+    def __init__(
+        self, name: bytes, way: int, ciphers: tuple[Cipher, Cipher] | None = None, peer: Hashable = None
+    ) -> None:
+        self.name, self.peer = name, peer
+        self.robot = -1
+        self._way, self._ciphers = way, ciphers
+        self._sent, self._newest = 0, -1
+        self._seen = 0  # the newest packets received, a bit for each
+
+    def write(self, kind: int, body: dict[str, Any]) -> bytes:
+        """Return a packet; raise a ValueError if it is larger than `LARGEST`."""
+        content = bytes([kind]) + json.dumps(body, separators=(",", ":")).encode()
+        number, self._sent = self._sent, self._sent + 1
+        if self._ciphers:
+            content = self._ciphers[0].seal(number, content)
+        packet = packed(self._way, self.name, content, number)
+        if len(packet) > LARGEST:
+            raise ValueError(f"a packet of {len(packet):,} bytes; at most {LARGEST:,} fit")
+        return packet
+
+    def read(self, number: int, content: bytes) -> Frame:
+        """Return what a packet says that was received.
+
+        Raises
+        ------
+        ForeignError
+            If it isn't sealed for this connection.
+        DroppedError
+            If it came before, or can't be.
+        """
+        if self._ciphers:
+            try:
+                content = self._ciphers[1].open(number, content)
+            except ValueError:
+                raise ForeignError("not sealed with the key") from None
+        ahead = number - self._newest
+        if ahead <= -WINDOW or (ahead <= 0 and self._seen >> -ahead & 1):
+            raise DroppedError("old")
+        if ahead > 0:
+            self._newest, self._seen = number, (self._seen << min(ahead, WINDOW)) % 2**WINDOW
+        self._seen |= 1 << max(0, -ahead)
+        try:
+            kind, body = content[0], json.loads(content[1:])
+        except (IndexError, ValueError, RecursionError):
+            raise DroppedError("malformed") from None
+        if not (kind in CHECKS and isinstance(body, dict) and CHECKS[kind](body)):
+            raise DroppedError("malformed")
+        return Frame(kind, self.robot, body, self)
+
+
+def packed(way: int, name: bytes, content: bytes, number: int = 0) -> bytes:
+    """Return a packet."""
+    return HEADER.pack(MAGIC, way, name, number) + content
+
+
+def parsed(packet: bytes) -> tuple[int, bytes, int, bytes]:
+    """Return way, name of the connection, number and content of a packet.
+
+    Raises
+    ------
+    DroppedError
+        If it has no such header.
+    """
+    if not HEADER.size <= len(packet) <= LARGEST or not packet.startswith(MAGIC):
+        raise DroppedError("malformed")
+    _, way, name, number = HEADER.unpack_from(packet)
+    return way, name, number, packet[HEADER.size :]
+
 
 TOKEN_SIZE: Final = 8
 """Bytes of a token: with its header it is shorter than each packet of a robot."""

@@ -4,16 +4,54 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import Any, Final, NamedTuple
 
-from feasibee.field.naming import names_of
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import Mind, Settings, settings_from
 from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Message
 from feasibee.robot.wire import Wire
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Setting, Strategy, Thing
+
+_ROSTER: Final[Any] = roster
+"""The strategy's file, whose functions have no types."""
+
+
+class _TaskNames:
+    """The numbers that a robot gives to tasks, in the order in which it meets them.
+
+    Parameters
+    ----------
+    setting : Setting
+        That of the strategy; it says how many tasks there may be.
+    """
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        invented = setting.robots + 1 if setting.robot_ids > setting.robots else 0
+        wrong = setting.tasks + invented
+        self._names = {_ROSTER.invented_place(k): k for k in range(setting.tasks, wrong)}
+        self._free = chain(range(setting.tasks), range(wrong, setting.task_ids))
+
+    def of_position(self, position: int) -> int:
+        """Return the number of the task at a position; -1 if there can't be another task."""
+        if position not in self._names and (number := next(self._free, -1)) >= 0:
+            self._names[position] = number
+        return self._names.get(position, -1)
+
+    def named(self, thing: Thing) -> Thing:
+        """Return a task in sight with its number here; robots and nameless tasks stay as they are."""
+        if thing.is_robot or thing.id < 0:
+            return thing
+        return thing._replace(id=self.of_position(_ROSTER.place_of(thing, self._setting)))
+
+
+def _names_of(strategy: Strategy, setting: Setting) -> _TaskNames | None:
+    """Return the names of a strategy whose messages name tasks by position; None for the other ones."""
+    return _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
+
 
 VERSION: Final = 2
 """Version of a robot's log."""
@@ -84,7 +122,7 @@ class Node:
         self._asks_gap = orders["asks_gap"]
         self._mind = _DrawingMind(strategy, settings, self._draw)
         self._id = settings.me[0]
-        self._names = names_of(strategy, settings.setting)
+        self._names = _names_of(strategy, settings.setting)
         self._wire = Wire(
             strategy,
             _id_bits(settings.setting),

@@ -1,11 +1,149 @@
-"""What a field does: the scenario, the clocks of its robots, and the faults."""
+"""What a field does: the scenario, the clocks of its robots, and the faults on purpose."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from feasibee.field.faults import Fault
-from feasibee.scenario.scenario import Scenario
+from feasibee.errors import FeasibeeError
+from feasibee.model.codes import LONGEST
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
+
+KILL, PAUSE, RESUME, PARTITION, RESTART = "kill", "pause", "resume", "partition", "restart-world"
+PROCESS: Final = (KILL, PAUSE, RESUME, RESTART)
+"""Faults of processes, which the field causes; the world causes the others."""
+KINDS: Final = (*PROCESS, PARTITION)
+RANGES_SHOWN: Final = 3
+"""Number of ranges of numbers that a text lists."""
+_LENGTH: Final = re.compile(r"(\d+(?:\.\d+)?)(ms|s|)", re.ASCII)
+
+
+class Fault(NamedTuple):
+    """One fault."""
+
+    step: int
+    """The step at whose beginning it happens."""
+    kind: str
+    robots_hit: int = 0
+    """Number of robots it concerns: those with the highest numbers that no other fault concerns."""
+    robots: tuple[int, ...] = ()
+    """Numbers of these robots."""
+    lasts: float = 0.0
+    """For how many steps; 0: until the end."""
+
+
+def parse_length(option: str, text: str, hz: float) -> float:
+    """Return a length of time in steps: ``200ms``, ``5s``, or a number of steps.
+
+    Raises
+    ------
+    FeasibeeError
+        If the text is no length of time.
+    """
+    found = _LENGTH.fullmatch(text.strip())
+    if found is None:
+        raise FeasibeeError(f"{option} {text}: must be a time, such as 200ms, 5s or 20 (steps)")
+    number = float(found[1])
+    steps = {"": number, "s": number * hz, "ms": number * hz / 1000.0}[found[2]]
+    if steps > LONGEST:
+        raise FeasibeeError(f"{option} {text}: is more than {LONGEST:,} steps; use less")
+    return steps
+
+
+def parse_fault(kind: str, text: str, hz: float) -> list[Fault]:
+    """Return the faults of an option: COUNT@STEP, COUNT@STEP:TIME for a pause, TIME@STEP for a partition.
+
+    Raises
+    ------
+    FeasibeeError
+        If the text isn't of this form.
+    """
+    option = f"--{kind}"
+    what, at, when = text.partition("@")
+    when, colon, lasting = when.partition(":")
+    if not (at and _is_number(when) and (kind == PAUSE or not colon)):
+        example = {KILL: "3@50", PAUSE: "1@80 or 1@80:5s", PARTITION: "5s@100"}[kind]
+        raise FeasibeeError(f"{option} {text}: must end with a step, such as {option} {example}")
+    step = int(when)
+    if kind == PARTITION:
+        return [Fault(step, PARTITION, lasts=parse_length(option, what, hz))]
+    if not (_is_number(what) and int(what) > 0):
+        raise FeasibeeError(f"{option} {text}: must begin with a number of robots, such as {option} 1@50")
+    faults = [Fault(step, kind, int(what))]
+    if colon:
+        ends = step + max(1, round(parse_length(option, lasting, hz)))
+        faults.append(Fault(ends, RESUME, int(what)))
+    return faults
+
+
+def _is_number(text: str) -> bool:
+    return text.isascii() and text.isdigit() and len(text) < 10
+
+
+def schedule(faults: list[Fault], robots: int, steps: int) -> list[Fault]:
+    """Return the faults in their order, with the numbers of their robots; the last robots fail first.
+
+    Raises
+    ------
+    FeasibeeError
+        If no robot would be left, or a fault lies beyond the last step.
+    """
+    left = list(range(robots))
+    planned: list[Fault] = []
+    paused: list[tuple[int, ...]] = []
+    for fault in sorted(faults, key=lambda each: each.step):
+        if fault.kind == RESUME and fault.step > steps:
+            continue
+        if not 0 < fault.step <= steps:
+            raise FeasibeeError(
+                f"--{fault.kind} at step {fault.step}: must be from 1 to {steps}, the last step"
+            )
+        if fault.kind in (KILL, PAUSE):
+            if fault.robots_hit >= len(left):
+                raise FeasibeeError(
+                    f"--{fault.kind} {fault.robots_hit}@{fault.step}: leaves no robot of {len(left)}; "
+                    f"use at most {len(left) - 1}"
+                )
+            chosen = tuple(left[-fault.robots_hit :])
+            del left[-fault.robots_hit :]
+            if fault.kind == PAUSE:
+                paused.append(chosen)
+            fault = fault._replace(robots=chosen)  # noqa: PLW2901
+        elif fault.kind == RESUME:
+            same = next(each for each in paused if len(each) == fault.robots_hit)
+            paused.remove(same)
+            fault = fault._replace(robots=same)  # noqa: PLW2901
+        planned.append(fault)
+    return planned
+
+
+def fault_in_words(fault: Mapping[str, Any]) -> str:
+    """Return what a fault does, as a clause."""
+    single = len(fault["robots"]) == 1
+    which = f"robot{'s' * (not single)} {numbers_in_words(fault['robots'])}"
+    return {
+        KILL: f"{which} {'is' if single else 'are'} killed",
+        PAUSE: f"{which} {'is' if single else 'are'} stopped",
+        RESUME: f"{which} {'goes' if single else 'go'} on",
+        PARTITION: f"the radio is cut in two for {fault['lasts']:g} steps",
+        RESTART: "the world is killed and started again",
+    }[fault["kind"]]
+
+
+def numbers_in_words(numbers: Sequence[int]) -> str:
+    """Return ascending numbers of robots as ranges, such as ``3, 17 to 19``; at most the first few ranges."""
+    ranges: list[list[int]] = []
+    for number in numbers:
+        if ranges and number == ranges[-1][-1] + 1:
+            ranges[-1].append(number)
+        else:
+            ranges.append([number])
+    shown = [str(each[0]) if len(each) == 1 else f"{each[0]} to {each[-1]}" for each in ranges[:RANGES_SHOWN]]
+    left = sum(map(len, ranges[RANGES_SHOWN:]))
+    return ", ".join(shown) + (f" and {left} more" if left else "")
 
 
 class Plan(NamedTuple):
@@ -28,3 +166,18 @@ class Plan(NamedTuple):
     """Seconds of silence after which a robot is lost."""
     wait: float
     """Seconds that the robots have to join."""
+
+
+def plan_from(plain: Mapping[str, Any]) -> Plan:
+    """Return a plan from its plain form, as `plain_plan` makes it."""
+    from feasibee.scenario.scenario import Scenario  # heavy: only in the world's process
+
+    scenario = Scenario.from_toml(plain["scenario"])
+    faults = tuple(Fault(**{**each, "robots": tuple(each["robots"])}) for each in plain["faults"])
+    return Plan(**{**plain, "scenario": scenario, "faults": faults})
+
+
+def plain_plan(plan: Plan) -> dict[str, Any]:
+    """Return a plan as plain values."""
+    faults = [fault._asdict() for fault in plan.faults]
+    return {**plan._asdict(), "scenario": plan.scenario.to_toml(), "faults": faults}

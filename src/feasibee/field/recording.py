@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.bodies import Bodies
-from feasibee.field.checks import is_status, is_whole
-from feasibee.field.faults import KINDS, PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
-from feasibee.field.frames import ROBOTS_LIMIT
-from feasibee.field.replay import LOG_LIMIT, damaged, parsed
-from feasibee.field.worldlog import VERSION
+from feasibee.field.checks import ROBOTS_LIMIT, is_status, is_whole
+from feasibee.field.logs import LOG_LIMIT, VERSION, damaged, parsed
+from feasibee.field.plan import KINDS, PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
 from feasibee.files.reading import named, read_text
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED

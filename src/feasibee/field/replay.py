@@ -2,25 +2,147 @@
 
 from __future__ import annotations
 
-import json
 from collections import deque
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple, get_args
+
+from pydantic import Field, Strict, ValidationError
 
 from feasibee.errors import FeasibeeError, one_line, quoted
-from feasibee.field.checks import is_heard, is_insight, is_place, is_sighting, is_status, is_whole
-from feasibee.field.heads import problem_of
+from feasibee.field.checks import FARTHEST, is_heard, is_insight, is_place, is_sighting, is_status, is_whole
+from feasibee.field.logs import LOG_LIMIT, damaged, parsed
 from feasibee.field.node import VERSION, Node, Words
 from feasibee.files.reading import named, read_text
-from feasibee.model.codes import DECISIONS
+from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
+from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
+from feasibee.scenario.field_types import Duration, Length, Share, Speed
+from feasibee.scenario.fields import Faults
+from feasibee.scenario.section import Section
+from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import Strategy
+from feasibee.strategies.contract import Setting, Strategy
 
-LOG_LIMIT = 2**30
-"""Largest log that is read, in bytes."""
-WORD_LIMIT = 2**32
-UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+_WORD_LIMIT = 2**32
+_UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """Errors of a strategy that is given what its own robots never see, or that isn't the robot's."""
+_CLASSES: Final = 16
+"""Largest number of classes of robots, and of tasks."""
+
+Million = Annotated[int, Field(ge=0, le=10**6)]
+Robots = Annotated[int, Field(ge=1, le=10**6)]
+Tasks = Annotated[int, Field(ge=0, le=10**7)]
+Things = Annotated[int, Field(ge=0, le=2**25)]
+Classes = Annotated[int, Field(ge=1, le=_CLASSES)]
+Steps = Annotated[int, Field(ge=0, le=2**53)]
+Word = Annotated[int, Field(ge=0, lt=2**32)]
+Seed = Annotated[int, Field(ge=0, lt=SEED_LIMIT)]
+Run = Annotated[int, Field(ge=0, lt=RUN_LIMIT)]
+Ordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+Weights = Annotated[list[Steps], Field(min_length=1, max_length=_CLASSES)]
+
+
+class _Setting(Section):
+    """`Setting` with the ranges of its numbers."""
+
+    robots: Robots
+    count: Robots
+    tasks: Tasks
+    robot_ids: Things
+    task_ids: Things
+    robot_classes: Classes
+    task_classes: Classes
+    id_bits: Annotated[int, Field(ge=1, le=32)]
+    parameters: list[float]
+    knows_count: bool
+    colluding: bool
+    width: Length
+    height: Length
+    walled: bool
+    sight: Length
+    radio: Length
+    speed: Speed
+    exploration: Duration
+    dissemination: Annotated[float, Field(gt=0, le=2e6)]
+    mean_run: Duration
+
+
+class _Commit(Section):
+    """`Commit` with the ranges of its numbers."""
+
+    quorum: Annotated[str, Field(pattern=r"^([01]|[0-9]{1,9}/[1-9][0-9]{0,9})$")]
+    rounds: Robots
+    heard: Robots
+
+
+class _Settings(Section):
+    """`Settings` with the ranges of its numbers."""
+
+    coordinates: Annotated[tuple[Seed, Run, Million], Strict(False)]
+    joined: Steps
+    phases: Steps
+    exploration: Duration
+    gain: Duration
+    dissemination_floor: Million
+    quality_floor: Million
+    own_vote: bool
+    listens_for: Million | None
+    every_message: bool
+    inbox_size: Robots | None
+    parameters: list[float]
+    commit: _Commit | None
+    switching: Share | None
+    sets: Annotated[list[Annotated[tuple[Weights, Weights], Strict(False)]], Field(min_length=1)]
+    me: Annotated[tuple[Million, Million, Word], Strict(False)]
+    place: Annotated[tuple[Ordinate, Ordinate], Strict(False)]
+    setting: _Setting
+    step: Steps
+    fault: str
+    byzantine_says: str
+    repeated: bool
+
+
+def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
+    """Return what is invalid in the orders of a robot's log; empty if its robot can be one of a scenario."""
+    try:
+        settings = _Settings.model_validate(orders.get("settings"))
+    except ValidationError as error:
+        where = ".".join(map(str, ("settings", *error.errors(include_url=False)[0]["loc"])))
+        return f"has no valid {where}"
+    setting = Setting(**settings.setting.model_dump())
+    kinds = setting.robot_classes, setting.task_classes
+    invented = setting.tasks, setting.robots + 1
+    half = min(setting.width, setting.height) / 2
+    fits = {
+        "insight": is_insight(orders.get("insight")),
+        "asks_gap": orders.get("asks_gap") in (False, strategy.knows_gap),
+        "settings.fault": settings.fault in (HONEST, STOPPED, BYZANTINE, STUBBORN),
+        "settings.byzantine_says": settings.byzantine_says
+        in get_args(Faults.model_fields["byzantine_says"].annotation),
+        "settings.parameters": settings.parameters == setting.parameters
+        and len(setting.parameters) == len(strategy.parameters),
+        "settings.sets": all((len(robots), len(tasks)) == kinds for robots, tasks in settings.sets),
+        "settings.coordinates": settings.coordinates[2] < setting.robots,
+        "settings.me": settings.me[0] < setting.robots and settings.me[1] < setting.robot_classes,
+        "settings.setting.count": setting.count <= setting.robots,
+        "settings.setting.sight": setting.walled or max(setting.sight, setting.radio) <= half,
+        "settings.setting.speed": setting.speed <= half,
+        "settings.setting.task_ids": (setting.robot_ids - setting.robots, setting.task_ids - setting.tasks)
+        in ((0, 0), invented),
+    }
+    for name, fit in fits.items():
+        if not fit:
+            return f"has no valid {name}"
+    return _memory_problem(setting, strategy) if strategy.knowledge else ""
+
+
+def _memory_problem(setting: Setting, strategy: Strategy) -> str:
+    """Return why a robot's knowledge would take more memory than that of a scenario's robot may."""
+    lengths = strategy.row_lengths(setting)
+    if max(lengths) > WORDS_LIMIT:
+        return f"has settings with more than {WORDS_LIMIT:,} words of knowledge"
+    problem = excess(setting, *lengths)
+    return problem and f"has settings that can't be: {problem}"
 
 
 class Replay(NamedTuple):
@@ -70,7 +192,7 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
             node.speak(line["step"], tuple(line["place"]), line.get("insight"))
             node.sense(line["see"])
             node.finish(line["heard"])
-        except UNFIT as error:
+        except _UNFIT as error:
             raise _unfit(path, at, error, draws) from None
         _compare(path, at, line, written.pop(), draws)
         disseminating = node.status.disseminating
@@ -93,11 +215,11 @@ def _node(
     orders = {key: head[key] for key in head if key not in ("draws", "status", "feasibee", "version")}
     written: list[Any] = []
     try:
-        problem = problem_of(orders, own)
+        problem = _problem_of(orders, own)
         if problem:
             raise damaged(path, 1, problem)
         return Node(orders, written.append, lambda _, __: draws.popleft(), own), written
-    except UNFIT as error:
+    except _UNFIT as error:
         raise _unfit(path, 1, error, draws) from None
 
 
@@ -108,17 +230,6 @@ def _unfit(path: Path, at: int, error: Exception, draws: deque[Words]) -> Feasib
     return damaged(
         path, at, f"makes the strategy fail with {type(error).__name__}: {one_line(str(error), 100)}"
     )
-
-
-def parsed(path: Path, at: int, text: str) -> dict[str, Any]:
-    """Return a line of a log, which must be a JSON object."""
-    try:
-        line = json.loads(text)
-    except (ValueError, RecursionError):
-        raise damaged(path, at, "isn't JSON") from None
-    if not isinstance(line, dict):
-        raise damaged(path, at, "isn't a JSON object")
-    return line
 
 
 def _step(path: Path, at: int, text: str) -> dict[str, Any]:
@@ -142,7 +253,7 @@ def _step(path: Path, at: int, text: str) -> dict[str, Any]:
 def _draws(path: Path, at: int, line: dict[str, Any]) -> list[Words]:
     draws = line.get("draws")
     if isinstance(draws, list) and all(
-        isinstance(each, list) and len(each) == 4 and all(is_whole(word, 0, WORD_LIMIT - 1) for word in each)
+        isinstance(each, list) and len(each) == 4 and all(is_whole(word, 0, _WORD_LIMIT - 1) for word in each)
         for each in draws
     ):
         return [(a, b, c, d) for a, b, c, d in draws]
@@ -160,8 +271,3 @@ def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque
                 f"{named(path)}: line {at}: {name} is {quoted(kept)} in the log and {quoted(found)} in the "
                 "replay; the log was changed, or another version or strategy wrote it: use an intact copy"
             )
-
-
-def damaged(path: Path, at: int, what: str) -> FeasibeeError:
-    """Return the error of a damaged line of a log."""
-    return FeasibeeError(f"{named(path)}: line {at}: {what}; the log is damaged: use an intact copy")

@@ -11,7 +11,7 @@ from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.checks import is_heard, is_place, is_sighting, is_whole
-from feasibee.field.links import split_address
+from feasibee.field.connections import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.files.reading import named, why_not
 

@@ -17,12 +17,10 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.faults import KILL, PAUSE, RESTART, RESUME
-from feasibee.field.folders import log_folder, remove_older
-from feasibee.field.links import DEFAULT_HOST, join_address, split_address
-from feasibee.field.plan import Plan
+from feasibee.field.connections import DEFAULT_HOST, join_address, split_address
+from feasibee.field.logs import log_folder, remove_older
+from feasibee.field.plan import KILL, PAUSE, RESTART, RESUME, Plan, plain_plan
 from feasibee.field.robot import KEY_VARIABLE
-from feasibee.field.worldprocess import plain_plan
 
 GRACE = 2.0
 """Seconds that processes have to end by themselves."""
@@ -176,7 +174,7 @@ class Field:
             "strategy_file": manifest.name if manifest.source else None,
             "logs": str(self._named or ""),
         }
-        self._nursery = _started("nursery", order, self._environment)
+        self._nursery = _started("robot", order, self._environment)
 
     def _events(self) -> Iterator[dict[str, Any]]:
         """Yield the world's events; after a restart those of the new process."""

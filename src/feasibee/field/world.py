@@ -6,21 +6,23 @@ import json
 import random
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies, Body, Change
-from feasibee.field.checks import BYE, HELLO, REFUSED, SAID, WAIT, WELCOME
-from feasibee.field.connections import Server
-from feasibee.field.faults import PARTITION, PROCESS, Fault
-from feasibee.field.frames import ROBOTS_LIMIT, Channel, Frame
-from feasibee.field.measures import tracked
+from feasibee.field.checks import BYE, HELLO, REFUSED, ROBOTS_LIMIT, SAID, WAIT, WELCOME
+from feasibee.field.connections import Channel, Frame, Server
+from feasibee.field.logs import WorldLog, read_lines
 from feasibee.field.node import Status
-from feasibee.field.plan import Plan
-from feasibee.field.worldlog import WorldLog, read_lines
+from feasibee.field.plan import PARTITION, PROCESS, Fault, Plan
 from feasibee.model.codes import DECISIONS, UNDECIDED
+from feasibee.model.record import Record
+from feasibee.results.measures import tracked as measures_of
+from feasibee.scenario.scenario import Scenario
 
 
 class World:
@@ -320,3 +322,20 @@ def print_event(event: Mapping[str, Any]) -> None:
     """Print an event as one line of JSON, for the field that started the world."""
     sys.stdout.write(json.dumps(event) + "\n")
     sys.stdout.flush()
+
+
+def tracked(scenario: Scenario, steps: Sequence[tuple[int, int]]) -> dict[str, Any]:
+    """Return the measures of a field; none if its world doesn't change.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What the field ran.
+    steps : sequence of pairs of int
+        The truth and the opinion held, at each step.
+    """
+    if not scenario.dynamic:
+        return {}
+    record = Record.empty(0, 1, 0, len(steps))
+    record.truth[0], record.held[0] = np.array(steps).T
+    return measures_of(record, scenario)

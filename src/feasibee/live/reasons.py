@@ -13,8 +13,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.reference.robot import hall_sets
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.inspection import RobotState
-from feasibee.simulation.snapshot import FLAGS
+from feasibee.simulation.snapshot import FLAGS, RobotState
 from feasibee.simulation.swarm import Swarm
 
 OPINIONS: Final = {1: "feasible", 0: "infeasible", -1: "no opinion"}

@@ -10,7 +10,7 @@ import time
 from bisect import bisect_right
 from typing import Final
 
-from feasibee.simulation.saved import Saved
+from feasibee.simulation.snapshot import Saved
 from feasibee.simulation.swarm import Swarm
 
 WORK: Final = 2**20

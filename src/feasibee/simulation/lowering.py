@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from feasibee.engine.layout import POOLED, WORD, Lowered
+from feasibee.engine.layout import POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.engine.params import (
     ALWAYS,
     WHILE_DISSEMINATING,
     ArenaParams,
+    Band,
     CommitParams,
     DecisionParams,
     FaultParams,
@@ -37,16 +38,15 @@ from feasibee.engine.params import (
 )
 from feasibee.model.codes import exact
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.fields import Placed, Robots
+from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.scenario.supported import takes_fast_path
-from feasibee.simulation.fixed_point import TURN, band_of, fixed, limit_of, probability, squared, unit_of
-from feasibee.simulation.tables import tables_of
 from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting, Strategy
 
+TURN = 2**32
 NUMBERED = 128
 """Tasks that a few robots look through by number; among more, cells find those in sight sooner."""
 
@@ -316,3 +316,125 @@ def _lists(tasks: int, limit: int) -> ListParams:
     bits = bits if bits >= 2 else 0
     shift = 18 - bits
     return ListParams(bits, np.uint32(shift), band_of(limit, shift))
+
+
+def tables_of(scenario: Scenario, params: Params) -> Tables:
+    """Return the arrays of a scenario: classes, sets of skills, given points, the strategy's parameters."""
+    robots, tasks = scenario.robots, scenario.tasks
+    return Tables(
+        class_of=np.concatenate(
+            [
+                _numbers([each.count for each in robots.classes], scenario.most.robots),
+                _numbers([each.count for each in tasks.classes], scenario.most.tasks),
+            ]
+        ),
+        adds=_adds(scenario),
+        points=np.concatenate(
+            [
+                _given_points(scenario, robots, params.robots.placement.margin, params.arena),
+                _given_points(scenario, tasks, 0, params.arena),
+            ]
+        ),
+        parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
+        events=_events(scenario),
+    )
+
+
+def _events(scenario: Scenario) -> Int64s:
+    """Return the events in the order in which they happen: by step, then as in the file."""
+    rows = [
+        [
+            event.step,
+            event.tasks,
+            event.robots,
+            -1 if event.sensing.miss is None else int(probability(event.sensing.miss)),
+            -1 if event.radio.loss is None else int(probability(event.radio.loss)),
+        ]
+        for event in sorted(scenario.events, key=lambda event: event.step)
+    ]
+    return np.array(rows, np.int64).reshape(-1, len(Event))
+
+
+def _adds(scenario: Scenario) -> Any:
+    """Return what each class adds to each set of skills: each subset of them, then all robots and places."""
+    robots, tasks = scenario.robots.classes, scenario.tasks.classes
+    skills = sorted({s for each in robots for s in each.skills} | {s for each in tasks for s in each.needs})
+    subsets = range(1, 2 ** len(skills))
+    has = [sum(2 ** skills.index(skill) for skill in set(each.skills)) for each in robots] or [0]
+    robot_adds = [[int(mask & subset > 0) for mask in has] for subset in subsets]
+    task_adds = [
+        [
+            sum(number for skill, number in each.needs.items() if subset >> skills.index(skill) & 1)
+            for each in tasks
+        ]
+        or [0]
+        for subset in subsets
+    ]
+    robot_adds.append([1] * len(has))
+    task_adds.append([sum(each.needs.values()) for each in tasks] or [1])
+    return np.hstack([np.array(robot_adds, np.int64), np.array(task_adds, np.int64)])
+
+
+def _numbers(counts: list[int], total: int) -> Int32s:
+    """Return the class of each robot or task: first those of class 0, then those of class 1, ...
+
+    Those that aren't there at the start have class 0 until a run draws theirs.
+    """
+    kinds = np.zeros(total, np.int32)
+    kinds[: sum(counts)] = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
+    return kinds
+
+
+def _given_points(scenario: Scenario, section: Robots | Tasks, margin: int, arena: ArenaParams) -> Int32s:
+    """Return given points in fixed point, off the walls by a margin."""
+    if section.placement != "points":
+        return np.zeros((section.count, 2), np.int32)
+    sides, unit = (arena.width, arena.height), unit_of(scenario)
+    places = [
+        [
+            min(max(math.floor(exact(p) / unit), margin), side - margin)
+            for p, side in zip(point, sides, strict=True)
+        ]
+        for point in section.points
+    ]
+    return np.array(places, np.int64).astype(np.uint32).view(np.int32).reshape(-1, 2)
+
+
+def unit_of(scenario: Scenario) -> Fraction:
+    """Return the unit of fixed point: the longer side is 2**32 of them on the torus, 2**31 within walls."""
+    longer = max(exact(side) for side in scenario.arena.size)
+    return longer / (TURN // 2 if scenario.arena.boundary == "walls" else TURN)
+
+
+def fixed(length: float, unit: Fraction) -> int:
+    """Return a length in whole units of fixed point, rounded down."""
+    return math.floor(exact(length) / unit)
+
+
+def squared(length: float, unit: Fraction) -> int:
+    """Return the square of a length in units of fixed point, rounded down."""
+    return math.floor((exact(length) / unit) ** 2)
+
+
+def limit_of(squared: int) -> np.uint64:
+    """Return a bound of squared distances; none is larger than 2**63."""
+    return np.uint64(min(squared, 2**63 + 1))
+
+
+def band_of(limit: int, shift: int) -> Band:
+    """Return the squared distances that leave open whether a point is in range, without ``shift`` bits.
+
+    A rounded coordinate is off by less than 1, a difference of two likewise, and a distance by less than 1.5.
+    All points are in doubt for a range too short or too long for 16 bits.
+    """
+    reach = math.sqrt(limit) / 2**shift
+    low = math.floor(max(reach - 1.5, 0) ** 2)
+    high = math.ceil((reach + 1.5) ** 2)
+    if low == 0 or high > TURN // 2:
+        return Band(np.uint32(0), np.uint32(TURN - 1))
+    return Band(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
+
+
+def probability(share: float) -> np.uint64:
+    """Return a probability times 2**32; 1 for any above 0."""
+    return np.uint64(math.ceil(exact(share) * TURN))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,16 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.html import show_swarm
 from feasibee.simulation.loading import load_engine
-from feasibee.simulation.saved import Saved, changing_arrays
-from feasibee.simulation.snapshot import Snapshot, coarse, members, snapshot_of
-
-if TYPE_CHECKING:
-    from feasibee.simulation.inspection import RobotState
+from feasibee.simulation.snapshot import (
+    RobotState,
+    Saved,
+    Snapshot,
+    changing_arrays,
+    coarse,
+    members,
+    snapshot_of,
+    state_of,
+)
 
 FIRST_STEPS = 1024
 """Initial length of the curves of counts."""
@@ -66,7 +71,7 @@ class Swarm:
         room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
         from feasibee.engine import allocation, layout, params, runner, team
-        from feasibee.simulation import fixed_point, lowering
+        from feasibee.simulation import lowering
 
         self._room = room
         self._layout, self._allocation = layout, allocation
@@ -77,7 +82,7 @@ class Swarm:
         engine = runner.engine_functions(*lowered.form)
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
-        self._unit = fixed_point.unit_of(self.scenario)
+        self._unit = lowering.unit_of(self.scenario)
         self._changes = bool(self._params.changes)
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS, FIRST_STEPS if self._changes else 0)
         self._counted = np.zeros(FIRST_STEPS if self._must_count else 0, np.int32)
@@ -312,11 +317,9 @@ class Swarm:
         if not self.present[number]:
             rule = f"no robot has this number at step {self.step}"
             raise FeasibeeError(f"robot = {number}: {rule}; use a number for which present is true")
-        from feasibee.simulation import inspection
-
         kinds, i = max(1, len(self.scenario.robots.classes)), self._place_of(number)
         x, y = map(float, self.positions[number])
-        return inspection.state_of(self._params, self._state, i, number, (x, y), kinds)
+        return state_of(self._params, self._state, i, number, (x, y), kinds)
 
     def _place_of(self, number: int) -> int:
         """Return where the state has a robot."""
@@ -398,3 +401,41 @@ class Swarm:
         if not self._params.in_space_order:
             return slice(count)
         return np.argsort(self._state.robots[self._layout.Robot.LABEL, :count])
+
+
+def truth_at(scenario: Scenario, step: int, seed: int = 0, run: int = 0) -> Verdict:
+    """Return the ground truth of one step of a run, with its proof.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The swarm and its world. If its world doesn't change, no run is simulated.
+    step : int
+        Step of the run, 0 to ``scenario.run.steps``.
+    seed, run : int
+        Seed and number of the run.
+
+    Returns
+    -------
+    Verdict
+        Whether the robots of the step can do the tasks of the step (model.md 6.17.3), as ``explain`` returns.
+
+    Raises
+    ------
+    FeasibeeError
+        If an argument is invalid.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> scenario = feasibee.Scenario(events=[{"step": 300, "tasks": 5}])
+    >>> feasibee.truth_at(scenario, 299).feasible, feasibee.truth_at(scenario, 300).feasible
+    (True, False)
+    """
+    scenario, which = check_scenario(scenario), Runs.single(seed, run)
+    step = check_integer("step", step, 0, scenario.run.steps)
+    if not scenario.dynamic:
+        return explain(scenario)
+    swarm = Swarm(scenario, which.seed, which.first)
+    swarm.advance(step)
+    return swarm.verdict

@@ -83,8 +83,7 @@ class Outcome:
     agreed: NDArray[np.bool_]
     """Whether that share of them held either opinion; shape (runs,)."""
     right_steps: NDArray[np.float64]
-    """Share of the steps at which the swarm was right; empty in a world that doesn't change; shape (runs,).
-    """
+    """Share of the steps at which each swarm was right, shape (runs,); empty in a world that stays."""
     right_at: NDArray[np.int64]
     """Number of runs that were right at each step; shape (steps + 1,)."""
     bits: NDArray[np.float64]
@@ -94,7 +93,7 @@ class Outcome:
     """Share of the counted robots that are committed at the last step, and committed to the wrong opinion;
     shape (runs,)."""
     commit_step: NDArray[np.int64]
-    """First step at which more than the threshold's share were committed; -1 if never; shape (runs,)."""
+    """First step at which more than the threshold's share were committed, shape (runs,); -1 if never."""
     found: Measured
     """The measures of its runs."""
     judgement: Judgement | None
@@ -132,6 +131,11 @@ class Outcome:
         """Share that judges it: of runs right at the last step; in a world that changes, of steps."""
         return self.accuracy if self.tracking is None else self.tracking.right_share
 
+    def words_and_tracking(self) -> dict[str, Any]:
+        """Return declarations, and how the swarms tracked the truth if it changes, as plain tables."""
+        declared = None if self.declared is None else self.declared.to_dict()
+        return {"declared": declared, **({} if self.tracking is None else self.tracking.to_dict())}
+
     def to_dict(self) -> dict[str, Any]:
         """Return the outcome as plain tables, for programs."""
         return {
@@ -144,8 +148,7 @@ class Outcome:
             "first_decision_right": self.first._asdict(),
             "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
-            "declared": None if self.declared is None else self.declared.to_dict(),
-            **({} if self.tracking is None else self.tracking.to_dict()),
+            **self.words_and_tracking(),
             **({} if self.judgement is None else {"response": self.judgement.to_dict()}),
         }
 

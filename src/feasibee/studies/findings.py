@@ -72,8 +72,8 @@ class Findings:
     right: Interval
     wrong: Interval
     split: Interval
-    """Share of the swarms in which, at the last step, more than the threshold's share of the robots holds the
-    true opinion, the other one, or neither."""
+    """Share of the swarms of each kind at the last step. More than the threshold's share of the robots holds
+    the true opinion, the other one, or neither."""
     wait: int | None
     """First step from which the target's share of the swarms is right until the end; None without one."""
     asked: Asked
@@ -97,7 +97,7 @@ class Findings:
     recommended_band: Band | None
     """Its blind band."""
     faults: list[Trial]
-    """The recommended strategy with single faults, or the own one if none is recommended."""
+    """The recommended strategy with single faults, or its own one if none is recommended."""
     seed: int
     """Seed of the runs."""
 
@@ -135,8 +135,7 @@ class Findings:
             "right_from_step": self.wait,
             "bits_per_robot_and_step": float(self.outcome.bits.mean()),
             "asked": self.asked._asdict(),
-            "declared": _declared_as_dict(self.outcome),
-            **_tracking_as_dict(self.outcome),
+            **self.outcome.words_and_tracking(),
             "opposite": _opposite_as_dict(self.opposite),
             "size": None if self.sizing is None else self.sizing.to_dict(),
             "recommended": self._recommended_as_dict(),
@@ -163,23 +162,13 @@ class Findings:
             "difference": trial.difference._asdict(),
             "right_from_step": wait_for(trial.outcome, self.target),
             "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
-            "declared": _declared_as_dict(trial.outcome),
-            **_tracking_as_dict(trial.outcome),
+            **trial.outcome.words_and_tracking(),
             "opposite": _opposite_as_dict(trial.opposite),
         }
 
 
 def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
     return one is not None and other is not None and difference(one, other).high < 0
-
-
-def _tracking_as_dict(outcome: Outcome) -> dict[str, Any]:
-    """Return how the swarms tracked the truth; nothing in a world that doesn't change."""
-    return {} if outcome.tracking is None else outcome.tracking.to_dict()
-
-
-def _declared_as_dict(outcome: Outcome) -> dict[str, Any] | None:
-    return None if outcome.declared is None else outcome.declared.to_dict()
 
 
 def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:

@@ -67,7 +67,7 @@ class Limits:
     seed: int
     """Seed of the runs."""
     steps: Mapping[str, NDArray[np.int64]]
-    """First step of each of `LIMITS`; -1 if never within the steps of a run; shape (runs,)."""
+    """First step of each of `LIMITS`, shape (runs,); -1 if never within the steps of a run."""
     cell: tuple[float, float]
     """Width and height in units of a cell of the area, which is seen when its centre is in range."""
 

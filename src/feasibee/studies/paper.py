@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import Panel, draw_opinion_panels, draw_panels, plot_decisions
 from feasibee.figures.style import figure, save_both
-from feasibee.files import atomic_write, make_folder, write_csv, write_table
+from feasibee.files import atomic_write, write_csv, write_table
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.results.measures import Measured, columns, measured, together
@@ -60,12 +60,12 @@ class RatioSummary:
     decision: NDArray[np.int8]
     """1 feasible, 0 infeasible, -1 undecided; shape (runs,)."""
     decision_step: NDArray[np.int32]
-    """First step at which the swarm had decided; -1 if undecided; shape (runs,)."""
+    """First step at which the swarm had decided, shape (runs,); -1 if undecided."""
     quartiles: NDArray[np.float64]
-    """Quartiles over the runs of the percentage of robots with opinion 1; empty where nothing draws them;
-    shape (3, steps + 1)."""
+    """Quartiles over the runs of the percentage of robots with opinion 1, shape (3, steps + 1); empty where
+    nothing draws them."""
     thinned: NDArray[np.float32]
-    """That percentage in each run at every 25th step; empty likewise; shape (runs, steps // 25 + 1)."""
+    """That percentage in each run at every 25th step, shape (runs, steps // 25 + 1); empty likewise."""
 
     @property
     def ratio(self) -> float:
@@ -231,33 +231,6 @@ DIVERGING = (16, 20, 25)
 SHOWN_STEPS = 400
 
 
-def reproduce(
-    out: str | Path, runs: int = 2000, seed: int = 0, execution: Execution | None = None
-) -> list[Claim]:
-    """Run the study, write figures and data into a folder, and return the claims.
-
-    Parameters
-    ----------
-    out : path
-        Folder; made if need be.
-    runs : int
-        Number of runs at each ratio; the paper has 100, which leave some claims open.
-    seed : int
-        64 bits.
-    execution : Execution, optional
-        Where to compute and keep the runs; by default on threads, and in a journal in ``out``.
-
-    Returns
-    -------
-    list of Claim
-        As in ``claims.json``.
-    """
-    Runs.of_point(0, runs, seed)  # raises before anything is computed
-    folder = make_folder(out)
-    points = run_study(runs, seed, execution or Execution(folder))
-    return write_study(folder, points, seed)
-
-
 def run_study(runs: int, seed: int, execution: Execution | None = None) -> list[RatioSummary]:
     """Simulate the swarm at each number of tasks; keep curves only where they are drawn or compared."""
     drawn = {*CONVERGING, *DIVERGING}
@@ -403,36 +376,8 @@ class PanelPoint:
         return self.robots / self.places
 
 
-def reproduce_beyond(
-    out: str | Path, runs: int = 2000, seed: int = 0, execution: Execution | None = None
-) -> list[PanelPoint]:
-    """Run the study, write ``beyond.png``, ``.pdf`` and ``.csv`` into a folder, and return what they show.
-
-    Parameters
-    ----------
-    out : path
-        Folder; made if need be.
-    runs : int
-        Number of runs at each ratio of each panel.
-    seed : int
-        64 bits.
-    execution : Execution, optional
-        Where to compute and keep the runs; by default on threads, and in a journal in ``out``.
-
-    Returns
-    -------
-    list of PanelPoint
-        Panel by panel, from the fewest places to the most.
-    """
-    Runs.of_point(0, runs, seed)  # raises before anything is computed
-    folder = make_folder(out)
-    points = simulate_panels(runs, seed, execution or Execution(folder))
-    write_panels(folder, points)
-    return points
-
-
 def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[PanelPoint]:
-    """Simulate all panels; see `reproduce_beyond`."""
+    """Simulate so many runs at each ratio; return panel by panel, from the fewest places to the most."""
     designs = [
         DesignPoint(
             {"panel": panel, "places": places},

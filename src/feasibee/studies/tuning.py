@@ -152,7 +152,7 @@ class Tuned:
     """By how much it is better, over the same fresh runs."""
     trials: list[tuple[dict[str, Any], float]]
     """Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
-    better, and -inf if there are too many false alarms. The largest of these scores is biased upwards,
+    better. With too many false alarms, the score is -inf. The largest of these scores is biased upwards,
     because it was selected as the largest."""
     objective: Objective = RIGHT
     """What was improved."""

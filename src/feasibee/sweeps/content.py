@@ -23,6 +23,7 @@ from feasibee.sweeps.schema import (
     FORMAT,
     NAME,
     PLACES,
+    POINT,
     STATEMENTS,
     Chunk,
     Entry,
@@ -215,7 +216,7 @@ def entries(database: sqlite3.Connection, most: int) -> tuple[list[Entry], list[
     If the table can't be read from end to end, look up each number from 1 to ``most``.
     """
     texts = {row[0]: row[-1] for row in _each(database, "SELECT id, text FROM sources", most)}
-    query = "SELECT id, hash, seed, truth, vary, scenario, until, source, digest FROM points"
+    query = f"SELECT {POINT}, digest FROM points"
     good: list[Entry] = []
     bad: list[int] = []
     for number, *row in _each(database, query, most):

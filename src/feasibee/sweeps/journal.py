@@ -26,7 +26,6 @@ from feasibee.files import make_folder
 from feasibee.files.locking import lock
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
-from feasibee.results.measures import truth_of_decisions
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.sweeps import content
@@ -36,6 +35,7 @@ from feasibee.sweeps.schema import (
     FORMAT,
     LOCK,
     NAME,
+    POINT,
     SEAL,
     STATEMENTS,
     EncodedRuns,
@@ -150,22 +150,9 @@ class Journal:
         with content.translating_errors(self.path):
             return content.missing(self._database, kinds, point, first, last)
 
-    def counts(self) -> dict[int, tuple[int, int]]:
-        """Return the numbers of runs and of right decisions of each point that has runs."""
-        found = {}
-        for entry in self.entries():
-            results = self.results(entry.id)
-            if results.run.size:
-                found[entry.id] = results.run.size, int(_is_right(results, entry.truth).sum())
-        return found
-
-    def right(self, point: int, first: int, last: int) -> int:
-        """Return the number of right decisions in a point's runs from ``first`` to before ``last``."""
-        results = self.results(point)
-        with content.translating_errors(self.path):
-            ((true,),) = self._database.execute("SELECT truth FROM points WHERE id = ?", (point,))
-        run = results.run
-        return int(((first <= run) & (run < last) & _is_right(results, true)).sum())
+    def counts(self) -> dict[int, int]:
+        """Return the number of undamaged runs of each point."""
+        return {entry.id: self.results(entry.id).run.size for entry in self.entries()}
 
     def record(self, point: int, record: Record) -> Record:
         """Return an empty record filled with its runs of a point, and what it has room for by step."""
@@ -223,11 +210,8 @@ class Journal:
             taken = {number for (number,) in database.execute("SELECT id FROM points")}
             free = (number for number in count(1) if number not in taken)
             for entry in entries:
-                known = database.execute(
-                    "SELECT id, hash, seed, truth, vary, scenario, until, source FROM points"
-                    " WHERE hash = ? AND seed = ?",
-                    (entry.hash, entry.seed),
-                ).fetchone()
+                query = f"SELECT {POINT} FROM points WHERE hash = ? AND seed = ?"
+                known = database.execute(query, (entry.hash, entry.seed)).fetchone()
                 if known is None:
                     there = entry._replace(id=next(free), source=self._source(entry.text))
                 else:
@@ -254,8 +238,8 @@ class Journal:
                 database.execute("INSERT OR IGNORE INTO sources VALUES (?, ?)", (entry.source, entry.text))
             (before,) = database.execute("SELECT COUNT(*) FROM points WHERE id = ?", (entry.id,)).fetchone()
             database.execute(
-                "INSERT INTO points (id, hash, seed, truth, vary, scenario, until, source, digest)"
-                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO UPDATE"
+                f"INSERT INTO points ({POINT}, digest) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)"
+                " ON CONFLICT (id) DO UPDATE"
                 " SET vary = excluded.vary, until = excluded.until, digest = excluded.digest",
                 (*entry[:-1], digest_of_entry(entry)),
             )
@@ -307,9 +291,7 @@ class Journal:
             if found is None:
                 continue
             column, *values = found
-            query = (
-                "SELECT id, hash, seed, truth, vary, scenario, until, source, NULL FROM points WHERE id = ?"
-            )
+            query = f"SELECT {POINT}, NULL FROM points WHERE id = ?"
             entry = Entry._make(self._database.execute(query, (point,)).fetchone())
             self._agree(entry, f"run {ours[0]}: {column}", values, origin)
 
@@ -418,13 +400,6 @@ class Journal:
                 yield
         except Damage:
             raise FeasibeeError(self.survey(_visit).line) from None
-
-
-def _is_right(results: SimpleNamespace, true: int) -> NDArray[np.bool_]:
-    """Return whether the decision of each run was right; ``true`` is the truth of a world that stays."""
-    there = truth_of_decisions(results) if hasattr(results, "truth") else true
-    right: NDArray[np.bool_] = results.decision == there
-    return right
 
 
 def _visit(entry: Entry, results: SimpleNamespace) -> None:

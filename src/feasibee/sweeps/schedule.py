@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from feasibee.results.measures import decided_right
 from feasibee.results.statistics import confidence_sequence
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT
@@ -39,7 +40,8 @@ class RunRange(NamedTuple):
     runs: int
 
 
-class Totals(NamedTuple):
+@dataclass(frozen=True)
+class Totals:
     """Points, runs, and their work in robot-steps: wanted so far, done, and computed by this process."""
 
     points: int = 0
@@ -48,14 +50,15 @@ class Totals(NamedTuple):
     runs_done: int = 0
     runs_new: int = 0
     work: int = 0
+    """The least work that there is."""
     work_done: int = 0
     work_new: int = 0
     most: int = 0
-    """Work if each stopping rule that isn't met yet asks for the most runs."""
+    """The most work that there may be: each stopping rule that isn't met yet asks for the most runs."""
 
     def plus(self, other: Totals) -> Totals:
         """Return the sums of both."""
-        return Totals(*(one + two for one, two in zip(self, other, strict=True)))
+        return Totals(*(own + vars(other)[name] for name, own in vars(self).items()))
 
 
 @dataclass
@@ -114,8 +117,10 @@ class Schedule:
         """Queue more runs of a point whose stopping rule isn't met yet."""
         rule, first = self.study.until, self.study.points[place].first_run
         while rule is not None and self.pending[place] == 0 and self.wanted[place] < rule.most:
-            runs = self.wanted[place]
-            if is_sure(rule, self.journal.right(self.numbers[place], first, first + runs), runs):
+            runs, results = self.wanted[place], self.journal.results(self.numbers[place])
+            these = (first <= results.run) & (results.run < first + runs)
+            right = decided_right(results, self.study.points[place].scenario)[these]
+            if is_sure(rule, int(right.sum()), runs):
                 self.met.add(place)
                 return
             self._queue(self._plan(place, min(rule.most, math.ceil(GROWTH * runs))))

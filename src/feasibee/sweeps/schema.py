@@ -150,6 +150,10 @@ class Entry(NamedTuple):
         return self._replace(vary=study.vary, until=study.until or self.until)
 
 
+POINT: Final = ", ".join(Entry._fields[:-1])
+"""Columns of the table of points, but for its digest."""
+
+
 class Chunk(NamedTuple):
     """Consecutive rows of a point that were written together."""
 

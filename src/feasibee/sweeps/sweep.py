@@ -26,26 +26,14 @@ from feasibee.sweeps.plan import Study
 from feasibee.sweeps.schedule import Schedule, Totals
 
 
-@dataclass(frozen=True)
-class Progress:
+@dataclass(frozen=True, kw_only=True)
+class Progress(Totals):
     """Progress of a study. Its work is in robot-steps, to which time is about proportional."""
 
-    phase: str
-    """What the study does at the moment; empty if it has no phases."""
-    points: int
-    """Number of points asked for so far."""
-    points_done: int
-    runs: int
-    """Number of runs wanted so far; a stopping rule or a later round may want more."""
-    runs_done: int
-    runs_new: int
-    """Of these, computed by this process."""
-    work: int
-    """Work of the runs wanted so far: the study takes at least as much."""
-    work_done: int
-    work_new: int
-    most: int | None
-    """The most work that the whole study may take; None if that is unknown."""
+    is_bounded: bool = True
+    """Whether ``most`` is the most work of the whole study: a search may go on without end."""
+    phase: str = ""
+    """What the study does at the moment, if it has phases."""
     seconds: float
     stopping: bool = False
     """Whether it was interrupted, and waits for the chunks that are being computed."""
@@ -53,7 +41,7 @@ class Progress:
     @property
     def share(self) -> float | None:
         """Share of the most work that is done, 0 to 1; None if the most is unknown."""
-        return None if self.most is None else self.work_done / self.most if self.most else 1.0
+        return None if not self.is_bounded else self.work_done / self.most if self.most else 1.0
 
     @property
     def left(self) -> tuple[float, float | None] | None:
@@ -61,7 +49,7 @@ class Progress:
         if not self.work_new or self.seconds <= 0:
             return None
         pace = self.seconds / self.work_new
-        most = None if self.most is None else pace * (self.most - self.work_done)
+        most = pace * (self.most - self.work_done) if self.is_bounded else None
         return pace * (self.work - self.work_done), most
 
 
@@ -187,14 +175,14 @@ class Rounds:
 
     def _progress(self, now: Totals, stopping: bool) -> Progress:
         done = self._past.plus(now)
-        most = None
-        if self._most is not None:  # runs of later rounds are taken to be as long as those so far
-            most = done.most + max(0, self._most - done.runs) * done.work // max(1, done.runs)
+        later = max(0, (self._most or 0) - done.runs)  # runs, taken to be as long as those so far
+        most = done.most + later * done.work // max(1, done.runs)
         return Progress(
+            **(vars(done) | {"most": most}),
+            is_bounded=self._most is not None,
             phase=self.phase,
             seconds=time.monotonic() - self._started,
             stopping=stopping,
-            **(done._asdict() | {"most": most}),
         )
 
 

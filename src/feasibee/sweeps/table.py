@@ -127,22 +127,21 @@ def shares_by_line(
     points: Sequence[Summary], x: str, hue: str | None, show: str
 ) -> dict[Any, dict[Any, Interval]]:
     """Return a measure by value of ``hue``, then by value of ``x``."""
-    lines: dict[Any, dict[Any, list[Summary]]] = {}
+    lines: dict[Any, list[Summary]] = {}
     for each in points:
-        line = _shown_value(each, hue) if hue else ""
-        lines.setdefault(line, {}).setdefault(_shown_value(each, x), []).append(each)
+        lines.setdefault(_shown_value(each, hue) if hue else "", []).append(each)
     return {
-        line: {value: together([each.found for each in group], show) for value, group in groups.items()}
-        for line, groups in lines.items()
+        line: {value: share for (value, _), share in shares_by_cell(group, x, x, show).items()}
+        for line, group in lines.items()
     }
 
 
 def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict[tuple[Any, Any], Interval]:
     """Return a measure by value of ``x`` and value of ``y``."""
-    cells: dict[tuple[Any, Any], list[Summary]] = {}
+    cells: dict[tuple[Any, Any], list[Measured]] = {}
     for each in points:
-        cells.setdefault((_shown_value(each, x), _shown_value(each, y)), []).append(each)
-    return {cell: together([each.found for each in group], show) for cell, group in cells.items()}
+        cells.setdefault((_shown_value(each, x), _shown_value(each, y)), []).append(each.found)
+    return {cell: together(group, show) for cell, group in cells.items()}
 
 
 def _shown_value(point: Summary, path: str) -> Any:
@@ -179,7 +178,7 @@ def export(journal: Journal, path: Path) -> int:
     """
     if check_output(path, RESULTS) == ".nc":
         write_netcdf(to_dataset(journal), path, {})
-        return sum(runs for runs, _ in journal.counts().values())
+        return sum(journal.counts().values())
     rows = to_dataframe(journal)
     with atomic_write(path) as temporary:
         rows.to_csv(temporary, index=False)
@@ -198,17 +197,12 @@ def to_dataframe(journal: Journal) -> pd.DataFrame:
     fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
     for number, row in enumerate(points):
         results = results_in(row, journal.results(row.id))
-        part = pd.DataFrame({name: getattr(results, name) for name in PLACES})
-        part.insert(0, "point", row.id)
-        for place, (path, values) in enumerate(fields.items(), start=1):
-            part.insert(place, path, values[number])
-        part.insert(1 + len(fields), "seed", np.uint64(row.seed))
-        part.insert(2 + len(fields), "truth", int(row.truth))
-        for place, (name, right) in enumerate(rightness(results, row.scenario).items()):
-            part.insert(3 + len(fields) + place, name, right)
+        columns: dict[str, Any] = {"point": row.id, **{path: fields[path][number] for path in fields}}
+        columns |= {"seed": np.uint64(row.seed), "truth": int(row.truth), **rightness(results, row.scenario)}
+        columns |= {name: getattr(results, name) for name in PLACES}
         if row.scenario.dynamic:
-            part = part.assign(**measures_of_runs(results))
-        parts.append(part)
+            columns |= measures_of_runs(results)
+        parts.append(pd.DataFrame(columns, index=range(results.run.size)))
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
@@ -234,7 +228,11 @@ def to_dataset(journal: Journal) -> xr.Dataset:
     if POINT in axes:
         coordinates |= {path: (POINT, values) for path, values in _fields(points).items()}
     variables = {name: data[name] for name in data if name not in axes}
-    recipe = json.dumps({"model_version": MODEL_VERSION, "points": _recipes(points)})
+    recipes = [
+        {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
+        for row in points
+    ]
+    recipe = json.dumps({"model_version": MODEL_VERSION, "points": recipes})
     return xr.Dataset(variables, coordinates, {"title": "feasibee sweep", "recipe": recipe})
 
 
@@ -285,13 +283,6 @@ def _of_tracked(
         name: grid.of_runs([each[name] for each in found], "int64", {"long_name": words})
         for name, words in OF_RUNS.items()
     }
-
-
-def _recipes(points: Sequence[StoredPoint]) -> list[dict[str, Any]]:
-    return [
-        {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
-        for row in points
-    ]
 
 
 def _axes_of(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:

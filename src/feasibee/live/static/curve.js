@@ -1,14 +1,25 @@
 // The share of robots with each opinion over time, with the threshold of the decision.
 
 import { contextOf } from "./crowd.js";
+import { drawTruth } from "./truths.js";
 
 /** @import { Shade } from "./theme.js" */
-/** @import { Recording } from "./recording.js" */
 
 /** @typedef {Record<Shade, string>} Shades */
+/**
+ * What is known of a run, by step: a recording of this page, or what the server has sent.
+ * @typedef {object} Course
+ * @property {number} last
+ * @property {ArrayLike<number>} feasible
+ * @property {ArrayLike<number>} infeasible
+ * @property {ArrayLike<number>} counted
+ * @property {number} decisionStep -1 for none.
+ * @property {ArrayLike<number>} [truths] In a world that changes.
+ */
 /** @typedef {{left: number, top: number, width: number, height: number}} Box */
 
 const FIRST_SPAN = 100; // steps
+const BAND = 6; // height of the band of the truth
 const MARGIN = { left: 40, top: 8, right: 18, bottom: 20 };
 
 /**
@@ -65,40 +76,45 @@ export class Curve {
   }
 
   /**
-   * @param {Recording} recording
+   * @param {Course} course
    * @param {number} step
    * @param {number} threshold
    * @param {Shades} shades
    */
-  draw(recording, step, threshold, shades) {
+  draw(course, step, threshold, shades) {
     const { pen, box } = fitted(this.canvas),
-      span = Math.min(recording.last, Math.max(FIRST_SPAN, Math.ceil(step / 50) * 50));
+      { last, decisionStep, counted, truths } = course,
+      span = Math.max(1, Math.min(last, Math.max(FIRST_SPAN, Math.ceil(step / 50) * 50))),
+      gap = Math.ceil(span / (4 * Math.max(1, box.width))); // steps between two points of a line
     /** @param {number} at */
-    const x = (at) => box.left + (box.width * at) / Math.max(1, span);
+    const x = (at) => box.left + (box.width * at) / span;
     /** @param {number} share */
     const y = (share) => box.top + box.height * (1 - share);
-    drawSteps(pen, box, Math.max(1, span), shades);
+    drawSteps(pen, box, span, shades);
+    if (truths) drawTruths(pen, box, truths, step, x, shades);
     this.drawShares(pen, box, y, threshold, shades);
-    const { robots } = recording.settings;
     pen.lineJoin = "round";
     for (const [counts, colour, dash] of /** @type {const} */ ([
-      [recording.infeasible, shades.infeasible, [5, 3]],
-      [recording.feasible, shades.feasible, []],
+      [course.infeasible, shades.infeasible, [5, 3]],
+      [course.feasible, shades.feasible, []],
     ])) {
       pen.strokeStyle = colour;
       pen.lineWidth = 2;
       pen.setLineDash([...dash]);
       pen.beginPath();
-      for (let at = 0; at <= step; at++) pen.lineTo(x(at), y(counts[at] / robots));
+      for (let at = 0; at < step + gap; at += gap) {
+        const shown = Math.min(at, step);
+        pen.lineTo(x(shown), y(counts[shown] / Math.max(1, counted[shown])));
+      }
       pen.stroke();
     }
     pen.setLineDash([]);
-    if (recording.decision < 0 || recording.decisionStep > step) return;
+    if (decisionStep < 0 || decisionStep > step) return;
     pen.strokeStyle = shades.ink;
     pen.lineWidth = 1;
     pen.beginPath();
-    pen.moveTo(x(recording.decisionStep), box.top);
-    pen.lineTo(x(recording.decisionStep), box.top + box.height);
+    pen.moveTo(x(decisionStep), box.top);
+    pen.lineTo(x(decisionStep), box.top + box.height);
     pen.stroke();
   }
 
@@ -126,5 +142,29 @@ export class Curve {
       pen.stroke();
     }
     pen.setLineDash([]);
+  }
+}
+
+/**
+ * Draw the truth of each step behind the opinions: a band, and a shade below it.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Box} box
+ * @param {ArrayLike<number>} truths
+ * @param {number} step
+ * @param {(at: number) => number} x
+ * @param {Shades} shades
+ */
+function drawTruths(pen, { top, height }, truths, step, x, shades) {
+  for (let from = 0, at = 1; at <= step + 1; at++) {
+    if (at <= step && truths[at] === truths[from]) continue;
+    const left = x(from),
+      width = x(Math.min(at, step)) - left,
+      truth = truths[from] === 1;
+    drawTruth(pen, { x: left, y: top - BAND, width, height: BAND }, truth, shades, 1);
+    pen.globalAlpha = 0.1;
+    pen.fillStyle = truth ? shades.feasible : shades.infeasible;
+    pen.fillRect(left, top, width, height);
+    pen.globalAlpha = 1;
+    from = at;
   }
 }

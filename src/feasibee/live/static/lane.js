@@ -1,8 +1,8 @@
 // One of the swarms side by side: its arena, its plot, its caption, and what lies ahead in its run.
 
 import { Arena } from "./arena.js";
+import { Curve } from "./curve.js";
 import { $, formatted } from "./elements.js";
-import { Plot } from "./plot.js";
 import { colours } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
 import { truthsOf } from "./truths.js";
@@ -24,8 +24,11 @@ export class Lane {
     this.caption = id("caption");
     this.title = id("plot-title");
     this.canvas = /** @type {HTMLCanvasElement} */ (id("arena"));
-    this.arena = new Arena(this.canvas, colours());
-    this.plot = new Plot(id("plot"), colours());
+    this.shades = colours();
+    this.arena = new Arena(this.canvas, this.shades);
+    this.curve = new Curve(/** @type {HTMLCanvasElement} */ (id("plot")));
+    this.course = begun(0, false);
+    this.plotted = -1; // step of the curve
     /** @type {Opened | null} */
     this.world = null;
     this.outlook = nothing(null);
@@ -37,7 +40,8 @@ export class Lane {
     this.world = world;
     this.title.textContent = world.strategy;
     this.arena.open(world);
-    this.plot.clear(world);
+    this.course = begun(world.last, world.changes);
+    this.plotted = -1;
     this.outlook = nothing(null);
     this.there = { robots: world.robots, tasks: world.tasks };
   }
@@ -89,8 +93,30 @@ export class Lane {
   }
 
   repaint() {
-    this.arena.setColours(colours());
-    this.plot.setColours(colours());
+    this.shades = colours();
+    this.arena.setColours(this.shades);
+    this.plotted = -1;
+  }
+
+  /**
+   * Keep the counts that a frame brings: those of all steps that the server has not sent before.
+   * @param {Frame} frame
+   */
+  keep({ first, feasibleCounts, infeasibleCounts, countedCounts, truths }) {
+    const { course } = this;
+    for (const [k, truth] of truths.entries()) {
+      course.feasible[first + k] = feasibleCounts[k];
+      course.infeasible[first + k] = infeasibleCounts[k];
+      course.counted[first + k] = countedCounts[k];
+      if (course.truths) course.truths[first + k] = truth;
+    }
+  }
+
+  /** @param {Frame} frame */
+  plot({ step, decisionStep }) {
+    this.plotted = step;
+    this.course.decisionStep = decisionStep;
+    this.curve.draw(this.course, step, this.world?.threshold ?? 1, this.shades);
   }
 
   /**
@@ -118,6 +144,17 @@ export class Lane {
     const text = `${label || "The arena"}. Arrow keys go from robot to robot.`;
     if (this.canvas.getAttribute("aria-label") !== text) this.canvas.setAttribute("aria-label", text);
   }
+}
+
+/**
+ * Return what is known of a run before its first step.
+ * @param {number} last
+ * @param {boolean} changes
+ */
+function begun(last, changes) {
+  /** @type {number[][]} */
+  const [feasible, infeasible, counted, truths] = [[], [], [], []];
+  return { last, feasible, infeasible, counted, truths: changes ? truths : undefined, decisionStep: -1 };
 }
 
 /**

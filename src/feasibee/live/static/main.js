@@ -54,7 +54,7 @@ const seeker = new Seeker((message) => {
   connection.send(message);
 });
 const lanes = [new Lane(0), new Lane(1)];
-const readings = new Readings(lanes.map((each) => each.plot));
+const readings = new Readings(lanes);
 const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
 const seekBar = new SeekBar((step) => seek(step));
 const inspector = new Inspector(inspect);
@@ -224,7 +224,7 @@ const answers = {
 
 /** @param {Frame} frame */
 function receive(frame) {
-  lanes[frame.lane].plot.add(frame);
+  lanes[frame.lane].keep(frame);
   if (!seeker.accepts(frame)) return;
   lanes[frame.lane].there = { robots: frame.there, tasks: frame.tasks };
   if (frame.lane) {
@@ -413,7 +413,10 @@ $("reset").addEventListener("click", () => {
 $("copy").addEventListener("click", copyScenario);
 addEventListener("hashchange", () => begin(0, followAddress()));
 calm.addEventListener("change", reflectMotion);
-new ResizeObserver(() => lanes.forEach((each) => each.plot.resize())).observe($("plot"));
+new ResizeObserver(() => {
+  lanes[0].plotted = -1;
+  dirty = true;
+}).observe($("plot"));
 
 setInterval(() => {
   if (!world?.field || !player.ended || isOnTheWay()) return;

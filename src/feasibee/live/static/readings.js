@@ -5,16 +5,16 @@ import { NEUTRAL } from "./frames.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
-/** @import { Plot } from "./plot.js" */
+/** @import { Lane } from "./lane.js" */
 
 /** @type {Record<number, string>} */
 const WORDS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
 const PLOT_PAUSE = 66; // milliseconds between two drawings of the plot
 
 export class Readings {
-  /** @param {Plot[]} plots Of the swarms side by side. */
-  constructor(plots) {
-    this.plots = plots;
+  /** @param {Lane[]} lanes */
+  constructor(lanes) {
+    this.lanes = lanes;
     this.changes = false;
     this.step = -1; // shown
     this.seconds = 0; // per step, if the scenario says it
@@ -58,15 +58,13 @@ export class Readings {
       this.plotted = Math.min(this.plotted, time - PLOT_PAUSE + 1);
     }
     if (this.isPlotted(frame) || (time - this.plotted < PLOT_PAUSE && playing)) return;
-    for (const [lane, shown] of [frame, frame.beside].entries())
-      if (shown)
-        this.plots[lane].show(shown.step, shown.decisionStep <= shown.step ? shown.decisionStep : -1);
+    for (const [lane, shown] of [frame, frame.beside].entries()) if (shown) this.lanes[lane].plot(shown);
     this.plotted = time;
   }
 
   /** @param {Frame} frame */
   isPlotted(frame) {
-    return this.plots[0].shown === frame.step;
+    return this.lanes[0].plotted === frame.step;
   }
 
   /** @param {Frame} frame */

@@ -29,6 +29,8 @@ export class Recording {
     this.feasible = [];
     /** @type {number[]} */
     this.infeasible = [];
+    /** @type {number[]} */
+    this.counted = [];
     this.decision = -1;
     this.decisionStep = -1;
     this.record();
@@ -60,6 +62,7 @@ export class Recording {
     });
     this.feasible.push(world.feasible);
     this.infeasible.push(world.infeasible);
+    this.counted.push(world.robots);
     if (this.decision < 0 && (this.decision = world.decision) >= 0) {
       this.decisionStep = this.known;
       if (this.stops) this.last = this.known;

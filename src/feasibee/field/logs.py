@@ -1,0 +1,150 @@
+"""Logs of a field: their folder, and files of one JSON object a line, each written at once."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from secrets import token_hex
+from typing import TYPE_CHECKING, Any, Final
+
+from feasibee.errors import FeasibeeError
+from feasibee.files.locking import lock
+from feasibee.files.reading import named, why_not
+from feasibee.files.writing import make_folder
+
+if TYPE_CHECKING:
+    from feasibee.field.plan import Plan
+
+VERSION: Final = 4
+"""Version of a world's log."""
+LOCK: Final = "field.lock"
+LOG_LIMIT = 2**30
+"""Largest log that is read, in bytes."""
+
+
+@contextmanager
+def log_folder(folder: Path | None) -> Iterator[Path]:
+    """Give the folder of a field's logs: a named one, locked against other fields, or a temporary one.
+
+    Raises
+    ------
+    FeasibeeError
+        If the folder can't be made, or another process has locked it.
+    """
+    if folder is None:
+        with tempfile.TemporaryDirectory(prefix="feasibee-field-", ignore_cleanup_errors=True) as name:
+            yield Path(name)
+        return
+    with closing(lock(make_folder(folder), LOCK)):
+        yield folder
+
+
+def remove_older(folder: Path, robots: Collection[int]) -> None:
+    """Remove the logs of robots that aren't of this field: an earlier one left them in the folder."""
+    for log in folder.glob("robot-*.jsonl"):
+        number = log.stem.removeprefix("robot-")
+        if number.isdecimal() and int(number) not in robots:
+            log.unlink(missing_ok=True)
+
+
+class LineLog:
+    """A log of one JSON object a line, each written at once: a killed process loses nothing.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    appends : bool
+        Whether to go on at the end of the file.
+
+    Raises
+    ------
+    FeasibeeError
+        If the file can't be written. All lines in it are complete then.
+    """
+
+    def __init__(self, path: Path, *, appends: bool = False) -> None:
+        self._path = path
+        try:
+            self._file = path.open("ab" if appends else "wb", buffering=0)
+        except (OSError, ValueError) as error:
+            raise self._unwritable(error, "name a file in a folder that you may write to") from None
+
+    def write(self, line: Mapping[str, Any]) -> None:
+        """Write a line."""
+        left = json.dumps(line, separators=(",", ":")).encode() + b"\n"
+        start = self._file.tell()
+        try:
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError as error:
+            with suppress(OSError):
+                self._file.truncate(start)
+            raise self._unwritable(error, "free some disk space, and run it again") from None
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _unwritable(self, error: OSError | ValueError, remedy: str) -> FeasibeeError:
+        return FeasibeeError(f"{named(self._path)}: can't be written: {why_not(error)}; {remedy}")
+
+
+class WorldLog(LineLog):
+    """The log of one world.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    plan : Plan
+        What the field does; the first line has it.
+    appends : bool
+        Whether the file is of the same field, whose world starts again.
+    """
+
+    def __init__(self, path: Path, plan: Plan, *, appends: bool) -> None:
+        super().__init__(path, appends=appends)
+        if not appends:
+            recipe = {"scenario": plan.scenario.to_toml(), "source": plan.scenario.manifest.source}
+            which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep, "hz": plan.hz}
+            session = token_hex(8)  # tells two fields in one folder apart
+            self.write({"feasibee": "field", "version": VERSION, **recipe, **which, "session": session})
+
+
+def read_lines(path: Path) -> list[dict[str, Any]]:
+    """Return the lines of a log; cut off an incomplete last line, of a world that was killed.
+
+    Raises
+    ------
+    FeasibeeError
+        If the file can't be read.
+    """
+    try:
+        data = path.read_bytes()
+        end = data.rfind(b"\n") + 1
+        if end < len(data):
+            with path.open("r+b") as file:
+                file.truncate(end)
+        return [json.loads(line) for line in data[:end].splitlines()]
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(f"{named(path)}: can't be resumed: {error}; start the field again") from None
+
+
+def parsed(path: Path, at: int, text: str) -> dict[str, Any]:
+    """Return a line of a log, which must be a JSON object."""
+    try:
+        line = json.loads(text)
+    except (ValueError, RecursionError):
+        raise damaged(path, at, "isn't JSON") from None
+    if not isinstance(line, dict):
+        raise damaged(path, at, "isn't a JSON object")
+    return line
+
+
+def damaged(path: Path, at: int, what: str) -> FeasibeeError:
+    """Return the error of a damaged line of a log."""
+    return FeasibeeError(f"{named(path)}: line {at}: {what}; the log is damaged: use an intact copy")
