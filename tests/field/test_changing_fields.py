@@ -13,6 +13,7 @@ from fields import STREAMS, a_plan, opinions, run, simulated, small
 from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
 from feasibee.field.robot import take_part
+from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
@@ -62,11 +63,13 @@ def test_a_field_whose_robots_have_all_left_goes_on(lockstep, tmp_path):
 
 def test_a_restarted_world_knows_who_came_and_went(tmp_path):
     scenario = small(**STREAMS)
-    faults = tuple(Fault(step, "restart-world") for step in (9, 10, 27))
-    result, events, steps = run(a_plan(scenario, faults=faults), tmp_path / "restarted")
+    faults = tuple(Fault(step, "restart-world") for step in (1, 9, 10, 27))
+    plan = a_plan(scenario, faults=faults)
+    result, events, steps = run(plan, tmp_path / "restarted", key="a key of some length")
     assert steps == run(a_plan(scenario), tmp_path / "alone")[2]
     assert logged(steps) == members(scenario)
     assert sum(event["event"] == "comes" for event in events) >= 5
+    assert sum(event["event"] == "listening" for event in events) == 5
     assert result["lost"] == []
 
 
@@ -91,12 +94,15 @@ def test_a_robot_from_elsewhere_waits_until_it_comes(tmp_path):
     assert ended == dict.fromkeys(range(4), (0, ""))  # robot 3 never comes
 
 
-def test_the_command_prints_the_measures_of_the_run(tmp_path):
+def test_the_command_prints_the_decision_and_the_measures_of_the_run(tmp_path):
     path = tmp_path / "changing.toml"
     events = [{"step": 10, "tasks": 6}, {"step": 30, "tasks": -7}]
-    path.write_text(small(**{"decision.strategy": "fading", "events": events, "run.steps": 60}).to_toml())
+    scenario = small(**{"decision.strategy": "fading", "events": events, "run.steps": 60})
+    path.write_text(scenario.to_toml())
     found = json.loads(invoke("launch", path, "--lockstep", "--seed", 1, "--json").stdout)
     expected = json.loads(invoke("run", path, "--runs", 1, "--seed", 1, "--json").stdout)
     names = ("right_share", "detection_delay", "missed", "false_alarms", "truth_intervals")
     assert {name: found[name] for name in names} == {name: expected[name] for name in names}
     assert len(found["truth_intervals"]) == 3
+    code, step = simulated(scenario)[1]
+    assert (found["decision"], found["decision_step"]) == (DECISIONS[code], step)

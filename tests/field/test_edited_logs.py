@@ -8,6 +8,7 @@ import random
 import signal
 import sys
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -214,7 +215,9 @@ def refusals(read, path, lines, seed, edits):
     return found
 
 
-def check_robots(name, tmp_path, edits):
+@pytest.mark.parametrize("edits", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", WORLDS)
+def test_an_edited_log_of_a_robot_is_replayed_or_refused_in_a_line(name, edits, tmp_path):
     base = Scenario() if name == "classes" else small()
     robots, _ = logs_of(base.replace({"arena.side": 8.0, **WORLDS[name]}))
     for number, lines in enumerate(robots):
@@ -224,19 +227,8 @@ def check_robots(name, tmp_path, edits):
     assert refusals(replay, path, lines, sorted(WORLDS).index(name), edits) > edits // 4
 
 
-@pytest.mark.parametrize("name", WORLDS)
-def test_an_edited_log_of_a_robot_is_replayed_or_refused_in_a_line(name, tmp_path):
-    check_robots(name, tmp_path, FEW)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", WORLDS)
-def test_many_edited_logs_of_robots_are_replayed_or_refused_in_a_line(name, tmp_path):
-    """Of some thousands in all."""
-    check_robots(name, tmp_path, MANY)
-
-
-def check_worlds(tmp_path, edits):
+@pytest.mark.parametrize("edits", [150, pytest.param(3_000, marks=pytest.mark.slow)])
+def test_an_edited_log_of_a_world_is_shown_or_refused_in_a_line(edits, tmp_path):
     scenario = small(steps=12, **WORLDS["liars"])
     log = WorldLog(tmp_path / "world.jsonl", a_plan(scenario), appends=False)
     for line in logs_of(scenario)[1]:
@@ -257,16 +249,6 @@ def shown(recording):
         recording.notes_at(step)
         recording.advance()
     recording.step = recording.last
-
-
-def test_an_edited_log_of_a_world_is_shown_or_refused_in_a_line(tmp_path):
-    check_worlds(tmp_path, 150)
-
-
-@pytest.mark.slow
-def test_many_edited_logs_of_worlds_are_shown_or_refused_in_a_line(tmp_path):
-    """Of some thousands."""
-    check_worlds(tmp_path, 3_000)
 
 
 @pytest.mark.parametrize(
@@ -317,6 +299,6 @@ def test_a_worlds_log_takes_no_more_memory_than_its_lines(tmp_path):
 
 
 def test_all_settings_of_a_mind_are_checked():
-    kinds = {_Settings: Settings, _Setting: Setting, _Commit: Commit}
-    for model, kind in kinds.items():
+    assert set(_Settings.model_fields) == {each.name for each in fields(Settings)}
+    for model, kind in {_Setting: Setting, _Commit: Commit}.items():
         assert tuple(model.model_fields) == kind._fields

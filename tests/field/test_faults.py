@@ -7,7 +7,7 @@ import os
 import sys
 
 import pytest
-from fields import a_plan, opinions, run, simulated, small
+from fields import a_plan, run, small
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.plan import Fault, parse_fault, parse_length, schedule
@@ -53,15 +53,6 @@ def test_a_stopped_robot_that_goes_on_takes_part_again(tmp_path):
     assert [event["robot"] for event in events if event["event"] in ("lost", "back")] == [4, 4]
     assert result["lost"] == []
     assert replay(tmp_path / "robot-4.jsonl").steps > 100
-
-
-def test_a_restarted_world_goes_on_where_it_was(tmp_path):
-    scenario = small()
-    faults = (Fault(1, "restart-world"), Fault(20, "restart-world"))
-    result, events, steps = run(a_plan(scenario, faults=faults), tmp_path, key="a key of some length")
-    assert opinions(steps) == simulated(scenario)[0]
-    assert sum(event["event"] == "listening" for event in events) == 3
-    assert result["lost"] == []
 
 
 def test_a_partition_cuts_the_radio_between_the_halves(tmp_path):

@@ -10,8 +10,8 @@ from serving import Page, serving_at
 
 from feasibee import Scenario, Swarm
 from feasibee.live.catalogue import STREAM, Catalogue, read_catalogue
-from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
+from feasibee.live.timeline import Outlook
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.sweeps import executors
 from feasibee.sweeps.plan import study_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from serving import serving_at
-from visiting import at, change, expect_no_scrolling, expect_picture, focus_nothing, picture_of
+from visiting import at, change, expect_no_scrolling, expect_picture, focus_nothing, picture_of, unfolded
 from waiting import eventually
 
 from feasibee import Scenario, Swarm
@@ -166,6 +166,8 @@ def test_the_preset_and_the_rate_of_change_by_keyboard(visit, still):
     page = visit(still)
     expect(page.locator("#legend-truth")).to_be_hidden()
     expect(page.locator("#stream")).to_be_hidden()
+    unfolded(page, "#changing summary")
+    page.locator("#changing").evaluate("it => (it.open = false)")
     page.locator("#changing summary").focus()
     page.keyboard.press("Enter")
     expect(page.locator("#rate-row")).to_be_hidden()
@@ -199,7 +201,7 @@ def test_the_preset_and_the_rate_of_change_by_keyboard(visit, still):
 
 def test_the_preset_simulates_what_the_example_does(visit, still):
     page = visit(still, reduced_motion="reduce")
-    page.locator("#changing summary").click()
+    unfolded(page, "#stream")
     page.locator("#stream").click()
     expect(page.locator("#last")).to_have_text("2,500")
     page.get_by_role("button", name="Pause").click()  # the stream plays at once

@@ -9,6 +9,8 @@ import pytest
 from serving import serving_at
 from visiting import (
     at,
+    change,
+    control_of,
     expect_no_scrolling,
     expect_picture,
     expect_reasons,
@@ -22,8 +24,8 @@ from waiting import eventually
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
-from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
+from feasibee.live.timeline import Outlook
 from feasibee.sweeps import executors
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
@@ -122,8 +124,7 @@ def test_the_decision_is_one_key_away(visit, port):
     at(page, decided)
     page.keyboard.press("r")
     at(page, 0)
-    page.locator("[data-path='run.steps']").fill("40")
-    page.keyboard.press("Tab")
+    change(page, "run.steps", "40")
     expect(page.locator("#marks-text")).to_have_text("No decision.")
     focus_nothing(page)
     page.keyboard.press(".")
@@ -283,10 +284,8 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
 
 def test_every_field_is_under_more(visit, port):
     page = visit(port)
+    page.get_by_text("All settings").click()
     page.get_by_text("More", exact=True).click()
-    parts = page.locator("#more-fields summary")
-    for part in range(parts.count()):
-        parts.nth(part).click()
     changes = {
         "sensing.count_self": True,
         "robots.placement": "clusters",
@@ -297,7 +296,7 @@ def test_every_field_is_under_more(visit, port):
     }
     shown = {"tasks": 'name = "carry"', "robots": 'name = "arm"'}
     for path, value in changes.items():
-        control = page.locator(f"[data-path='{path}']")
+        control = control_of(page, path)
         if value is True:
             control.check()
         elif path == "robots.placement":
@@ -321,7 +320,7 @@ def test_every_field_is_under_more(visit, port):
     control.fill("")
     control.press("Tab")
     expect(page.locator("#toml")).not_to_contain_text("[decision.commit]")
-    page.locator("[data-path='preset']").select_option("subcdm-2025")
+    control_of(page, "preset").select_option("subcdm-2025")
     expect(page.locator("#last")).to_have_text("10,000")
     page.reload()
     expect(page.locator("#last")).to_have_text("10,000")
@@ -365,7 +364,7 @@ def test_settings_and_arena_are_seen_together_at_900_pixels(visit, port):
 
 def expect_all_seen(page, least):
     """Expect that arena, clock and settings are seen without scrolling, and the arena's least width."""
-    parts = ("#arena", "#transport", "[data-path='decision.gain']")
+    parts = ("#arena", "#transport", "[data-path='decision.strategy']")
     boxes = [page.locator(each).bounding_box() for each in parts]
     for box in boxes:
         assert 0 <= box["y"] < box["y"] + box["height"] <= 800
@@ -381,6 +380,7 @@ def test_axe_finds_no_serious_violation(visit, port, width, scheme):
     page.keyboard.press("i")
     page.keyboard.press("d")
     expect(page.locator("#reasons-1")).to_be_visible()
+    page.get_by_text("All settings").click()
     page.locator("#more summary").first.click()
     page.locator("#more-fields summary").first.click()
     page.locator("#scenario summary").click()

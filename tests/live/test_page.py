@@ -11,6 +11,7 @@ from declaring import declaring
 from serving import serving_at
 from visiting import (
     change,
+    control_of,
     expect_no_scrolling,
     expect_picture,
     focus_nothing,
@@ -96,10 +97,12 @@ def test_the_page_says_what_simulate_says(visit, port):
 def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
     page = visit(port)
     page.keyboard.press(".")
-    change(page, "tasks.count", "33")
+    page.locator("[data-slides='tasks.count']").fill("33")
+    expect(page.locator("#question")).to_have_text("Can 20 robots do 33 tasks?")
+    expect(page.locator("[data-path='tasks.count']")).to_have_value("33")
     expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 33 tasks)")
     expect(page.locator("#now")).to_have_text("0")
-    page.locator("[data-path='arena.boundary']").select_option("walls")
+    control_of(page, "arena.boundary").select_option("walls")
     page.get_by_label("Robots avoid collisions").check()
     page.get_by_text("Scenario as TOML").click()
     expect(page.locator("#toml")).to_contain_text(
@@ -117,6 +120,7 @@ def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
 def test_bodies_bring_a_choice_of_what_blocked_robots_do(visit, port):
     page = visit(port)
     contact, bodies = page.get_by_label("Blocked robots"), page.get_by_label("Robots avoid collisions")
+    control_of(page, "robots.avoid_collisions")
     expect(bodies).to_be_visible()
     expect(contact).to_be_hidden()
     bodies.check()
@@ -150,7 +154,7 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
 @pytest.mark.slow
 def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
     page = visit(port)
-    page.locator("[data-path='arena.boundary']").select_option("walls")
+    control_of(page, "arena.boundary").select_option("walls")
     expect(page.locator("#veil")).to_have_text(
         re.compile(r"^Compiling the general engine, once for this machine … [01] s$")
     )

@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _catalogue
-from feasibee.live import connections
+from feasibee.live import guard
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
@@ -516,7 +516,7 @@ def silent(port, count, text=b""):
 
 @pytest.mark.parametrize("text", [b"", b"GET / HTTP/1.1\r\nHost: 127.0.0.1"])
 def test_connections_that_never_ask_for_anything_keep_no_page_out(port, text, monkeypatch):
-    monkeypatch.setattr(connections, "LIFETIME", 600.0)  # they end because of newer ones
+    monkeypatch.setattr(guard, "LIFETIME", 600.0)  # they end because of newer ones
     with Page(port) as page, ExitStack() as lines:
         for line in silent(port, 400, text):
             lines.enter_context(line)
@@ -539,7 +539,7 @@ UNFINISHED = {
 
 @pytest.mark.parametrize("what", UNFINISHED)
 def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, monkeypatch):
-    monkeypatch.setattr(connections, "LIFETIME", 0.5)
+    monkeypatch.setattr(guard, "LIFETIME", 0.5)
     with serving_at(Catalogue(Scenario())) as port, Page(port) as page:
         (line,) = silent(port, 1, UNFINISHED[what].encode())
         with line:

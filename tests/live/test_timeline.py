@@ -8,8 +8,7 @@ from declaring import declaring
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live import timeline
-from feasibee.live.outlook import CHANGES_LIMIT, SHOWN, Outlook
-from feasibee.live.timeline import Timeline, advance_together
+from feasibee.live.timeline import CHANGES_LIMIT, SHOWN, Outlook, Timeline, advance_together
 from feasibee.simulation.snapshot import FLAGS
 
 WORLDS = {

@@ -11,7 +11,7 @@ import pytest
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.messages import encode_frame, encode_tasks
-from feasibee.live.modules import joined
+from feasibee.live.page import joined
 from feasibee.live.session import RunRequest, Session
 from feasibee.live.widget import SWARMS_LIMIT, Arena
 

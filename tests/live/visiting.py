@@ -28,8 +28,19 @@ def play_to_the_end(page):
     expect(page.locator("#play")).to_have_attribute("aria-label", "Play")
 
 
+def unfolded(page, selector):
+    """Return an element, after all that is folded around it has been opened."""
+    element = page.locator(selector)
+    element.evaluate("at => { while (at = at.parentElement?.closest('details')) at.open = true; }")
+    return element
+
+
+def control_of(page, path):
+    return unfolded(page, f"[data-path='{path}']")
+
+
 def change(page, path, value):
-    control = page.locator(f"[data-path='{path}']")
+    control = control_of(page, path)
     control.fill(value)
     control.press("Tab")
     return control

@@ -13,7 +13,7 @@ from zlib import crc32
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
-from feasibee.robot import Commit, Controller, Message, Wire, firmware
+from feasibee.robot import Commit, Controller, Message, Settings, Wire, firmware
 from feasibee.strategies import STRATEGIES
 
 SOURCES = Path(__file__).parent / "c"
@@ -177,16 +177,20 @@ def robot_of(strategy, number, case, words):
     """Return the controller that a case of ``steps.c`` has."""
     case = dict(case)
     rounds, heard, quorum, of = case.pop("commit", (0, 0, 1, 1))
+    stubborn = case.pop("stubborn", False)
     steps = {name: case.pop(name) / 65536 for name in ("gain", "exploration") if name in case}
     return Controller(
         STRATEGIES[strategy],
         opinion=number & 1,
         draw_duration=lambda mean: int(mean) + 1 + (words.word() & 7),
         draw_choice=lambda: (words.word() / 2**32, words.word() / 2**32),
-        commit=Commit(Fraction(quorum, of), rounds, heard) if rounds else None,
-        inbox_size=case.pop("inbox_size", 32),
-        **steps,
-        **case,
+        settings=Settings(
+            commit=Commit(Fraction(quorum, of), rounds, heard) if rounds else None,
+            inbox_size=case.pop("inbox_size", 32),
+            **steps,
+            **case,
+        ),
+        stubborn=stubborn,
     )
 
 

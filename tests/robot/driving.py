@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message
+from feasibee.robot import Commit, Controller, Message, Settings
 from feasibee.robot.firmware import header
 from feasibee.strategies import STRATEGIES
 
@@ -140,16 +140,18 @@ class Episode:
             self.opinion,
             draws.duration,
             draws.choice,
-            exploration=self.exploration,
-            gain=self.gain,
-            dissemination_floor=self.dissemination_floor,
-            quality_floor=self.quality_floor,
-            own_vote=self.own_vote,
-            listens_for=self.listens_for,
-            every_message=self.every_message,
-            inbox_size=self.inbox_size,
-            parameters=self.parameters(),
-            commit=self.commit and Commit(Fraction(*self.commit[2:]), *self.commit[:2]),
+            Settings(
+                exploration=self.exploration,
+                gain=self.gain,
+                dissemination_floor=self.dissemination_floor,
+                quality_floor=self.quality_floor,
+                own_vote=self.own_vote,
+                listens_for=self.listens_for,
+                every_message=self.every_message,
+                inbox_size=self.inbox_size,
+                parameters=self.parameters(),
+                commit=self.commit and Commit(Fraction(*self.commit[2:]), *self.commit[:2]),
+            ),
             draw_switch=draws.switch if self.switching else None,
             stubborn=self.stubborn,
         )

@@ -6,7 +6,7 @@ from array import array
 from zlib import crc32
 
 from benchmarks.sizes import PROCESSORS, SHARED, setting_in_c
-from feasibee.robot import Controller, Wire, firmware
+from feasibee.robot import Controller, Settings, Wire, firmware
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
@@ -65,8 +65,7 @@ class Swarm:
             Controller(
                 STRATEGIES[strategy],
                 opinion=number & 1,
-                me=(number, 0, words.word()),
-                setting=self.setting,
+                settings=Settings(me=(number, 0, words.word()), setting=self.setting),
                 draw_duration=lambda mean: 1 + (words.word() & 7),
                 draw_choice=lambda: (words.word() / 2**32, words.word() / 2**32),
             )

@@ -15,7 +15,7 @@ from zlib import crc32
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message, Wire, WireError
+from feasibee.robot import Commit, Controller, Message, Settings, Wire, WireError
 from feasibee.robot.firmware import header, strategies_in_c
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
@@ -196,13 +196,15 @@ class Episode:
             opinion,
             draws.duration,
             draws.choice,
-            exploration=self.setting.exploration,
-            gain=self.setting.dissemination,
-            parameters=self.setting.parameters,
-            commit=commit,
-            me=(number, 0, mark),
-            setting=self.setting,
-            step=step,
+            Settings(
+                exploration=self.setting.exploration,
+                gain=self.setting.dissemination,
+                parameters=self.setting.parameters,
+                commit=commit,
+                me=(number, 0, mark),
+                setting=self.setting,
+                step=step,
+            ),
         )
 
     def place(self):

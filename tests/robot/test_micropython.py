@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message
+from feasibee.robot import Commit, Controller, Message, Settings
 from feasibee.strategies import STRATEGIES
 
 ROOT = Path(__file__).parents[2]
@@ -83,9 +83,12 @@ def expected(setting, steps, draws):
         STRATEGIES["dmmd"],
         draw_duration=lambda mean: int(mean * next(draw)) + 1,
         draw_choice=lambda: (0.0, 0.0),
-        commit=Commit(Fraction(*quorum), rounds, heard) if quorum else None,
-        inbox_size=rest.pop("inbox_size", 32),
-        **rest,
+        opinion=rest.pop("opinion"),
+        settings=Settings(
+            commit=Commit(Fraction(*quorum), rounds, heard) if quorum else None,
+            inbox_size=rest.pop("inbox_size", 32),
+            **rest,
+        ),
     )
     for robots, tasks, messages in steps:
         robot.observe(robots, tasks)

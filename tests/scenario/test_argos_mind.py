@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message
+from feasibee.robot import Commit, Controller, Message, Settings
 from feasibee.robot.firmware import header
 from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
@@ -25,7 +25,7 @@ UNIFORM = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p)
 WORD = 2**32
 
 
-class Settings(ctypes.Structure):
+class MindSettings(ctypes.Structure):
     """struct mind_settings of mind.h, in its order."""
 
     _fields_ = [
@@ -62,7 +62,7 @@ def library(tmp_path_factory):
     subprocess.run(["cc", *options, EXAMPLE / "mind.c", "-o", out, "-lm"], check=True)
     loaded = ctypes.CDLL(str(out))
     loaded.mind_new.restype = ctypes.c_void_p
-    loaded.mind_new.argtypes = [ctypes.POINTER(Settings), ctypes.c_uint16, UNIFORM, ctypes.c_void_p]
+    loaded.mind_new.argtypes = [ctypes.POINTER(MindSettings), ctypes.c_uint16, UNIFORM, ctypes.c_void_p]
     for name, *arguments in (
         ("free",),
         ("see", ctypes.c_int, ctypes.c_int),
@@ -105,7 +105,7 @@ def settings_of(strategy, **changed):
         "inbox_size": 1024,
         "own_vote": True,
     }
-    return Settings(strategy=strategy.encode(), **{**usual, **parameters, **changed})
+    return MindSettings(strategy=strategy.encode(), **{**usual, **parameters, **changed})
 
 
 def packed(wire, sender, message):
@@ -126,8 +126,7 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         int(in_python.fraction() >= 0.5),
         in_python.duration,
         lambda: (in_python.fraction(), in_python.fraction()),
-        inbox_size=9,
-        commit=Commit(Fraction(9, 10), 3, 2),
+        Settings(inbox_size=9, commit=Commit(Fraction(9, 10), 3, 2)),
         draw_switch=lambda: in_python.fraction() < 0.05,
     )
     wire = Wire(STRATEGIES[strategy], 9, commits=True)

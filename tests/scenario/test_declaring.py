@@ -6,7 +6,7 @@ import pytest
 from own_files import assert_same, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, reference
-from feasibee.robot.controller import Controller, Message
+from feasibee.robot.controller import Controller, Message, Settings
 from feasibee.scenario.plugins import load
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
@@ -569,9 +569,7 @@ def test_a_controller_declares_and_knows_its_place(write):
         opinion=1,
         draw_duration=lambda mean: 3,
         draw_choice=lambda: (0.5, 0.5),
-        me=(2, 0, 77),
-        place=(1.0, 2.0),
-        setting=setting,
+        settings=Settings(me=(2, 0, 77), place=(1.0, 2.0), setting=setting),
     )
     assert (robot.knowledge.me.x, robot.knowledge.me.y, robot.knowledge.me.explores) == (1.0, 2.0, True)
     robot.recognise([Thing(False, 4, 0, 1, 1.0, 1.5)])

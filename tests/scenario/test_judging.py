@@ -14,7 +14,7 @@ from feasibee.engine.knowledge import update_pending
 from feasibee.engine.layout import Clock, Pending
 from feasibee.engine.params import Action
 from feasibee.engine.signatures import FUNCTIONS, PARAMS, STATE
-from feasibee.robot.controller import Controller
+from feasibee.robot.controller import Controller, Settings
 from feasibee.scenario.plugins import load
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
@@ -207,8 +207,7 @@ def test_a_controller_follows_what_it_knows(write):
         opinion=1,
         draw_duration=lambda mean: 3,
         draw_choice=lambda: (0.5, 0.5),
-        me=(2, 0, 77),
-        setting=setting_from((5, 9), (0, 0), False, None, [3.0]),
+        settings=Settings(me=(2, 0, 77), setting=setting_from((5, 9), (0, 0), False, None, [3.0])),
     )
     robot.recognise([Thing(False, 4 + k, 0, 1, 1.0, 1.5) for k in range(3)])
     assert robot.knowledge.gap() == -1  # three tasks in sight, and the one that it knows at the start

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from feasibee.engine.starting import sort_tasks
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.reference.mind import BYZANTINE
-from feasibee.robot.controller import Controller, Message
+from feasibee.robot.controller import Controller, Message, Settings
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
@@ -141,7 +142,7 @@ class Plain:
     def let_all_lie(self):
         for robot in self.swarm.robots:
             robot.fault = BYZANTINE
-            robot.mind.settings = robot.mind.settings._replace(fault=robot.fault)
+            robot.mind.settings = replace(robot.mind.settings, fault=robot.fault)
 
     def tell(self, i, value):
         self.minds[i]._value = value
@@ -364,7 +365,7 @@ def test_dissemination_lasts_in_proportion_to_the_quality_of_the_own_opinion(opi
         return 1
 
     robot = Controller(
-        STRATEGIES["dmmd"], opinion, draw, draw_choice=lambda: (0.0, 0.0), exploration=4.0, gain=10.0
+        STRATEGIES["dmmd"], opinion, draw, lambda: (0.0, 0.0), Settings(exploration=4.0, gain=10.0)
     )
     robot.observe(robots=3, tasks=1)
     robot.end_step()

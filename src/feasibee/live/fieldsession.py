@@ -11,8 +11,8 @@ import numpy as np
 from feasibee.errors import FeasibeeError
 from feasibee.live.lane import opening
 from feasibee.live.messages import Look, Open, encode_frame, encode_tasks
-from feasibee.live.outlook import nothing_ahead
 from feasibee.live.scene import Logged
+from feasibee.live.timeline import nothing_ahead
 from feasibee.scenario.runs import check_integer
 from feasibee.simulation.snapshot import FLAGS
 

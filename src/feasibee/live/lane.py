@@ -6,10 +6,9 @@ from typing import Any, Final, NamedTuple
 
 from feasibee.live.form import EVENTS, shown
 from feasibee.live.messages import encode_frame
-from feasibee.live.outlook import Outlook
 from feasibee.live.reasons import reasons_of
 from feasibee.live.scene import scene_of
-from feasibee.live.timeline import Timeline
+from feasibee.live.timeline import Outlook, Timeline
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +13,6 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from feasibee.files.writing import atomic_write
-from feasibee.live.modules import STATIC, joined
 from feasibee.live.world.lowering import (
     NUMBERS,
     PAGE_STRATEGIES,
@@ -25,6 +25,8 @@ from feasibee.model.codes import exact
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
+STATIC: Final = Path(__file__).parent / "static"
+IMPORTED: Final = re.compile(r'(?m)^import [^;]+ from "\./(\w+)\.js";\n')
 MARKUP: Final = Path(__file__).with_name("page.html")
 """A template, so it doesn't stand among the files that the live server gives."""
 WASM: Final = Path(__file__).parent / "world" / "world.wasm"
@@ -105,3 +107,16 @@ def _rule(strategy: str) -> str:
     name, _, rule = line.partition(": ")
     text = line if "," in name or not rule else rule
     return text[:1].upper() + text[1:]
+
+
+def joined(name: str) -> str:
+    """Return a module and all that it imports as one text, for what can't import; keep its default export."""
+    return "\n".join(_texts(name, set()))
+
+
+def _texts(name: str, seen: set[str]) -> list[str]:
+    """Return the texts of modules not seen before, each after those that it imports."""
+    seen.add(name)
+    text = (STATIC / f"{name}.js").read_text("utf-8")
+    before = [part for each in IMPORTED.findall(text) if each not in seen for part in _texts(each, seen)]
+    return [*before, re.sub(r"(?m)^export (?!default)", "", IMPORTED.sub("", text))]

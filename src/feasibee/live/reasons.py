@@ -7,10 +7,11 @@ What comes next is what its own controller does with what the robot knows at thi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
-from feasibee.reference.robot import hall_sets
+from feasibee.reference.robot import settings_of
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.snapshot import FLAGS, RobotState
@@ -167,24 +168,13 @@ def controller_of(
 ) -> Controller:
     """Return the controller of a robot with what the robot knows at this step."""
     scenario = swarm.scenario
-    decision = scenario.decision
     controller = Controller(
         scenario.strategy,
         opinion=opinion_of(state),
         draw_duration=draw_duration,
         draw_choice=lambda: (chance, chance),
-        exploration=decision.exploration,
-        gain=decision.gain,
-        dissemination_floor=decision.dissemination_floor,
-        quality_floor=decision.quality_floor,
-        own_vote=decision.own_vote,
-        every_message=decision.inbox == "every-message",
-        parameters=list(decision.parameters.values()),
+        settings=replace(settings_of(scenario), me=(state.id, state.kind, state.hash), place=state.place),
         stubborn=_has(state, "stubborn"),
-        sets=hall_sets(scenario),
-        me=(state.id, state.kind, state.hash),
-        place=state.place,
-        setting=scenario.setting,
     )
     controller.opinion = opinion_of(state)
     controller.disseminating = _has(state, "disseminating")
@@ -227,7 +217,7 @@ def _prospects(swarm: Swarm, state: RobotState, number: int) -> list[Prospect]:
         controller = controller_of(swarm, state, number, chance, note)
         controller.phase_left = 1
         controller.end_step()
-        mean = means[-1] + (0 if _has(state, "disseminating") else controller.dissemination_floor)
+        mean = means[-1] + (0 if _has(state, "disseminating") else controller.settings.dissemination_floor)
         declared = controller.declared
         prospect = Prospect(controller.opinion, controller.feasible_quality, declared, mean)
         if prospect not in found:

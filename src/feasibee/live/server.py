@@ -25,10 +25,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from feasibee.errors import FeasibeeError
 from feasibee.live.catalogue import Catalogue
-from feasibee.live.connections import Connection, Once, log_config
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.form import form
-from feasibee.live.guard import Guard, check_host, is_loopback
+from feasibee.live.guard import Connection, Guard, Once, check_host, is_loopback, log_config
 from feasibee.live.layout import PROTOCOL
 from feasibee.live.messages import (
     MESSAGE_LIMIT,

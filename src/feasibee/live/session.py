@@ -10,8 +10,7 @@ from feasibee.live.catalogue import Catalogue
 from feasibee.live.form import EVENTS, typed
 from feasibee.live.lane import ROOM, Lane, RunRequest, last_step
 from feasibee.live.messages import Look, Open, encode_tasks
-from feasibee.live.outlook import nothing_ahead
-from feasibee.live.timeline import advance_together
+from feasibee.live.timeline import advance_together, nothing_ahead
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.runs import check_integer

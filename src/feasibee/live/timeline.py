@@ -1,16 +1,21 @@
-"""Time of one run in both directions: copies of its state at intervals, and replay from the nearest one.
+"""Time of one run in both directions: copies of its state, replay from the nearest one, and what lies ahead.
 
 A run is deterministic, so that a step is always reached by simulating from an earlier copy. Small swarms are
 replayed from the start faster than a page can show it; large ones keep copies, within a limit of memory.
+
+A second swarm of the same run goes ahead of the one that the page shows, a little at a time (`Outlook`). What
+it finds is what the page will show.
 """
 
 from __future__ import annotations
 
 import time
 from bisect import bisect_right
-from typing import Final
+from typing import Any, Final
 
-from feasibee.simulation.snapshot import Saved
+import numpy as np
+
+from feasibee.simulation.snapshot import FLAGS, Saved
 from feasibee.simulation.swarm import Swarm
 
 WORK: Final = 2**20
@@ -19,6 +24,13 @@ LEAST: Final = 16
 """Fewest steps between two copies."""
 ROOM: Final = 32 * 2**20
 """Most bytes that the copies of a run take, apart from that of step 0."""
+CHANGES_LIMIT: Final = 5000
+"""Most changes of a robot, or of the world, that are sent: more than a seek bar has pixels."""
+SHOWN: Final = sum(
+    1 << FLAGS.index(name)
+    for name in ("feasible", "neutral", "disseminating", "declared", "working", "there")
+)
+"""Flags whose change is a change of the robot."""
 
 
 class Timeline:
@@ -81,3 +93,134 @@ def advance_together(timelines: list[Timeline], until: int, seconds: float) -> b
         chunk = 2 * chunk if now - before < seconds / 8 else chunk
         before = now
     return timelines[0].swarm.step >= until
+
+
+def nothing_ahead(robot: int | None, first: int, seen: int, problem: str) -> dict[str, Any]:
+    """Return the message for a run in which no swarm can look ahead, and why."""
+    return {
+        "type": "outlook",
+        "robot": robot,
+        "first": first,
+        "changes": [],
+        "seen": seen,
+        "world": [],
+        "decision": -1,
+        "declaration": -1,
+        "done": True,
+        "problem": problem,
+    }
+
+
+class Outlook:
+    """The outlook of a run, of which one robot is followed, if any.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        The run, at step 0; another one than that of the page.
+    last : int
+        Last step to look at.
+    """
+
+    def __init__(self, swarm: Swarm, last: int) -> None:
+        self._swarm = swarm
+        self._start = Timeline(swarm, room=0)
+        self._last = last
+        self._robot: int | None = None
+        self._changes: list[tuple[int, int]] = []
+        self._seen = self._noted = -1
+        self._world: list[tuple[int, int, int, int]] = []
+        self._decision = self._declaration = -1
+
+    @property
+    def decision_step(self) -> int:
+        """Step of the first decision; -1 if it isn't found yet, or there is none."""
+        return self._decision
+
+    @property
+    def done(self) -> bool:
+        """Whether the run has been looked at to its last step."""
+        return self._seen >= self._last
+
+    def follow(self, robot: int | None) -> None:
+        """Look for the changes of a robot from the start of the run on; for None, of no robot."""
+        if robot != self._robot:
+            self._robot = robot
+            if robot is not None:
+                self._start.rewind(0)
+                self._seen = -1
+                self._changes = []
+                self._note()
+
+    def look(self, seconds: float) -> bool:
+        """Go ahead for a limited time; return whether all is found."""
+        end, chunk = time.monotonic() + seconds, 1
+        while not self.done and time.monotonic() < end:
+            before = time.monotonic()
+            self._swarm.advance(min(self._until_change(chunk), self._last - self._swarm.step))
+            self._note()
+            chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
+        return self.done
+
+    def to_dict(self, first: int, seen: int = 0) -> dict[str, Any]:
+        """Return what is found as a message.
+
+        Parameters
+        ----------
+        first : int
+            Number of changes of the robot that are left out.
+        seen : int
+            Number of changes of the world that are left out.
+        """
+        return {
+            "type": "outlook",
+            "robot": self._robot,
+            "first": first,
+            "changes": self._changes[first:],
+            "seen": seen,
+            "world": self._world[seen:],
+            "decision": self._decision,
+            "declaration": self._declaration,
+            "done": self.done,
+        }
+
+    def _until_change(self, chunk: int) -> int:
+        """Return how many steps the robot stays as it is; without a robot, a number of steps."""
+        if self._robot is None or len(self._changes) >= CHANGES_LIMIT:
+            return chunk
+        scenario, step = self._swarm.scenario, self._swarm.step
+        if scenario.dynamic or scenario.manifest.judges:
+            return 1  # it may leave, or change its opinion, in any step
+        robot = self._swarm.robot(self._robot)
+        is_sure = robot.flags >> FLAGS.index("declared") & 1
+        if scenario.manifest.declares and not is_sure:
+            return 1  # it may declare in any step
+        stop = scenario.faults.stop_step - step
+        return max(1, min(robot.phase_left, stop) if stop > 0 else robot.phase_left)
+
+    def _note(self) -> None:
+        """Add what has changed at this step."""
+        swarm = self._swarm
+        self._seen = swarm.step
+        self._decision = max(self._decision, swarm.first_decision[1])
+        self._declaration = max(self._declaration, swarm.declaration_step)
+        if swarm.scenario.dynamic:
+            self._note_world()
+        if self._robot is not None and len(self._changes) < CHANGES_LIMIT:
+            flags = swarm.robot(self._robot).flags & SHOWN if swarm.present[self._robot] else 0
+            if not self._changes or self._changes[-1][1] != flags:
+                self._changes.append((swarm.step, flags))
+
+    def _note_world(self) -> None:
+        """Add the steps at which the numbers of robots or tasks, or the truth, change: with the new ones."""
+        swarm, start = self._swarm, max(self._noted, 0)
+        if swarm.step <= self._noted:
+            return
+        curves = (each[start:] for each in (swarm.robot_counts, swarm.task_counts, swarm.truths))
+        rows = np.stack([each.astype(np.int64) for each in curves], axis=1)
+        differs = np.flatnonzero((rows[1:] != rows[:-1]).any(axis=1)) + 1
+        if self._noted < 0:
+            differs = np.concatenate([[0], differs])
+        found = [(start + each, *rows[each].tolist()) for each in differs.tolist()]
+        self._world += found[: max(0, CHANGES_LIMIT - len(self._world))]
+        self._noted = swarm.step

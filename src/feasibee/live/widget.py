@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, Problem, how_to_install
 from feasibee.live.messages import encode_frame, encode_tasks
-from feasibee.live.modules import joined
+from feasibee.live.page import joined
 from feasibee.live.scene import scene_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm

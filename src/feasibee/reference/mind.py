@@ -5,12 +5,14 @@ It needs no scenario, only plain settings, so that a swarm's minds can live in p
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
 from feasibee.reference.draws import TURN, duration, happens, philox
+from feasibee.robot import controller
 from feasibee.robot.controller import Commit, Controller, Message
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
@@ -28,32 +30,19 @@ class Insight(Protocol):
         """Return the robots (feasible) or tasks that they invent."""
 
 
-class Settings(NamedTuple):
-    """The settings of one mind: plain values, those of the scenario and those of the robot."""
+@dataclass(frozen=True, kw_only=True)
+class Settings(controller.Settings):
+    """The settings of one simulated mind: plain values, those of the scenario and those of the robot."""
 
+    setting: Setting
     coordinates: tuple[int, int, int]
     """Seed, run and number of the robot, the coordinates of its draws."""
     joined: int
     """Number of robots that have had this number before it."""
     phases: int
     """Number of phases that these have begun."""
-    exploration: float
-    gain: float
-    dissemination_floor: int
-    quality_floor: int
-    own_vote: bool
-    listens_for: int | None
-    every_message: bool
-    inbox_size: int | None
-    parameters: Sequence[float]
-    commit: Commit | None
     switching: float | None
     """Probability that a decision adopts what the robot's own counts favour; None if it never does."""
-    sets: Sequence[tuple[Sequence[int], Sequence[int]]]
-    me: tuple[int, int, int]
-    place: tuple[float, float]
-    setting: Setting
-    step: int
     fault: str
     """The robot's fault (model.md 6.6)."""
     byzantine_says: str
@@ -74,7 +63,7 @@ class Mind(Controller):
     """
 
     def __init__(self, strategy: Strategy, settings: Settings) -> None:
-        self.settings = settings
+        self.settings: Settings = settings
         self.phases = settings.phases
         self._remembered: set[tuple[bool, int]] = set()
         self._remembers_since = 0
@@ -83,23 +72,9 @@ class Mind(Controller):
             opinion=self._words(settings.joined, FIRST_OPINION)[0] >> 31,
             draw_duration=self._duration,
             draw_choice=self._choice,
-            exploration=settings.exploration,
-            gain=settings.gain,
-            dissemination_floor=settings.dissemination_floor,
-            quality_floor=settings.quality_floor,
-            own_vote=settings.own_vote,
-            listens_for=settings.listens_for,
-            every_message=settings.every_message,
-            inbox_size=settings.inbox_size,
-            parameters=settings.parameters,
-            commit=settings.commit,
+            settings=settings,
             draw_switch=None if settings.switching is None else self._switches,
             stubborn=settings.fault == STUBBORN,
-            sets=settings.sets,
-            me=settings.me,
-            place=settings.place,
-            setting=settings.setting,
-            step=settings.step,
         )
 
     def says(self, step: int, insight: Insight) -> Message | None:
@@ -173,7 +148,7 @@ class Mind(Controller):
 def plain_settings(settings: Settings) -> dict[str, Any]:
     """Return settings as plain values, which JSON keeps exactly."""
     commit = settings.commit
-    return settings._asdict() | {
+    return vars(settings) | {
         "setting": settings.setting._asdict(),
         "commit": None if commit is None else commit._asdict() | {"quorum": str(commit.quorum)},
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -12,6 +13,7 @@ from feasibee.reference.draws import cos_sin, duration, happens, philox
 from feasibee.reference.identities import Names
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.world import Place, World
+from feasibee.robot import controller
 from feasibee.robot.controller import Commit, Message
 from feasibee.scenario.scenario import Scenario
 
@@ -118,35 +120,44 @@ class Robot:
 
     def _settings(self, phases: int, step: int) -> Settings:
         """Return the settings of the robot's mind."""
-        decision, sensing = self._scenario.decision, self._scenario.sensing
-        rule = decision.commit
+        own = replace(
+            settings_of(self._scenario),
+            me=self._names.me(self.number, self.kind),
+            place=self._world.in_units(self.place),
+            step=max(0, step - 1),
+        )
         return Settings(
+            **vars(own),
             coordinates=self._coordinates,
             joined=self.joined,
             phases=phases,
-            exploration=decision.exploration,
-            gain=decision.gain,
-            dissemination_floor=decision.dissemination_floor,
-            quality_floor=decision.quality_floor,
-            own_vote=decision.own_vote,
-            listens_for=listening(decision.listen),
-            every_message=decision.inbox == "every-message",
-            inbox_size=decision.inbox_size,
-            parameters=list(decision.parameters.values()),
-            commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
-            switching=decision.switching,
-            sets=hall_sets(self._scenario),
-            me=self._names.me(self.number, self.kind),
-            place=self._world.in_units(self.place),
-            setting=self._scenario.setting,
-            step=max(0, step - 1),
+            switching=self._scenario.decision.switching,
             fault=self.fault,
             byzantine_says=self._scenario.faults.byzantine_says,
-            repeated=sensing.observation == "repeated",
+            repeated=self._scenario.sensing.observation == "repeated",
         )
 
 
-def listening(listen: Any) -> int | None:
+def settings_of(scenario: Scenario) -> controller.Settings:
+    """Return what a scenario sets for the controller of each robot."""
+    decision, rule = scenario.decision, scenario.decision.commit
+    return controller.Settings(
+        exploration=decision.exploration,
+        gain=decision.gain,
+        dissemination_floor=decision.dissemination_floor,
+        quality_floor=decision.quality_floor,
+        own_vote=decision.own_vote,
+        listens_for=_listening(decision.listen),
+        every_message=decision.inbox == "every-message",
+        inbox_size=decision.inbox_size,
+        parameters=list(decision.parameters.values()),
+        commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
+        sets=_hall_sets(scenario),
+        setting=scenario.setting,
+    )
+
+
+def _listening(listen: Any) -> int | None:
     """Return the number of last steps of dissemination in which a robot listens.
 
     0 stands for all of them, None for exploration, too.
@@ -156,7 +167,7 @@ def listening(listen: Any) -> int | None:
     return 0 if listen == "dissemination" else int(listen["last"])
 
 
-def hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:
+def _hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:
     """Return what each class of robots and of tasks adds to each set of skills (model.md 6.7).
 
     A robot counts if it has a skill of the set; a task counts its places that ask for one. The last set is

@@ -30,6 +30,7 @@ A robot that sees three robots and one task in every step, and hears robot 7 say
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -63,6 +64,45 @@ class Commit(NamedTuple):
     """Least number of messages in such an inbox."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """The numbers and rules of one robot, which never change."""
+
+    exploration: float = 10.0
+    """Mean duration of exploration, in steps."""
+    gain: float = 10.0
+    """Mean steps of dissemination for an opinion of quality 1."""
+    dissemination_floor: int = 0
+    """Steps that each dissemination lasts longer."""
+    quality_floor: int = 0
+    """Both counts are taken for at least this when they are rated."""
+    own_vote: bool = True
+    """Whether its own opinion counts in its majority."""
+    listens_for: int | None = None
+    """It hears only in the last so many steps of dissemination; 0: in all of it; None: always."""
+    every_message: bool = False
+    """Whether every message is a vote, or the latest of each robot."""
+    inbox_size: int | None = None
+    """How many different robots' messages it keeps, the newest; by default all."""
+    parameters: Sequence[float] | None = None
+    """The strategy's, in its order; by default its own."""
+    commit: Commit | None = None
+    """When it commits to its opinion; by default never."""
+    sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),)
+    """For unlike robots and tasks: what each class of both adds to the two sides of a set of skills."""
+    me: tuple[int, int, int] = (0, 0, 0)
+    """Its id, class and hash (32 random bits), for strategies that pass on knowledge."""
+    place: tuple[float, float] = (0.0, 0.0)
+    """Its first position in the frame that all robots share, in units, for strategies that use it."""
+    setting: Setting | None = None
+    """The numbers that strategies that pass on knowledge need."""
+    step: int = 0
+    """Number of steps that have passed, if it joins robots that began earlier: 0 to 2**32 - 1."""
+
+
+DEFAULTS = Settings()
+
+
 class Controller:
     """The controller of one robot (model.md 4).
 
@@ -76,41 +116,12 @@ class Controller:
         Given a mean, which may be 0, draws how many whole steps a phase lasts: at least 1.
     draw_choice : callable
         Draws two numbers, each at least 0 and below 1: the chance left to a decision, and the message drawn.
-    exploration : float
-        Mean duration of exploration, in steps.
-    gain : float
-        Mean steps of dissemination for an opinion of quality 1.
-    dissemination_floor : int
-        Steps that each dissemination lasts longer.
-    quality_floor : int
-        Both counts are taken for at least this when they are rated.
-    own_vote : bool
-        Whether its own opinion counts in its majority.
-    listens_for : int, optional
-        It hears only in the last so many steps of dissemination; 0: in all of it; None: always.
-    every_message : bool
-        Whether every message is a vote, or the latest of each robot.
-    inbox_size : int, optional
-        How many different robots' messages it keeps, the newest; by default all.
-    parameters : sequence of float
-        The strategy's, in its order; by default its own.
-    commit : Commit, optional
-        When it commits to its opinion; by default never.
+    settings : Settings, optional
+        Its numbers and rules.
     draw_switch : callable, optional
         Draws whether a decision adopts what the robot's own counts favour; by default none does.
     stubborn : bool
         Whether it never changes its opinion (a fault).
-    sets : sequence of pairs
-        For unlike robots and tasks: what each class of robots and each class of tasks adds to the two sides
-        of a set of skills; by default all robots against all tasks.
-    me : tuple of int
-        Its id, class and hash (32 random bits), for strategies that pass on knowledge.
-    place : tuple of float
-        Its first position in the frame that all robots share, in units, for strategies that use it.
-    setting : Setting, optional
-        The numbers that strategies that pass on knowledge need.
-    step : int
-        Number of steps that have passed, if it joins robots that began earlier: 0 to 2**32 - 1.
     """
 
     def __init__(
@@ -119,55 +130,35 @@ class Controller:
         opinion: int,
         draw_duration: Callable[[float], int],
         draw_choice: Callable[[], tuple[float, float]],
+        settings: Settings = DEFAULTS,
         *,
-        exploration: float = 10.0,
-        gain: float = 10.0,
-        dissemination_floor: int = 0,
-        quality_floor: int = 0,
-        own_vote: bool = True,
-        listens_for: int | None = None,
-        every_message: bool = False,
-        inbox_size: int | None = None,
-        parameters: Sequence[float] | None = None,
-        commit: Commit | None = None,
         draw_switch: Callable[[], bool] | None = None,
         stubborn: bool = False,
-        sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),),
-        me: tuple[int, int, int] = (0, 0, 0),
-        place: tuple[float, float] = (0.0, 0.0),
-        setting: Setting | None = None,
-        step: int = 0,
     ) -> None:
         self.strategy = strategy
         self.opinion = NONE if strategy.starts_neutral else opinion
-        self.exploration = exploration
-        self.gain = gain
-        self.dissemination_floor = dissemination_floor
-        self.quality_floor = quality_floor
-        self.own_vote = own_vote
-        self.listens_for = listens_for
-        self.every_message = every_message
-        self.inbox_size = inbox_size
-        self.commit = commit
-        self.stubborn = stubborn
-        self.sets = sets
+        self.settings = settings
+        self._stubborn = stubborn
         self.committed = False
         self.explorations = 0
         self.feasible_quality = 0.5
-        classes = (len(sets[0][0]), len(sets[0][1]))
+        parameters = settings.parameters
         self._parameters = list(strategy.parameters.values() if parameters is None else parameters)
         self._memory = [0.0] * strategy.memory
         self.knowledge: Knowledge | None = None
         if strategy.knowledge:
-            if setting is None:
+            if settings.setting is None:
                 raise TypeError(f"{strategy.name} passes on knowledge: give the controller a setting")
-            self.knowledge = Knowledge(strategy, Me(*me, step, self._memory, setting, x=place[0], y=place[1]))
+            x, y = settings.place
+            me = Me(*settings.me, settings.step, self._memory, settings.setting, x=x, y=y)
+            self.knowledge = Knowledge(strategy, me)
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice
         self._draw_switch = draw_switch
-        self.robots_seen = [0] * classes[0]
-        self.tasks_seen = [0] * classes[1]
+        robots, tasks = settings.sets[0]
+        self.robots_seen = [0] * len(robots)
+        self.tasks_seen = [0] * len(tasks)
         self._explore()
 
     def message(self) -> Message | None:
@@ -194,9 +185,9 @@ class Controller:
     @property
     def listens(self) -> bool:
         """Whether messages count in this step."""
-        if self.listens_for is None:
+        if self.settings.listens_for is None:
             return True
-        return self.disseminating and not 0 < self.listens_for < self.phase_left
+        return self.disseminating and not 0 < self.settings.listens_for < self.phase_left
 
     def observe(self, robots: int | Sequence[int], tasks: int | Sequence[int]) -> None:
         """Count robots and tasks in sight while exploring, by class if there are several (model.md 4.2)."""
@@ -216,12 +207,12 @@ class Controller:
             self.knowledge.merge(message.knowledge, sender)
         if message.opinion == NONE:  # a message of knowledge by wire: it has no opinion
             return
-        if self.every_message:
+        if self.settings.every_message:
             self._messages.append(message)
             return
         self._latest.pop(sender, None)  # the newest come last
         self._latest[sender] = message
-        if self.inbox_size is not None and len(self._latest) > self.inbox_size:
+        if self.settings.inbox_size is not None and len(self._latest) > self.settings.inbox_size:
             self._latest.pop(next(iter(self._latest)))
 
     def end_step(self) -> None:
@@ -241,7 +232,7 @@ class Controller:
     def _follow(self, knowledge: Knowledge) -> None:
         """Declare, or adopt the opinion that follows from what is known (model.md 6.11, 6.15)."""
         opinion = knowledge.declared if knowledge.declare() else knowledge.judge()
-        if opinion != NONE and not (self.stubborn or self.committed):
+        if opinion != NONE and not (self._stubborn or self.committed):
             self.opinion = opinion
 
     def _explore(self) -> None:
@@ -253,7 +244,7 @@ class Controller:
             self.tasks_seen = [0] * len(self.tasks_seen)
         self._latest: dict[int, Message] = {}
         self._messages: list[Message] = []
-        self.phase_left = self._draw_duration(self.exploration)
+        self.phase_left = self._draw_duration(self.settings.exploration)
 
     def _disseminate(self) -> None:
         """Begin disseminating, for a time drawn by the quality of the opinion (model.md 4.3, 4.4)."""
@@ -264,24 +255,24 @@ class Controller:
         self._value = 0
         if self.strategy.value_bits:
             self._value = sent(self.strategy.value(mind), self.strategy.value_bits)
-        mean = self.strategy.dissemination(mind.quality, self.gain)
+        mean = self.strategy.dissemination(mind.quality, self.settings.gain)
         if "lasting" in self.strategy.functions:
-            mean = self.strategy.lasting(mind, self.gain)
-        self.phase_left = self.dissemination_floor + self._draw_duration(mean)
+            mean = self.strategy.lasting(mind, self.settings.gain)
+        self.phase_left = self.settings.dissemination_floor + self._draw_duration(mean)
 
     def _rate(self) -> None:
         """Rate *feasible*: the least quality over the sets of skills (model.md 4.3, 6.7)."""
         robots, tasks = self.knowledge.counted() if self.knowledge else (self.robots_seen, self.tasks_seen)
-        sides = [(_sum(robot, robots), _sum(task, tasks)) for robot, task in self.sets]
+        sides = [(_sum(robot, robots), _sum(task, tasks)) for robot, task in self.settings.sets]
         observed = [pair for pair in sides if sum(pair) > 0] or [(0, 0)]
-        floor = self.quality_floor
+        floor = self.settings.quality_floor
         self.feasible_quality = min(
             self.strategy.quality(max(floor, robots), max(floor, tasks)) for robots, tasks in observed
         )
 
     def _mind(self) -> Mind:
         qualities = {1: self.feasible_quality, 0: 1.0 - self.feasible_quality, NONE: 0.5}
-        own_vote = int(self.own_vote)
+        own_vote = int(self.settings.own_vote)
         quality = qualities[self.opinion]
         return Mind(self.opinion, quality, self.feasible_quality, own_vote, self._memory, self._parameters)
 
@@ -308,10 +299,10 @@ class Controller:
         decided = _opinion(self.strategy.decide(self._mind(), inbox))
         if self._draw_switch is not None and self._draw_switch():  # model.md 6.10
             decided = int(self.feasible_quality >= 0.5)
-        if not (self.stubborn or self.committed or self.declared != NONE):
+        if not (self._stubborn or self.committed or self.declared != NONE):
             self.opinion = decided
-        if self.commit is not None:
-            self._consider_commitment(self.commit, inbox)
+        if self.settings.commit is not None:
+            self._consider_commitment(self.settings.commit, inbox)
 
     def _consider_commitment(self, rule: Commit, inbox: Inbox) -> None:
         """Commit if enough successive inboxes agreed with the robot's opinion (model.md 6.14)."""

@@ -1,5 +1,7 @@
 // The form of settings: the user's changes, and the server's problems with them.
 
+import { unfold } from "./elements.js";
+
 /** @typedef {HTMLInputElement | HTMLSelectElement} Input */
 /** @typedef {{path: string, text: string}} Problem */
 
@@ -21,12 +23,18 @@ export class Controls {
       this.add(input);
     /** @type {Input | null} */
     this.edited = null; // typed into, and not sent yet
-    form.addEventListener("input", (event) => (this.edited = /** @type {Input} */ (event.target)));
+    /** @type {HTMLInputElement[]} */
+    this.sliders = [...form.querySelectorAll("[data-slides]")].map((each) => /** @type {any} */ (each));
+    form.addEventListener("input", (event) => {
+      const input = (this.edited = /** @type {Input} */ (event.target));
+      if (input.dataset.slides) this.input(input.dataset.slides).value = input.value;
+    });
     form.addEventListener("focusout", () => (this.edited = null));
     form.addEventListener("change", (event) => {
-      const input = /** @type {Input} */ (event.target);
+      const { path, slides } = /** @type {Input} */ (event.target).dataset,
+        changed = path ?? slides;
       this.edited = null;
-      if (input.dataset.path) this.changed(input.dataset.path, input);
+      if (changed) this.changed(changed, this.input(changed));
     });
     form.addEventListener("submit", (event) => event.preventDefault());
   }
@@ -116,6 +124,11 @@ export class Controls {
       if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = Boolean(value);
       else input.value = String(value);
     }
+    for (const slider of this.sliders) {
+      const { value } = this.input(slider.dataset.slides ?? "");
+      if (Number(value) > Number(slider.max)) slider.max = value;
+      slider.value = value;
+    }
   }
 
   clearProblems() {
@@ -154,12 +167,7 @@ export class Controls {
       input.setAttribute("aria-invalid", "true");
       note.textContent = text;
       note.hidden = false;
-      for (
-        let above = input.closest("details");
-        above;
-        above = above.parentElement?.closest("details") ?? null
-      )
-        above.open = true;
+      unfold(input);
     }
     const more = problems.length > others.length ? ["Not changed: the previous run continues."] : [];
     this.general([...others, ...more].join("\n"));

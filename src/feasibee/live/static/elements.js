@@ -33,3 +33,12 @@ export function duration(seconds) {
 export function announce(text) {
   $("announcer").textContent = text;
 }
+
+/**
+ * Open all that is folded around an element.
+ * @param {Element} element
+ */
+export function unfold(element) {
+  for (let at = element.closest("details"); at; at = at.parentElement?.closest("details") ?? null)
+    at.open = true;
+}

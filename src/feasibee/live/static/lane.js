@@ -6,13 +6,11 @@ import { $, formatted } from "./elements.js";
 import { colours } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
 import { truthsOf } from "./truths.js";
+import { OPINIONS } from "./words.js";
 
 /** @import { Opened, View } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Outlook } from "./seekbar.js" */
-
-/** @type {Record<number, string>} */
-const WORDS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
 
 export class Lane {
   /** @param {number} number 0 on the left, 1 on the right. */
@@ -175,5 +173,5 @@ function decided({ decision, firstDecision, decisionStep, truth }, { changes }) 
   const opinion = changes ? decision : firstDecision;
   if (opinion < 0) return "undecided";
   const when = changes ? "" : ` at step ${formatted(decisionStep)}`;
-  return `${WORDS[opinion]}${when}: ${opinion === truth ? "right" : "wrong"}`;
+  return `${OPINIONS[opinion]}${when}: ${opinion === truth ? "right" : "wrong"}`;
 }

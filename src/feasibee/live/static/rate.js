@@ -1,6 +1,6 @@
 // A world that changes, as a preset of the form, and how fast it changes, as a slider.
 
-import { $ } from "./elements.js";
+import { $, unfold } from "./elements.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Controls } from "./controls.js" */
@@ -41,7 +41,7 @@ export class RateOfChange {
    * @param {Opened} world
    */
   open({ fields, changes }) {
-    if (changes) /** @type {HTMLDetailsElement} */ ($("changing")).open = true;
+    if (changes) unfold($("changing"));
     const [arrival, lifetime] = [Number(fields[ARRIVAL] ?? 0), Number(fields[LIFETIME] ?? 0)],
       isScaled = this.wanted?.arrival === arrival && this.wanted.lifetime === lifetime;
     if (!isScaled) {

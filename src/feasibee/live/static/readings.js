@@ -2,13 +2,12 @@
 
 import { $, announce, duration, formatted } from "./elements.js";
 import { NEUTRAL } from "./frames.js";
+import { OPINIONS, questionOf } from "./words.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Lane } from "./lane.js" */
 
-/** @type {Record<number, string>} */
-const WORDS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
 const PLOT_PAUSE = 66; // milliseconds between two drawings of the plot
 
 export class Readings {
@@ -35,6 +34,7 @@ export class Readings {
     this.decision = null;
     $("toml").textContent = world.toml;
     $("last").textContent = formatted(world.last);
+    $("question").textContent = questionOf(world).question;
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
     $("legend-truth").hidden = !world.changes;
     $("stopped-row").hidden = !fields["faults.stopped"];
@@ -103,8 +103,8 @@ export class Readings {
     if (this.changes) return this.showHeld(frame);
     const key = `${frame.firstDecision} ${frame.decision}`;
     if (key === this.decision) return;
-    const first = WORDS[frame.firstDecision],
-      now = WORDS[frame.decision],
+    const first = OPINIONS[frame.firstDecision],
+      now = OPINIONS[frame.decision],
       decided = frame.firstDecision >= 0,
       step = formatted(frame.decisionStep);
     const word = decided && frame.firstDecision === frame.truth ? "right" : "wrong";
@@ -122,13 +122,14 @@ export class Readings {
    * @param {Frame} frame
    */
   showHeld(frame) {
-    const truth = WORDS[frame.truth],
+    const truth = OPINIONS[frame.truth],
       held = frame.decision >= 0,
       word = frame.decision === frame.truth ? "right" : "wrong",
       key = `${frame.decision} ${truth}`;
+    $("question").textContent = questionOf({ robots: frame.there, tasks: frame.tasks }).question;
     $("truth").textContent = `${truth} (${formatted(frame.there)} robots, ${formatted(frame.tasks)} tasks)`;
     if (key === this.decision) return;
-    $("decision").textContent = WORDS[frame.decision];
+    $("decision").textContent = OPINIONS[frame.decision];
     $("verdict").dataset.verdict = held ? word : "";
     $("judgement").textContent = held ? `The swarm's decision is ${word} at this step.` : "";
     if (this.decision && !this.decision.endsWith(` ${truth}`))

@@ -16,7 +16,7 @@ export function counted(count, word) {
 
 /**
  * The question and the truth.
- * @param {Settings} settings
+ * @param {Pick<Settings, "robots" | "tasks">} settings
  */
 export function questionOf({ robots, tasks }) {
   const more = tasks - robots;
