@@ -38,38 +38,5 @@ JOINING_CLASS: Final = 27  # word 0: the robot of the start that has the class o
 APPEARING_CLASS: Final = 28  # word 0: the same for a task
 RELEASE: Final = 29  # word 0: which of the robots there; of (how many released before it in this step, step)
 MISNAME: Final = 30  # word 0; of (observer, task)
-PURPOSES: Final = (
-    "PLACE_ROBOT",
-    "PLACE_TASK",
-    "FIRST_OPINION",
-    "WALK",
-    "PHASE",
-    "CENTRE_ROBOT",
-    "CENTRE_TASK",
-    "CLUSTER_ROBOT",
-    "CLUSTER_TASK",
-    "SCATTER_ROBOT",
-    "SCATTER_TASK",
-    "SITE",
-    "FAULT",
-    "MISS_ROBOT",
-    "MISS_TASK",
-    "FALSE_ROBOT",
-    "FALSE_TASK",
-    "FALSE_ROBOT_CLASS",
-    "FALSE_TASK_CLASS",
-    "LOSS",
-    "LIE",
-    "IDENTITY",
-    "ARRIVAL",
-    "LIFETIME",
-    "FAILURE",
-    "VANISH",
-    "LEAVE",
-    "JOINING_CLASS",
-    "APPEARING_CLASS",
-    "RELEASE",
-    "MISNAME",
-)
 PAIR: Final = 256
 """A draw about a pair has the last word purpose + PAIR * (number of the second)."""

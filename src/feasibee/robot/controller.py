@@ -79,7 +79,7 @@ class Settings:
     own_vote: bool = True
     """Whether its own opinion counts in its majority."""
     listens_for: int | None = None
-    """It hears only in the last so many steps of dissemination; 0: in all of it; None: always."""
+    """It hears only in the last so many steps of dissemination: 0 for all of it, None for always."""
     every_message: bool = False
     """Whether every message is a vote, or the latest of each robot."""
     inbox_size: int | None = None
