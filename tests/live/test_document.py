@@ -10,8 +10,9 @@ from commands import invoke, refused
 
 from feasibee import Scenario, ScenarioError
 from feasibee.live.page import page_of
-from feasibee.live.world.lowering import PAGE_FIELDS, PAGE_STRATEGIES, check_scenario
+from feasibee.live.world.lowering import PAGE_STRATEGIES, check_scenario
 from feasibee.scenario.fields import fields
+from feasibee.scenario.supported import PAGE
 from feasibee.strategies import STRATEGIES
 
 
@@ -101,7 +102,7 @@ def test_a_page_simulates_the_presets(preset):
 
 
 def test_the_pages_fields_are_fields_and_its_strategies_pass_on_opinions_only():
-    assert set(fields()) >= PAGE_FIELDS
+    assert set(fields()) >= PAGE
     assert {name for name, each in STRATEGIES.items() if not each.knowledge} == set(PAGE_STRATEGIES)
 
 

@@ -55,7 +55,7 @@ def test_steps_decision_and_hundred_swarms_are_the_engines(tab, tmp_path):
     counts = swarms.feasible_count.values[0, 1:41].tolist()
     assert shown == [[count, 20 - count] for count in counts]
     decided = tab.run(
-        f"""{SEEN} document.getElementById("to-decision").click();
+        f"""{SEEN} document.getElementById("decision-0").click();
         await until(() => text("decision").startsWith("The")); return text("decision");"""
     )
     word = ("infeasible", "feasible")[int(swarms.decision[0])]

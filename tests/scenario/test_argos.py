@@ -13,8 +13,9 @@ import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.robot.firmware import header
-from feasibee.scenario.argos import ARGOS_FIELDS, FOOTBOT_DIAMETER, argos_text
+from feasibee.scenario.argos import FOOTBOT_DIAMETER, argos_text
 from feasibee.scenario.fields import fields
+from feasibee.scenario.supported import ARGOS
 from feasibee.strategies import STRATEGIES
 from tests.commands import invoke
 
@@ -175,7 +176,7 @@ def test_bodies_have_walls_physics_and_proximity_and_points_have_none():
 
 def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works():
     """Deflecting robots were exported as standing ones: a field that nobody lists must be an error."""
-    assert OTHER.keys() | ARGOS_FIELDS == set(fields())
+    assert OTHER.keys() | ARGOS == set(fields())
     for path, value in OTHER.items():
         needed = {"response.patience": 100} if path.startswith("response.") else {}
         needed |= {"arena.boundary": "walls", "robots.avoid_collisions": True}
@@ -187,7 +188,7 @@ def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works
 
 def test_each_field_that_can_be_exported_changes_the_experiment():
     others = {
-        **{path: 3.0 for path in ARGOS_FIELDS if path.rpartition(".")[2] in ("range", "side", "mean_run")},
+        **{path: 3.0 for path in ARGOS if path.rpartition(".")[2] in ("range", "side", "mean_run")},
         **dict.fromkeys(("sensing.miss", "radio.loss", "decision.switching"), 0.1),
         **dict.fromkeys(("robots.speed", "robots.diameter", "decision.exploration", "decision.gain"), 0.5),
         **dict.fromkeys(("robots.count", "tasks.count", "run.steps", "decision.inbox_size"), 7),
@@ -204,7 +205,7 @@ def test_each_field_that_can_be_exported_changes_the_experiment():
         "decision.commit": {},
         "decision.threshold": 0.8,
     }
-    assert others.keys() == ARGOS_FIELDS
+    assert others.keys() == ARGOS
     for path, value in others.items():
         base = {"arena.boundary": "walls"} if path == "robots.avoid_collisions" else {}
         base |= {"decision.strategy": "k-unanimity"} if path == "decision.parameters" else {}

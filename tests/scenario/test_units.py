@@ -16,8 +16,8 @@ from feasibee import (
 from feasibee.scenario import units
 from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.supported import takes_fast_path
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.simulation.fast_path import takes_fast_path
 
 HALL = Scenario(units={"metres": 0.5, "seconds": 2.0}, run={"steps": 50})
 

@@ -11,8 +11,8 @@ from feasibee.model.record import Record
 from feasibee.scenario import fields as sections
 from feasibee.scenario.fields import SECTIONS, Commit, RobotClass, Sensing, TaskClass, fields
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.supported import FAST_PATH, FAST_PATH_LIMITS, takes_fast_path
 from feasibee.simulation.ensemble import load_engine, simulate_record
-from feasibee.simulation.fast_path import FAST_PATH_FIELDS, FAST_PATH_LIMITS, takes_fast_path
 from feasibee.simulation.lowering import lower, params_of
 from feasibee.strategies import STRATEGIES
 
@@ -104,19 +104,19 @@ def test_every_field_is_tested_with_another_value():
 
 
 def test_the_list_names_fields_of_a_scenario():
-    assert set(fields()) >= FAST_PATH_FIELDS >= set(FAST_PATH_LIMITS)
+    assert set(fields()) >= FAST_PATH >= set(FAST_PATH_LIMITS)
 
 
 def test_the_default_scenario_takes_the_fast_path():
     assert takes_fast_path(Scenario())
 
 
-@pytest.mark.parametrize("path", sorted(set(OTHER_VALUES) - FAST_PATH_FIELDS))
+@pytest.mark.parametrize("path", sorted(set(OTHER_VALUES) - FAST_PATH))
 def test_a_field_outside_the_list_needs_the_general_engine(path):
     assert not takes_fast_path(changed(path, OTHER_VALUES[path]))
 
 
-@pytest.mark.parametrize("path", sorted(FAST_PATH_FIELDS))
+@pytest.mark.parametrize("path", sorted(FAST_PATH))
 def test_a_field_on_the_list_takes_the_fast_path_with_the_same_outcome(path):
     changes = {path: OTHER_VALUES[path], "run.steps": 50, "arena.side": 12.0}
     if path == "decision.parameters":

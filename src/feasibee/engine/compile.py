@@ -101,12 +101,15 @@ def careful(function: Callable[..., Any], arguments: Any = None) -> Callable[...
     return compiled
 
 
-def rebound(function: Any, **names: Any) -> Callable[..., Any]:
+def rebound(function: Any, name: str = "", /, **names: Any) -> Callable[..., Any]:
     """Return a copy of a function, not compiled yet, in whose module some names stand for other things.
 
-    A closure would do the same, but numba couldn't find its code on disk again.
+    A closure would do the same, but numba couldn't find its code on disk again. Copies that are entries need
+    names of their own, by which their code is found.
     """
-    return FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)
+    copy = FunctionType(function.__code__, {**function.__globals__, **names}, name or function.__name__)
+    copy.__qualname__ = name or function.__qualname__
+    return copy
 
 
 def with_helpers(

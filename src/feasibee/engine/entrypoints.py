@@ -7,7 +7,7 @@ from functools import cache
 from numba import int64
 
 from feasibee.engine import step
-from feasibee.engine.compile import entry, inlined
+from feasibee.engine.compile import entry, inlined, rebound
 from feasibee.engine.counting import count_opinions, sum_counts
 from feasibee.engine.layout import Clock, Share
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
@@ -119,53 +119,28 @@ def begin_run(params, state, outcome, row, control, part):
     end_step(params, state, outcome, row, int64(0), control, part)
 
 
-def advance_few(params, state, outcome, row, until, control, functions, part):
-    """Simulate a run of up to 32 robots on the fast path, up to step ``until`` or to its end.
+@inlined
+def shared(part):
+    """Return the part of a thread as it is, where several may share a swarm."""
+    return part
+
+
+one_step, of_thread = step.advance_few, alone
+"""What stands for the step of a world in `advance`, and for a thread's part of it; see `world_functions`."""
+
+
+def advance(params, state, outcome, row, until, control, functions, part):
+    """Simulate a thread's part of a run, up to step ``until`` or to its end.
 
     ``row`` is the run's row of the outcome. ``control.steps_done`` counts steps. Setting
     ``control.cancelled`` ends the run, as does an inbox without room.
     """
-    part = alone(part)
-    if state.clock[Clock.STEP] == 0:
-        begin_run(params, state, outcome, row, control, part)
-    while has_next_step(params, state, outcome, row, until, part):
-        step.advance_few(params, state, functions, part)
-        end_step(params, state, outcome, row, int64(1), control, part)
-    if part.thread == 0:
-        record_totals(params, state, outcome, row)
-
-
-def advance_crowd(params, state, outcome, row, until, control, functions, part):
-    """Simulate a thread's part of a run of more robots on the fast path; see `advance_few`."""
-    if state.clock[Clock.STEP] == 0:
-        begin_run(params, state, outcome, row, control, part)
-    while has_next_step(params, state, outcome, row, until, part):
-        step.advance_crowd(params, state, functions, part)
-        end_step(params, state, outcome, row, int64(1), control, part)
-    if part.thread == 0:
-        record_totals(params, state, outcome, row)
-
-
-def advance_general_few(params, state, outcome, row, until, control, functions, part):
-    """Simulate a run of up to 32 robots in the general engine; see `advance_few`."""
-    part = alone(part)
+    part = of_thread(part)
     if state.clock[Clock.STEP] == 0:
         step.change_world(params, state, functions, int64(0))
         begin_run(params, state, outcome, row, control, part)
     while has_next_step(params, state, outcome, row, until, part):
-        step.advance_general_few(params, state, functions, part)
-        end_step(params, state, outcome, row, int64(1), control, part)
-    if part.thread == 0:
-        record_totals(params, state, outcome, row)
-
-
-def advance_general_crowd(params, state, outcome, row, until, control, functions, part):
-    """Simulate a thread's part of a run of more robots in the general engine; see `advance_few`."""
-    if state.clock[Clock.STEP] == 0:
-        step.change_world(params, state, functions, int64(0))
-        begin_run(params, state, outcome, row, control, part)
-    while has_next_step(params, state, outcome, row, until, part):
-        step.advance_general_crowd(params, state, functions, part)
+        one_step(params, state, functions, part)
         end_step(params, state, outcome, row, int64(1), control, part)
     if part.thread == 0:
         record_totals(params, state, outcome, row)
@@ -213,8 +188,12 @@ def world_functions(fast, few):
     """Compile the start and the steps of a run: on the fast path or not, for up to 32 robots or for more."""
     if not few:
         abandon()
-    if fast:
-        start, advance = start_fast, advance_few if few else advance_crowd
-    else:
-        start, advance = start_general, advance_general_few if few else advance_general_crowd
-    return entry(START)(start), entry(ADVANCE)(advance)
+    steps = {
+        (True, True): step.advance_few,
+        (True, False): step.advance_crowd,
+        (False, True): step.advance_general_few,
+        (False, False): step.advance_general_crowd,
+    }
+    one = steps[fast, few]
+    together = rebound(advance, one.__name__, one_step=one, of_thread=alone if few else shared)
+    return entry(START)(start_fast if fast else start_general), entry(ADVANCE)(together)

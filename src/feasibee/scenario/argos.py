@@ -11,7 +11,7 @@ from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
 from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.supported import unsupported
+from feasibee.scenario.supported import ARGOS, unsupported
 
 FOOTBOT_DIAMETER: Final = 0.170073516
 """Diameter of ARGoS's foot-bot, in metres."""
@@ -27,39 +27,6 @@ MOST_HEARD: Final = 1024
 """Length of the inbox in `examples/argos/mind.c`."""
 LARGEST: Final = 65_535
 """Largest whole number of 16 bits, as which the C header keeps numbers of steps and messages."""
-ARGOS_FIELDS: Final = frozenset(
-    {
-        "arena.side",
-        "arena.boundary",
-        "robots.count",
-        "robots.speed",
-        "robots.diameter",
-        "robots.avoid_collisions",
-        "tasks.count",
-        "walk.mean_run",
-        "sensing.range",
-        "sensing.count_self",
-        "sensing.miss",
-        "radio.range",
-        "radio.loss",
-        "decision.strategy",
-        "decision.parameters",
-        "decision.exploration",
-        "decision.gain",
-        "decision.dissemination_floor",
-        "decision.quality_floor",
-        "decision.listen",
-        "decision.inbox",
-        "decision.inbox_size",
-        "decision.own_vote",
-        "decision.switching",
-        "decision.commit",
-        "decision.threshold",
-        "run.steps",
-        "run.stop_at_decision",
-    }
-)
-"""The fields that an experiment expresses; it takes only the default of any other field."""
 
 
 def argos_text(scenario: Scenario) -> str:
@@ -102,7 +69,7 @@ def argos_text(scenario: Scenario) -> str:
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield what the example can't express."""
     rule = "can't be exported to ARGoS: the example has only the default"
-    for path, value, default in unsupported(scenario, ARGOS_FIELDS):
+    for path, value, default in unsupported(scenario, ARGOS):
         yield Problem(path, _plain(value), rule, _remedy(path, default))
     if scenario.events:
         rule = "can't be exported to ARGoS: its world stays"

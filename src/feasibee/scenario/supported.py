@@ -1,12 +1,49 @@
-"""Which fields of a scenario something supports: of any other field it takes the default only."""
+"""Which fields of a scenario each backend supports: of any other field it takes the default only.
+
+The general engine, the reference and a field of processes take every field.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Set
+from typing import Any, Final, NamedTuple
 
 from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.scenario import Scenario
+
+COMMON: Final = frozenset(
+    {
+        "arena.side",
+        *("robots.count", "robots.speed", "robots.diameter", "tasks.count", "walk.mean_run"),
+        *("sensing.range", "sensing.count_self", "radio.range"),
+        *("decision.strategy", "decision.parameters", "decision.exploration", "decision.gain"),
+        *("decision.dissemination_floor", "decision.quality_floor", "decision.listen", "decision.inbox"),
+        *("decision.own_vote", "decision.threshold"),
+        *("run.steps", "run.stop_at_decision"),
+    }
+)
+"""Fields that every backend supports."""
+FAST_PATH: Final = COMMON | {"robots.know_count", "units.metres", "units.seconds"}
+"""Fields that the fast path of the engine implements; the general engine simulates any other scenario."""
+IN_C: Final = COMMON | {"decision.inbox_size", "decision.switching", "decision.commit"}
+"""Fields that a world around the controller in C has."""
+PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "units.seconds"}
+"""Fields that a page simulates."""
+ARGOS: Final = IN_C | {"arena.boundary", "robots.avoid_collisions", "sensing.miss", "radio.loss"}
+"""Fields that an experiment of ARGoS expresses."""
+FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
+    "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],
+    "decision.strategy": lambda scenario: not scenario.manifest.knowledge,
+    "decision.listen": lambda scenario: scenario.decision.listen in ("always", "dissemination"),
+}
+"""Conditions on the values of some fields of the fast path."""
+
+
+def takes_fast_path(scenario: Scenario) -> bool:
+    """Return whether the fast path simulates a scenario; if not, the general engine does."""
+    if scenario.dynamic or any(unsupported(scenario, FAST_PATH)):
+        return False
+    return all(holds(scenario) for holds in FAST_PATH_LIMITS.values())
 
 
 class Unsupported(NamedTuple):

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from feasibee.files.cache import cache_root, own_folder
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.fast_path import takes_fast_path
+from feasibee.scenario.supported import takes_fast_path
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
 

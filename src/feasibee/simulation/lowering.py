@@ -42,7 +42,7 @@ from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
-from feasibee.simulation.fast_path import takes_fast_path
+from feasibee.scenario.supported import takes_fast_path
 from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting, Strategy
 

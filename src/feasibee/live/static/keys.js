@@ -18,24 +18,24 @@ const KEYS = {
   "-": "slower",
   r: "restart",
   n: "another",
+  g: "ranges",
   "?": "help",
 };
 
 /**
- * Let keys act, unless they are meant for a control or for the help.
+ * Let keys act that the page has an action for, unless they are meant for a control or for an open dialog.
  * @param {Record<string, () => void>} actions
- * @param {HTMLDialogElement} help
  */
-export function listenToKeys(actions, help) {
+export function listenToKeys(actions) {
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || help.open) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     const at = /** @type {Element} */ (event.target);
     if (at.closest("input:not([type=range]), select, textarea, pre")) return;
     if (event.key.startsWith("Arrow") && at.closest("input")) return; // the slider moves
-    if (event.key === " " && at.closest("button, summary")) return; // the browser presses it
-    const action = KEYS[event.key];
-    if (!action) return;
+    if (event.key === " " && at.closest("button, summary, a")) return; // the browser presses it
+    const act = actions[KEYS[event.key]];
+    if (!act) return;
     event.preventDefault();
-    actions[action]();
+    act();
   });
 }

@@ -324,7 +324,7 @@ function reflectPlay() {
 function reflectSpeed(speed = player.speed) {
   player.speed = speed;
   reflectMotion();
-  $("speed").textContent = `${formatted(speed)} ${speed === 1 ? "step" : "steps"} / s`;
+  $("speed").textContent = player.pace;
 }
 
 function reflectMotion() {
@@ -395,9 +395,10 @@ const actions = {
   help: () => (help.open ? help.close() : help.showModal()),
 };
 
-listenToKeys(actions, help);
-for (const id of ["play", "step", "back", "decision", "restart", "faster", "slower", "another"])
-  $(`${id}${id === "decision" ? "-0" : ""}`).addEventListener("click", () => actions[id]());
+listenToKeys(actions);
+for (const id of ["play", "step", "back", "restart", "faster", "slower", "another"])
+  $(id).addEventListener("click", () => actions[id]());
+$("decision-0").addEventListener("click", actions.decision);
 for (const each of lanes) {
   listenToArena(each, inspector, () => (dirty = true));
   new ResizeObserver(fit).observe(each.frame);

@@ -56,6 +56,11 @@ export class Player {
     return this.frames.length > 0 && this.head >= this.last;
   }
 
+  // The speed in words.
+  get pace() {
+    return `${this.speed.toLocaleString("en")} ${this.speed === 1 ? "step" : "steps"} / s`;
+  }
+
   /** @param {number} by */
   nextSpeed(by) {
     return SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, SPEEDS.indexOf(this.speed) + by))];

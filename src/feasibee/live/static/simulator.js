@@ -2,7 +2,8 @@
 
 import { Arena } from "./arena.js";
 import { $, announce, formatted } from "./elements.js";
-import { Player, SPEEDS } from "./player.js";
+import { listenToKeys } from "./keys.js";
+import { Player } from "./player.js";
 import { colours } from "./theme.js";
 import { Curve } from "./curve.js";
 import { followTheme } from "./frame.js";
@@ -189,13 +190,7 @@ class Page {
     player.speed = speed;
     player.smooth = !calm.matches && speed <= 60;
     arena.calm = calm.matches || speed > 60; // faster, flashes would only flicker
-    $("speed").textContent = `${formatted(speed)} ${speed === 1 ? "step" : "steps"} / s`;
-  }
-
-  /** @param {number} by */
-  shiftSpeed(by) {
-    const at = SPEEDS.indexOf(this.player.speed) + by;
-    this.setSpeed(SPEEDS[Math.max(0, Math.min(at, SPEEDS.length - 1))]);
+    $("speed").textContent = player.pace;
   }
 
   /** @param {number} step */
@@ -233,20 +228,22 @@ class Page {
       this.goTo(Math.ceil(this.player.head) - 1);
     },
     restart: () => this.restart(),
-    "to-decision": () => this.goToDecision(),
-    slower: () => this.shiftSpeed(-1),
-    faster: () => this.shiftSpeed(1),
+    decision: () => this.goToDecision(),
+    slower: () => this.setSpeed(this.player.nextSpeed(-1)),
+    faster: () => this.setSpeed(this.player.nextSpeed(1)),
     ranges: () => this.toggleRanges(),
     another: () => this.chooseRun((this.recording.settings.run + 1) % RUNS),
   };
 
   listen() {
+    listenToKeys(
+      Object.fromEntries(Object.keys(this.actions).map((id) => [id, () => this.buttonOf(id).click()])),
+    );
     for (const [id, act] of Object.entries(this.actions))
-      $(id).addEventListener("click", () => {
+      this.buttonOf(id).addEventListener("click", () => {
         act();
         this.wake();
       });
-    document.addEventListener("keydown", (event) => this.press(event));
     this.seek.addEventListener("input", () => this.goTo(this.seek.valueAsNumber));
     for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
       $("arena").addEventListener(type, (event) => {
@@ -266,27 +263,11 @@ class Page {
     followTheme(refresh);
   }
 
-  /** @param {KeyboardEvent} event */
-  press(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const at = /** @type {Element} */ (event.target);
-    if (at.closest("input:not([type=range]), select, pre")) return;
-    if (event.key.startsWith("Arrow") && at.closest("input")) return; // the slider moves
-    if (event.key === " " && at.closest("button, summary, a")) return; // the browser presses it
-    const id = Object.keys(this.actions).find((each) =>
-      $(each)
-        .getAttribute("aria-keyshortcuts")
-        ?.split(" ")
-        .includes(NAMES[event.key] ?? event.key),
-    );
-    if (!id) return;
-    event.preventDefault();
-    $(id).click();
+  /** @param {string} id Of an action. */
+  buttonOf(id) {
+    return $(id === "decision" ? "decision-0" : id);
   }
 }
-
-/** @type {Record<string, string>} */
-const NAMES = { " ": "Space", "=": "+" };
 
 /** @type {Given} */
 const given = JSON.parse($("given").textContent ?? "");

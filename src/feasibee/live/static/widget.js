@@ -282,9 +282,8 @@ class WidgetView {
     player.smooth = !this.calm.matches;
     this.arena.calm = this.calm.matches || player.speed > 60; // faster, flashes would only flicker
     slider.valueAsNumber = SPEEDS.findLastIndex((each) => each <= player.speed);
-    const text = `${player.speed.toLocaleString("en")} ${player.speed === 1 ? "step" : "steps"} / s`;
-    slider.setAttribute("aria-valuetext", text);
-    this.say("output", text);
+    slider.setAttribute("aria-valuetext", player.pace);
+    this.say("output", player.pace);
   }
 
   repaint() {

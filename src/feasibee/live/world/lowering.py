@@ -11,7 +11,7 @@ from typing import Any, Final
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.supported import unsupported
+from feasibee.scenario.supported import PAGE, unsupported
 from feasibee.strategies import STRATEGIES
 
 TURN: Final = 2**32
@@ -23,39 +23,6 @@ STEPS_LIMIT: Final = 10_000
 """Most steps of a run in a page."""
 PAGE_STRATEGIES: Final = tuple(name for name, each in STRATEGIES.items() if not each.knowledge)
 """The strategies in a page, by their numbers there: those that pass on opinions only."""
-PAGE_FIELDS: Final = frozenset(
-    {
-        "arena.side",
-        "robots.count",
-        "robots.speed",
-        "robots.diameter",
-        "robots.know_count",
-        "tasks.count",
-        "walk.mean_run",
-        "sensing.range",
-        "sensing.count_self",
-        "radio.range",
-        "radio.id_bits",
-        "decision.strategy",
-        "decision.parameters",
-        "decision.exploration",
-        "decision.gain",
-        "decision.dissemination_floor",
-        "decision.quality_floor",
-        "decision.listen",
-        "decision.inbox",
-        "decision.inbox_size",
-        "decision.own_vote",
-        "decision.switching",
-        "decision.commit",
-        "decision.threshold",
-        "run.steps",
-        "run.stop_at_decision",
-        "units.metres",
-        "units.seconds",
-    }
-)
-"""The fields that a page simulates; it takes only the default of any other field."""
 MOST: Final = {
     "robots.count": ROBOTS_LIMIT,
     "tasks.count": TASKS_LIMIT,
@@ -170,7 +137,7 @@ def _parameters(scenario: Scenario) -> dict[str, float]:
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem for each value that a page can't simulate."""
-    for path, value, default in unsupported(scenario, PAGE_FIELDS):
+    for path, value, default in unsupported(scenario, PAGE):
         rule = "isn't simulated by a page, which has the paper's world only"
         shown = len(value) if isinstance(value, tuple) else value
         yield Problem(path, shown, rule, f"{_instead(default)}, or use feasibee watch")
