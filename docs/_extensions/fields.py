@@ -12,8 +12,7 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.scenario.event import Event, NewRadio, NewSensing
-from feasibee.scenario.fields import Commit, RobotClass, TaskClass
+from feasibee.scenario.fields import Commit, Event, NewRadio, NewSensing, RobotClass, TaskClass
 from feasibee.scenario.scenario import Scenario
 
 LISTS = {"robots.classes": RobotClass, "tasks.classes": TaskClass, "events": Event}

@@ -10,7 +10,7 @@ from commands import invoke
 
 from feasibee import Scenario, simulate
 from feasibee.scenario.messages import message_bits
-from feasibee.scenario.presets import ABOUT, PRESETS
+from feasibee.scenario.tables import ABOUT, PRESETS
 from feasibee.strategies import STRATEGIES
 
 

@@ -11,7 +11,7 @@ from serving import Page, serving_at
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.reasons import reasons_of
-from feasibee.scenario.presets import PRESETS
+from feasibee.scenario.tables import PRESETS
 from feasibee.strategies import voter
 
 pytestmark = pytest.mark.usefixtures("patient")

@@ -7,7 +7,7 @@ import pytest
 from feasibee import Scenario
 from feasibee.live.form import form, shown, typed
 from feasibee.scenario.fields import fields
-from feasibee.scenario.presets import PRESETS
+from feasibee.scenario.tables import PRESETS
 
 VALUES = {
     "arena.side": [30.0, 18.0],

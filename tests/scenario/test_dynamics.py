@@ -9,7 +9,7 @@ import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.scenario.comments import commented_toml
-from feasibee.scenario.dynamics import surely_above
+from feasibee.scenario.conflicts import surely_above
 from feasibee.scenario.feasibility import explain_numbers
 
 EVENT = {"step": 500, "tasks": 15}

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import Scenario, ScenarioError, reference
-from feasibee.scenario.faults import KINDS
+from feasibee.scenario.conflicts import KINDS
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import params_of

@@ -7,8 +7,7 @@ from itertools import combinations
 import pytest
 
 from feasibee import Scenario
-from feasibee.scenario.event import Event
-from feasibee.scenario.fields import Commit, Response, RobotClass, TaskClass
+from feasibee.scenario.fields import Commit, Event, Response, RobotClass, TaskClass
 
 ROBOTS = {"name": "lift", "count": 12, "skills": ["arm"]}
 TASKS = {"name": "crate", "count": 9, "needs": {"arm": 1}}

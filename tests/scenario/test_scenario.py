@@ -17,8 +17,8 @@ from pydantic import ValidationError
 from feasibee import FeasibeeError, Scenario, ScenarioError
 from feasibee.errors import UnknownFieldError
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.scenario.complete import hash_of
 from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
+from feasibee.scenario.tables import hash_of
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
 PAPER = {
@@ -260,7 +260,7 @@ def test_the_hash_is_that_of_what_differs_from_the_defaults_and_of_the_models_ve
     scenario = Scenario(tasks={"count": 7}, faults={"stubborn": {"count": 1}})
     differing = {"radio": {"range": 2.0}, "tasks": {"count": 7}, "faults": {"stubborn": {"count": 1}}}
     assert hash_of(differing) == hash_of(scenario.to_dict()) == scenario.hash
-    monkeypatch.setattr("feasibee.scenario.complete.MODEL_VERSION", MODEL_VERSION + 1)
+    monkeypatch.setattr("feasibee.scenario.tables.MODEL_VERSION", MODEL_VERSION + 1)
     assert hash_of(differing) != scenario.hash
 
 

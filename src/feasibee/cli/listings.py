@@ -67,8 +67,8 @@ def presets(as_json: bool) -> None:
       feasibee presets --json
     """
     from feasibee.scenario.messages import message_bits
-    from feasibee.scenario.presets import ABOUT, PRESETS
     from feasibee.scenario.scenario import Scenario
+    from feasibee.scenario.tables import ABOUT, PRESETS
 
     rows: list[dict[str, Any]] = []
     for name in PRESETS:

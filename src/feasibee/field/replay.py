@@ -16,9 +16,7 @@ from feasibee.field.node import VERSION, Node, Words
 from feasibee.files.reading import named, read_text
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.scenario.field_types import Duration, Length, Share, Speed
-from feasibee.scenario.fields import Faults
-from feasibee.scenario.section import Section
+from feasibee.scenario.fields import Duration, Faults, Length, Section, Share, Speed
 from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy

@@ -11,8 +11,7 @@ from typing import Any, Final
 import tomli_w
 from pydantic import BaseModel
 
-from feasibee.scenario.event import Event
-from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.fields import SECTIONS, Event
 from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
 

@@ -1,16 +1,105 @@
-"""Raw tables of a scenario, before validation: files of points are read, defaults filled in."""
+"""The tables of a scenario: texts, presets and defaults, files of points, the complete form and its hash."""
 
 from __future__ import annotations
 
+import csv
+import hashlib
+import json
+import math
+from array import array
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, Final
 
-from feasibee.errors import Problem
-from feasibee.scenario.coordinates import read_points
-from feasibee.scenario.event import Event
-from feasibee.scenario.fields import SECTIONS, Robots, Tasks
-from feasibee.scenario.section import Section
+from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
+from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
+from feasibee.model.codes import MODEL_VERSION
+from feasibee.scenario.fields import SECTIONS, Event, Point, Robots, Section, Tasks
+
+
+def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int], list[Problem]]:
+    """Read a CSV file of points; return the points, the line of each, and the problems.
+
+    Parameters
+    ----------
+    path : str
+        The CSV file.
+    field : str
+        The path of the scenario's field that names the file, for the problems.
+    """
+    try:
+        text = read_text(path, "a CSV file of x and y", TABLE_LIMIT)
+    except UnreadableError as error:
+        return (), (), [Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")]
+    points: list[Point] = []
+    lines = array("L")
+    problems: list[Problem] = []
+    reader = csv.reader(lines_of(text), strict=True)
+    try:
+        for row in reader:
+            line, cells = reader.line_num, [cell.strip() for cell in row]
+            if not any(cells) or (line == 1 and cells[:2] == ["x", "y"]):
+                continue
+            point = _point(cells)
+            if point is not None:
+                points.append(point)
+                lines.append(line)
+                continue
+            rule = f"line {line} must be two numbers, x and y"
+            problems.append(
+                Problem(
+                    field, path, f"{rule}, not {quoted(','.join(row))}", "write two numbers, such as 1.5,2.0"
+                )
+            )
+            if len(problems) >= PROBLEMS_LIMIT:
+                break
+    except csv.Error as error:
+        problems.append(Problem(field, path, f"isn't a CSV file: {error}", "name a CSV file of x and y"))
+    return tuple(points), lines, problems
+
+
+def _point(cells: list[str]) -> Point | None:
+    """Return the cells as two finite numbers; None if they aren't."""
+    try:
+        x, y = (float(cell) for cell in cells)
+    except ValueError:
+        return None
+    return (x, y) if math.isfinite(x) and math.isfinite(y) else None
+
+
+# Durations in steps: 10 s and 3 s at ten ticks a second.
+_LONG: Final = {"exploration": 100.0, "gain": 100.0}
+_WINDOW: Final = {"dissemination_floor": 30, "listen": {"last": 30}}
+
+PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
+    "valentini-2016": {"decision": {**_LONG, **_WINDOW, "inbox_size": 2}, "run": {"steps": 10_000}},
+    "minimize-surprise": {"decision": {**_LONG, **_WINDOW, "inbox_size": 4}, "run": {"steps": 10_000}},
+    "subcdm-2025": {
+        "decision": {**_LONG, "listen": "dissemination", "inbox_size": 2, "quality_floor": 1},
+        "radio": {"id_bits": 8},
+        "run": {"steps": 10_000},
+    },
+}
+
+ABOUT: Final[Mapping[str, str]] = {
+    "valentini-2016": "Pold87/blockchain-swarm-robotics, on the collective perception of 2016",
+    "minimize-surprise": "Minimize-Surprise/Collective-Perception",
+    "subcdm-2025": "SooratiLab/subset_CDM, by the paper's group",
+}
+"""Whose controller each preset is."""
+
+
+def with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a scenario's tables with the values of its preset, if any, filled in where it sets none."""
+    tables = dict(given)
+    name = tables.get("preset")
+    for section, values in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
+        table = tables.get(section, {})
+        if hasattr(table, "model_dump"):
+            table = table.model_dump(exclude_unset=True)
+        if isinstance(table, Mapping):  # validation reports anything else
+            tables[section] = {**values, **table}
+    return tables
 
 
 def with_points(
@@ -83,3 +172,52 @@ def _event(given: Any) -> dict[str, Any]:
             else inner
         )
     return event
+
+
+def complete_form(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the complete form of a scenario's tables: all fields that have a value.
+
+    Numbers of robots and tasks that follow from classes are left out: a file can't have both.
+    """
+    complete = {name: _with_values(table) for name, table in tables.items() if name != "events"}
+    for name in ("robots", "tasks"):
+        if "classes" in complete[name]:
+            del complete[name]["count"]
+    events = [_with_values(each) for each in tables["events"]]
+    return {**complete, "events": events} if events else complete
+
+
+def _with_values(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table without what has no value: None, an empty list, or a table of such."""
+    inner = {
+        key: _with_values(value) if isinstance(value, Mapping) else value for key, value in table.items()
+    }
+    return {key: value for key, value in inner.items() if value not in (None, {}, (), [])}
+
+
+def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
+    """Return the hash of a complete form: that of what differs from the defaults, and of the model's version.
+
+    So a new field whose default changes nothing keeps all hashes.
+
+    Parameters
+    ----------
+    tables : mapping
+        The complete form as nested dicts.
+    source : str
+        Text of the strategy's file, if it is a user's.
+    """
+    sparse = {name: _sparse(name, table) for name, table in tables.items() if name != "units"}  # no run's
+    if source:
+        sparse["decision"]["strategy"] = source
+    kept = {name: table for name, table in sparse.items() if table}
+    text = json.dumps([MODEL_VERSION, kept], sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _sparse(name: str, table: Any) -> Any:
+    """Return what differs from the defaults of a section; events have none."""
+    if name not in default_tables():
+        return table
+    defaults = default_tables()[name]
+    return {key: value for key, value in table.items() if value != defaults[key]}

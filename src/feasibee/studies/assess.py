@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from feasibee.errors import ScenarioError
 from feasibee.results.statistics import wilson
-from feasibee.scenario.faults import KINDS
+from feasibee.scenario.conflicts import KINDS
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario

@@ -50,9 +50,9 @@ from feasibee.results.statistics import (
     wilson,
 )
 from feasibee.scenario.feasibility import truth
-from feasibee.scenario.presets import PRESETS
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.tables import PRESETS
 from feasibee.studies.needs import strategy_change, suitable
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import TRACES
-from feasibee.scenario.complete import hash_of
+from feasibee.scenario.tables import hash_of
 from feasibee.sweeps.schema import (
     FORMAT,
     NAME,
