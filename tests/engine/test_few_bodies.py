@@ -14,7 +14,7 @@ from feasibee.engine.compile import entry
 from feasibee.engine.layout import Link, Robot, Set, empty_state, first_room
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
-from feasibee.reference.bodies import eighth, steps_of
+from feasibee.reference.robot import eighth, steps_of
 from feasibee.reference.world import World
 from feasibee.simulation.lowering import lower
 

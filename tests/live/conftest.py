@@ -61,22 +61,37 @@ def patient(monkeypatch):
 
 
 @pytest.fixture
-def visit(browser):
-    """Give a function that opens a page; at the end, no page may have said an error on its console."""
-    expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+def new_page(browser):
+    """Give a function that makes a page; at the end, no page may have said an error on its console."""
     contexts, errors = [], []
 
     def heard(message):
         if message.type in ("error", "warning"):
             errors.append(message.text)
 
-    def opened(port, more="", width=1280, height=800, ready=True, **options):
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+    def made(**options):
+        context = browser.new_context(**options)
         context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
         contexts.append(context)
         page = context.new_page()
         page.on("console", heard)
         page.on("pageerror", lambda error: errors.append(str(error)))
+        return page
+
+    made.errors = errors
+    yield made
+    for context in contexts:
+        context.close()
+    assert not errors
+
+
+@pytest.fixture
+def visit(new_page):
+    """Give a function that opens a page of a server."""
+    expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+
+    def opened(port, more="", width=1280, height=800, ready=True, **options):
+        page = new_page(viewport={"width": width, "height": height}, **options)
         page.goto(f"http://127.0.0.1:{port}/{more}")
         if ready:
             expect(page.locator("#arena[data-drawn]")).to_be_visible()
@@ -84,11 +99,8 @@ def visit(browser):
             expect(page.locator("#veil")).to_be_hidden()
         return page
 
-    opened.errors = errors
-    yield opened
-    for context in contexts:
-        context.close()
-    assert not errors
+    opened.errors = new_page.errors
+    return opened
 
 
 @pytest.fixture(scope="session")

@@ -24,31 +24,21 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture
-def visit(browser):
-    """Give a function that opens a file; no page may say an error, or load anything but files."""
-    contexts, wrong = [], []
+def visit(new_page):
+    """Give a function that opens a file; no page may load anything but files."""
+
+    def asked(request):
+        if not request.url.startswith(("file:", "data:")):
+            new_page.errors.append(request.url)
 
     def opened(path, more="", width=1280, **options):
         options = {"reduced_motion": "reduce", **options}
-        context = browser.new_context(viewport={"width": width, "height": 800}, offline=True, **options)
-        context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
-        contexts.append(context)
-        page = context.new_page()
-        page.on(
-            "console", lambda said: wrong.append(said.text) if said.type in ("error", "warning") else None
-        )
-        page.on("pageerror", lambda error: wrong.append(str(error)))
-        page.on(
-            "request",
-            lambda asked: None if asked.url.startswith(("file:", "data:")) else wrong.append(asked.url),
-        )
+        page = new_page(viewport={"width": width, "height": 800}, offline=True, **options)
+        page.on("request", asked)
         page.goto(f"{path.as_uri()}{more}")
         return page
 
-    yield opened
-    for context in contexts:
-        context.close()
-    assert not wrong
+    return opened
 
 
 def step_of(page):

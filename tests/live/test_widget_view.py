@@ -51,21 +51,11 @@ FEASIBLE, TASKS = (0, 114, 178), (230, 159, 0)
 
 
 @pytest.fixture
-def show(browser):
-    """Give a function that shows an arena; at the end, no page may have said an error on its console."""
-    contexts, errors = [], []
-
-    def heard(message):
-        if message.type in ("error", "warning"):
-            errors.append(message.text)
+def show(new_page):
+    """Give a function that shows an arena."""
 
     def shown(arena, **options):
-        context = browser.new_context(**options)
-        context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", heard)
-        page.on("pageerror", lambda error: errors.append(str(error)))
+        page = new_page(**options)
 
         def ask(content):
             answers = []
@@ -81,10 +71,7 @@ def show(browser):
         page.evaluate(NOTEBOOK, {"esm": Arena._esm, "state": state, "tasks": tasks})
         return page
 
-    yield shown
-    for context in contexts:
-        context.close()
-    assert not errors
+    return shown
 
 
 def share(canvas, colour):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import math
 import random
 import shutil
@@ -22,14 +23,8 @@ NAMES = ["dmmd", "dmvd", "dc", "voter", "majority", "k-unanimity", "bayes", "cro
 NAMES += ["accumulate", "average", "mixture"]
 """Strategies in the order of drive.c."""
 STRICT = [
-    "-std=c99",
-    "-Wall",
-    "-Wextra",
-    "-Wpedantic",
-    "-Wconversion",
-    "-Wsign-conversion",
-    "-Wshadow",
-    "-Werror",
+    *("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
+    *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
 ]
 SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 INBOX = 64
@@ -47,13 +42,23 @@ def compiler():
 
 
 def compiled(folder, source, *options, command=None, name="program"):
-    """Return the program of a C file that includes feasibee.h."""
-    (folder / "feasibee.h").write_text(header())
-    out = folder / name
-    subprocess.run(
-        [*(command or compiler()), *STRICT, *options, "-I", folder, HERE / source, "-o", out, "-lm"],
-        check=True,
-    )
+    """Return the program of a C file that includes feasibee.h; each is compiled once for all workers."""
+    import fcntl
+
+    command = [*(command or compiler()), *STRICT, *options]
+    # A folder of pytest is in that of its worker, which is in that of the session.
+    session = folder.parent.parent if folder.parent.name.startswith("popen-") else folder.parent
+    key = hashlib.sha256(repr((source, command)).encode()).hexdigest()[:16]
+    shared = session / f"program-{key}"
+    shared.mkdir(exist_ok=True)
+    out = shared / name
+    with (shared / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not out.exists():
+            (shared / "feasibee.h").write_text(header())
+            unfinished = shared / "unfinished"
+            subprocess.run([*command, "-I", shared, HERE / source, "-o", unfinished, "-lm"], check=True)
+            unfinished.rename(out)
     return out
 
 

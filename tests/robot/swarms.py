@@ -4,30 +4,21 @@ from __future__ import annotations
 
 import math
 import random
-import shutil
 import struct
 import subprocess
 from array import array
 from contextlib import suppress
 from fractions import Fraction
-from pathlib import Path
 from zlib import crc32
 
-import pytest
-
 from feasibee.robot import Commit, Controller, Message, Settings, Wire, WireError
-from feasibee.robot.firmware import header, strategies_in_c
+from feasibee.robot.firmware import strategies_in_c
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
+from tests.robot.driving import compiled
 
-HERE = Path(__file__).parent
-STRICT = [
-    *("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
-    *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
-]
-SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
 STATE = struct.Struct("<BBBIHIIIH")
@@ -73,17 +64,11 @@ FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
 
 def program(folder, source, *options, without=()):
     """Return a C file of this folder as a program, ``without`` some strategies; or skip."""
-    if shutil.which("cc") is None:
-        pytest.skip("needs a C compiler: Debian's package gcc")
-    (folder / "feasibee.h").write_text(header())
     macros = [
         "-DSTRATEGIES=" + ", ".join("NULL" if name in without else constant(name) for name in NAMES),
         "-DNAMES=" + ", ".join(f'"{name}"' for name in NAMES),
     ]
-    out = folder / "program"
-    command = ["cc", *STRICT, *options, *macros, "-I", folder, HERE / source, "-o", out, "-lm"]
-    subprocess.run(command, check=True)
-    return out
+    return compiled(folder, source, *options, *macros)
 
 
 def constant(name):

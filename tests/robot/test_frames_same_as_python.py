@@ -15,7 +15,8 @@ from feasibee.robot import Message, Wire, WireError
 from feasibee.robot.firmware import header
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
-from tests.robot.swarms import NAMES, SANITIZED, STRICT, Episode, program, setting_bytes
+from tests.robot.driving import SANITIZED, STRICT
+from tests.robot.swarms import NAMES, Episode, program, setting_bytes
 
 WORDS = 4096
 """FEASIBEE_MESSAGE_WORDS of stream.h."""

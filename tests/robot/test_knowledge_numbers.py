@@ -15,7 +15,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, totals
 from feasibee.strategies.contract import Me, Thing
-from tests.robot.swarms import STRICT
+from tests.robot.driving import STRICT
 
 SOURCE = """
 #define FEASIBEE_WORDS 400

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from feasibee.strategies import STRATEGIES
-from tests.robot.swarms import KNOWLEDGE, SANITIZED, assert_same, program
+from tests.robot.driving import SANITIZED
+from tests.robot.swarms import KNOWLEDGE, assert_same, program
 
 IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""

@@ -12,7 +12,6 @@ import webbrowser
 from collections.abc import Callable
 from contextlib import closing, suppress
 from errno import EADDRINUSE
-from pathlib import Path
 from threading import Thread
 from typing import Any, Final, TypeVar
 
@@ -40,12 +39,12 @@ from feasibee.live.messages import (
     problems_of,
     read,
 )
+from feasibee.live.page import STATIC
 from feasibee.live.session import Session
 from feasibee.simulation.loading import compilation
 
 __all__ = ["address_of", "application", "is_loopback", "listen", "open_browser", "server_of"]
 
-STATIC: Final = Path(__file__).parent / "static"
 FIRST_PORT: Final = 8765
 PORTS_TRIED: Final = 50
 SESSIONS_LIMIT: Final = 16
