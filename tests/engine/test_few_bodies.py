@@ -9,13 +9,12 @@ import pytest
 from numba import uint32
 
 from feasibee import Scenario
-from feasibee.engine import few_bodies
-from feasibee.engine.allocation import empty_state, first_room
+from feasibee.engine import few
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Link, Robot, Set
+from feasibee.engine.layout import Link, Robot, Set, empty_state, first_room
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
-from feasibee.reference.bodies import eighth, steps_of
+from feasibee.reference.robot import eighth, steps_of
 from feasibee.reference.world import World
 from feasibee.simulation.lowering import lower
 
@@ -23,14 +22,14 @@ from feasibee.simulation.lowering import lower
 @entry(uint32(PARAMS, STATE))
 def find_colliding(params, state):
     links, there, pairs = state.links[Link.CLOSE], state.sets[Set.THERE, 0], state.heard[0]
-    listed = few_bodies.list_pairs(params, state.robots, links, there, pairs)
-    return few_bodies.find_meeting(params, state.robots, pairs, listed, uint32(0xFFFFFFFF))[0]
+    listed = few.list_pairs(params, state.robots, links, there, pairs)
+    return few.find_meeting(params, state.robots, pairs, listed, uint32(0xFFFFFFFF))[0]
 
 
 @entry(uint32(PARAMS, STATE))
 def find_standing(params, state):
     """Return who stands; the steps of the other robots are those that they make."""
-    return few_bodies.find_standing(params, state, state.heard[0])
+    return few.find_standing(params, state, state.heard[0])
 
 
 def world_of(robots, boundary, side=8.0, contact="stand"):

@@ -9,10 +9,9 @@ import pytest
 from numba import float64, int32, int64, types, uint32
 
 from feasibee import Scenario
-from feasibee.engine import draws, pools
-from feasibee.engine.allocation import empty_state, first_room
+from feasibee.engine import draws
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import BATCH, POOL, POOLED, Clock, Heard, Robot
+from feasibee.engine.layout import BATCH, POOL, POOLED, Clock, Heard, Robot, empty_state, first_room
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.model.purposes import PHASE, WALK
@@ -25,25 +24,25 @@ SEED, RUN = 5, 11
 @entry(types.Tuple((int32, int32, int32))(PARAMS, STATE, int64, int64))
 def next_heading(params, state, i, k):
     if k == 0:
-        pools.draw_headings(params, state, 0, int64(BATCH))
-    return pools.next_heading(params, state, 0, i, k)
+        draws.draw_headings(params, state, 0, int64(BATCH))
+    return draws.next_heading(params, state, 0, i, k)
 
 
 @entry(types.Tuple((float64, float64, uint32))(PARAMS, STATE, int64, int64))
 def present_phase(params, state, i, k):
     if k == 0:
-        pools.draw_phases(params, state, 0, int64(BATCH))
-    return pools.present_phase(params, state, 0, i, k)
+        draws.draw_phases(params, state, 0, int64(BATCH))
+    return draws.present_phase(params, state, 0, i, k)
 
 
 @entry(int32(PARAMS, STATE, int64, float64, float64))
 def phase_duration(params, state, i, length, mean):
-    return pools.phase_duration(params, state, i, length, mean)
+    return draws.phase_duration(params, state, i, length, mean)
 
 
 @entry(float64(uint32))
 def exponential(word):
-    return pools.exponential(word)
+    return draws.exponential(word)
 
 
 @entry(types.UniTuple(float64, 2)(uint32))

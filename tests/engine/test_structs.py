@@ -11,8 +11,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from feasibee.engine.compile import entry
-from feasibee.engine.pointers import type_of
-from feasibee.engine.structs import Struct
+from feasibee.engine.params import Struct
+from feasibee.engine.signatures import type_of
 
 
 class Inner(NamedTuple):

@@ -7,11 +7,10 @@ import pytest
 from numba import types
 
 from feasibee import Scenario
-from feasibee.engine import intrinsics, sensing, starting, tasklists
-from feasibee.engine.allocation import empty_state, first_room
-from feasibee.engine.bits import first_bits
+from feasibee.engine import intrinsics, sensing, starting
 from feasibee.engine.compile import entry
-from feasibee.engine.layout import Link, Point, Robot
+from feasibee.engine.intrinsics import first_bits
+from feasibee.engine.layout import Link, Point, Robot, empty_state, first_room
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.simulation.lowering import lower
@@ -73,7 +72,7 @@ def prepare(params, state):
 
 @entry(types.int64(PARAMS, STATE, types.int32, types.int32))
 def count_listed(params, state, x, y):
-    return tasklists.count_listed(params, state, x, y)
+    return sensing.count_listed(params, state, x, y)
 
 
 WORLDS = [

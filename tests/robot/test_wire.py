@@ -11,9 +11,8 @@ import pytest
 from feasibee import Scenario
 from feasibee.reference.swarm import Swarm
 from feasibee.robot import Message, Wire, WireError
-from feasibee.robot.bits import BitReader, BitWriter
 from feasibee.robot.knowledge import Knowledge
-from feasibee.robot.wire import OVERHEAD
+from feasibee.robot.wire import OVERHEAD, BitReader, BitWriter
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Me, Thing

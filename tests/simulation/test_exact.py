@@ -10,7 +10,7 @@ import pytest
 from numba import types
 
 from feasibee import Scenario, reference
-from feasibee.engine import allocation, layout, runner, team
+from feasibee.engine import layout, runner, team
 from feasibee.engine.compile import entry
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
@@ -42,8 +42,8 @@ class Engine:
         self.scenario = scenario
         lowered = lower(scenario, 0)
         self.params = lowered.params
-        room = allocation.first_room(self.params)
-        self.state = allocation.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
+        room = layout.first_room(self.params)
+        self.state = layout.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
         self.part = team.parts_of(self.params)
         start, self.advance, self.functions = runner.engine_functions(*lowered.form)
         start(packed(self.params), self.state, 0)

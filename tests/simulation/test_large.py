@@ -17,8 +17,7 @@ import pytest
 
 from feasibee import Scenario, Swarm
 from feasibee.engine import runner
-from feasibee.engine.allocation import Room, first_room
-from feasibee.engine.layout import POOLED, Lack
+from feasibee.engine.layout import POOLED, Lack, Room, first_room
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import COLUMNS
 from feasibee.scenario.runs import Runs

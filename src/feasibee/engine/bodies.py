@@ -1,17 +1,17 @@
 """Bodies: robots that go where their way is clear of walls and discs, word by word (model.md 6.1, 6.2).
 
 The robots near those of a word are queued, and all of these pairs tested together. Up to 32 robots need
-fewer pairs: see `feasibee.engine.few_bodies`.
+fewer pairs: see `feasibee.engine.few`.
 """
 
 from __future__ import annotations
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.bits import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
 from feasibee.engine.cells import shortest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.crowd import queue_near
+from feasibee.engine.intrinsics import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
 from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Robot, Set
 from feasibee.engine.motion import move_freely
 from feasibee.engine.team import wait_for_all

@@ -9,9 +9,17 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.bits import contains, first_bits
 from feasibee.engine.compile import inlined
-from feasibee.engine.intrinsics import LANES, few_within, few_within_on, popcount, within, within_on
+from feasibee.engine.intrinsics import (
+    LANES,
+    contains,
+    few_within,
+    few_within_on,
+    first_bits,
+    popcount,
+    within,
+    within_on,
+)
 from feasibee.engine.layout import Point
 
 

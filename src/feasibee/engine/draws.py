@@ -1,8 +1,16 @@
-"""Random numbers as coordinates, and the quantities drawn from them.
+"""Random numbers as coordinates, and the quantities drawn from them, several at a time.
 
 A draw is Philox4x32-10 of the key (seed) and the counter (number of the draw, robot, run, purpose). There is
 no generator and no state. Headings use IEEE sums and products only, so they are the same on every platform
 that follows IEEE 754. The logarithm of a duration is rounded up to whole steps, which hides its last bit.
+
+A draw is a coordinate, so when it is computed changes no result. In a small swarm each robot has a pool of
+its next draws of each kind. Eight together take about three times as long as one. In a swarm of more than
+`POOLED` robots, memory costs more than arithmetic. There the robots whose heading or phase ends in a step
+are listed, and draw together.
+
+A logarithm to 12 digits suffices for nearly every duration. Where it leaves open to which whole step one is
+rounded up, `duration` computes it by the platform's own.
 
 References
 ----------
@@ -16,8 +24,10 @@ import math
 from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.layout import Clock
+from feasibee.engine.intrinsics import bits_of, float_of, lowest_member, number_of, without_lowest
+from feasibee.engine.layout import BATCH, POOL, POOLED, WORD, Clock, Heard, Pool, Robot
 from feasibee.model.codes import LONGEST
+from feasibee.model.purposes import PHASE, WALK
 
 
 @inlined
@@ -144,3 +154,175 @@ def shuffle(params, run, order, count, purpose):
     for k in range(count):
         other = k + choose(draw(params, run, 0, k, purpose), count - k)
         order[k], order[other] = order[other], order[k]
+
+
+LESS, MORE = 1.0 - 1e-12, 1.0 + 1e-12
+
+
+@inlined
+def is_pooled(params):
+    """Return whether each robot has a pool."""
+    return params.robots.count <= POOLED
+
+
+@inlined
+def list_members(state, thread, members, w, last):
+    """List robots that draw, of the words of a set from ``w`` on; return the next word and their number."""
+    listed, count = state.heard[thread, Heard.RECEIVER], int64(0)
+    while w < last and count <= BATCH - WORD:
+        left = members[w]
+        while left:
+            listed[uint64(count)] = int32(lowest_member(w, left))
+            count += 1
+            left = without_lowest(left)
+        w += 1
+    return w, count
+
+
+@inlined
+def draw_headings(params, state, thread, count):
+    """Draw the next heading of each listed robot, unless they have pools."""
+    if not is_pooled(params):
+        list_coordinates(state, thread, state.robots[Robot.WALKS], count)
+        fill_headings(params, state.pools[thread], state.heard[thread], state.clock[Clock.RUN], count)
+
+
+@inlined
+def draw_phases(params, state, thread, count):
+    """Draw the present phase of each listed robot, unless they have pools."""
+    if not is_pooled(params):
+        list_coordinates(state, thread, state.robots[Robot.PHASES], count)
+        fill_phases(params, state.pools[thread], state.heard[thread], state.clock[Clock.RUN], count)
+
+
+@inlined
+def list_coordinates(state, thread, counters, count):
+    """List the coordinates of the draws of listed robots."""
+    heard, labels = state.heard[thread], state.robots[Robot.LABEL]
+    for k in range(count):
+        i = uint64(heard[Heard.RECEIVER, k])
+        heard[Heard.NUMBER, k] = int32(number_of(labels[i]))
+        heard[Heard.COUNTER, k] = counters[i]
+
+
+@inlined
+def list_own(state, thread, i, first):
+    """List the coordinates of a robot's draws from ``first`` on; return how many its pool holds.
+
+    That is `POOL`, but as a shape: LLVM unrolls a loop of known length instead of vectorizing it.
+    """
+    heard, count = state.heard[thread], state.pools.shape[2]
+    for k in range(count):
+        heard[Heard.NUMBER, k] = int32(i)
+        heard[Heard.COUNTER, k] = int32(first + k)
+    return count
+
+
+@inlined
+def next_heading(params, state, thread, i, k):
+    """Return the steps along x and y and the duration of a robot's next heading (model.md 2.1).
+
+    The robot is that of entry ``k`` of those listed.
+    """
+    row, place = thread, k
+    if is_pooled(params):
+        number = int64(state.robots[Robot.WALKS, i])
+        row, place = int64(i), number & (POOL - 1)
+        if place == 0:
+            count = list_own(state, thread, i, number)
+            fill_headings(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
+    pool, place = state.pools[uint64(row)], uint64(place)
+    return int32(pool[Pool.STEP_X, place]), int32(pool[Pool.STEP_Y, place]), int32(pool[Pool.WALK, place])
+
+
+@inlined
+def present_phase(params, state, thread, i, k):
+    """Return the draw of a robot's present phase: the rows of `Pool` that are of a phase."""
+    row, place = thread, k
+    if is_pooled(params):
+        number = int64(state.robots[Robot.PHASES, i])
+        row, place = int64(i), number & (POOL - 1)
+        if place == 0:
+            count = list_own(state, thread, i, number)
+            fill_phases(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
+    pool, place = state.pools[uint64(row)], uint64(place)
+    return pool[Pool.LENGTH, place], pool[Pool.CHANCE, place], uint32(pool[Pool.TIE, place])
+
+
+@inlined
+def step_along(word, reach):
+    """Return a step of some length in a random direction, in whole units."""
+    cosine, sine = direction(word)
+    return math.floor(reach * cosine + 0.5), math.floor(reach * sine + 0.5)
+
+
+@called
+def fill_headings(params, pool, heard, run, count):
+    """Draw the headings of ``count`` coordinates, and their durations."""
+    # Read once: the compiler must assume that writing to the pool changes them.
+    reach, mean, low, high = params.robots.reach, params.walk.mean_run, params.seed.low, params.seed.high
+    numbers, counters = heard[Heard.NUMBER], heard[Heard.COUNTER]
+    doubtful = int64(0)
+    for k in range(count):
+        words = rounds(counters[k], numbers[k], run, WALK, low, high)
+        pool[Pool.STEP_X, k], pool[Pool.STEP_Y, k] = step_along(words[0], reach)
+        length = mean * exponential(words[1])
+        least = rounded_up(length * LESS)
+        pool[Pool.WALK, k] = least
+        doubtful += int64(least != rounded_up(length * MORE))
+    if doubtful > 0:
+        for k in range(count):
+            word = philox(int64(counters[k]), int64(numbers[k]), run, int64(WALK), low, high)[1]
+            pool[Pool.WALK, k] = duration(word, mean)
+
+
+@called
+def fill_phases(params, pool, heard, run, count):
+    """Draw the phases of ``count`` coordinates."""
+    low, high = params.seed.low, params.seed.high
+    numbers, counters = heard[Heard.NUMBER], heard[Heard.COUNTER]
+    for k in range(count):
+        words = rounds(counters[k], numbers[k], run, PHASE, low, high)
+        pool[Pool.LENGTH, k] = exponential(words[0])
+        pool[Pool.CHANCE, k] = words[1] * (1.0 / 4294967296.0)
+        pool[Pool.TIE, k] = words[2]
+
+
+@inlined
+def phase_duration(params, state, i, length, mean):
+    """Return the duration of a robot's present phase from its exponential of mean 1, to 12 digits."""
+    length *= mean
+    least = rounded_up(length * LESS)
+    if length < float64(LONGEST) and least == rounded_up(length * MORE):
+        return int32(least)
+    run, number = state.clock[Clock.RUN], number_of(state.robots[Robot.LABEL, i])
+    return duration(draw_words(params, run, number, state.robots[Robot.PHASES, i], PHASE)[0], mean)
+
+
+@inlined
+def rounded_up(length):
+    """Return a duration in whole steps."""
+    return max(1.0, float64(math.ceil(min(length, float64(LONGEST)))))
+
+
+@inlined
+def exponential(word):
+    """Return -log((word + 1) / 2**32) to 12 digits, without a branch.
+
+    The logarithm of the number's binary exponent, and of the rest by 2 artanh((rest - 1) / (rest + 1)).
+    """
+    number = float64(int64(word)) + 1.0
+    bits = bits_of(number)
+    exponent = (bits - int64(0x3FE6A09E667F3BCD)) >> 52  # the rest is between the roots of 1/2 and 2
+    rest = float_of(bits - (exponent << 52))
+    s = (rest - 1.0) / (rest + 1.0)
+    z = s * s
+    artanh = 1.0 / 15.0
+    artanh = artanh * z + 1.0 / 13.0
+    artanh = artanh * z + 1.0 / 11.0
+    artanh = artanh * z + 1.0 / 9.0
+    artanh = artanh * z + 1.0 / 7.0
+    artanh = artanh * z + 1.0 / 5.0
+    artanh = artanh * z + 1.0 / 3.0
+    artanh = artanh * z + 1.0
+    return float64(32 - exponent) * 0.6931471805599453 - 2.0 * s * artanh

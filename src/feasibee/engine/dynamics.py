@@ -1,4 +1,4 @@
-"""How the world of a run changes: events, streams of tasks and robots, responses (model.md 6.17, 6.19).
+"""How a world changes, and an operator who calls for robots or releases them (model.md 6.17, 6.19).
 
 `change_world` is passed to the step as a pointer, so worlds that stay don't compile it. One thread simulates
 a world that changes.
@@ -6,21 +6,38 @@ a world that changes.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 from numba import int32, int64, uint32
 
-from feasibee.engine.bits import bit, contains, lowest_member, pack_label, set_member, without_lowest
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.draws import choose, draw, draw_words, duration, poisson
-from feasibee.engine.faults import stand_still
+from feasibee.engine.crowd import fill_there
+from feasibee.engine.draws import choose, draw, draw_headings, draw_phases, draw_words, duration, poisson
 from feasibee.engine.inbox import empty
-from feasibee.engine.intrinsics import lowest, popcount
+from feasibee.engine.intrinsics import (
+    bit,
+    contains,
+    lowest,
+    lowest_member,
+    pack_label,
+    popcount,
+    set_member,
+    without_lowest,
+)
+from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
 from feasibee.engine.motion import head
-from feasibee.engine.order import fill_there
-from feasibee.engine.placement import place_joining, place_task
-from feasibee.engine.pools import draw_headings, draw_phases
-from feasibee.engine.response import begin_response, look
-from feasibee.engine.starting import prepare_robot, set_inventions, set_quorum, sort_tasks
+from feasibee.engine.params import Action
+from feasibee.engine.starting import (
+    place_joining,
+    place_task,
+    prepare_robot,
+    set_inventions,
+    set_quorum,
+    sort_tasks,
+    stand_still,
+)
+from feasibee.model.codes import COUNT_LIMIT, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.purposes import (
     APPEARING_CLASS,
     ARRIVAL,
@@ -31,6 +48,89 @@ from feasibee.model.purposes import (
     RELEASE,
     VANISH,
 )
+
+
+class Asking(NamedTuple):
+    """The one function of a strategy that the operator needs."""
+
+    update: Any
+
+
+@called
+def begin_response(clock):
+    """Let the operator begin: nothing was held, and nobody is on the way."""
+    clock[Clock.WAS_HELD], clock[Clock.HELD_FOR] = UNDECIDED, 0
+    clock[Clock.ARRIVES_AT], clock[Clock.AWAITED] = -1, 0
+    clock[Clock.CALLS] = clock[Clock.ROBOTS_CALLED] = clock[Clock.ROBOTS_RELEASED] = 0
+
+
+@called
+def look(params, state, update, now):
+    """Look at the opinion held after the step before; call robots, or return how many are to spare."""
+    clock, held = state.clock, state.clock[Clock.HELD]
+    if now <= clock[Clock.ARRIVES_AT]:
+        clock[Clock.HELD_FOR] = 0
+        return int64(0)
+    if held != clock[Clock.WAS_HELD]:
+        clock[Clock.HELD_FOR] = 0
+    clock[Clock.HELD_FOR] += 1
+    clock[Clock.WAS_HELD] = held
+    if held == UNDECIDED or clock[Clock.HELD_FOR] < params.response.patience:
+        return int64(0)
+    clock[Clock.HELD_FOR] = 0
+    asked = ask(params, state, Asking(update), held) if params.response.asks else int64(0)
+    gap = lower_median(state, held, asked) if asked > 0 else int64(0)
+    if held == INFEASIBLE:
+        wanted = gap + params.response.margin if asked > 0 else int64(1)
+        clock[Clock.AWAITED] = min(max(wanted, 1), params.robots.count)
+        clock[Clock.ARRIVES_AT] = now + params.response.delay
+        clock[Clock.CALLS] += 1
+        clock[Clock.ROBOTS_CALLED] += clock[Clock.AWAITED]
+        return int64(0)
+    return max(int64(0), -gap - params.response.margin)
+
+
+@inlined
+def word_of(state, w, held):
+    """Return the counted robots of a word that hold an opinion."""
+    counted = state.sets[Set.COUNTED, w]
+    if held == FEASIBLE:
+        return uint32(counted & state.sets[Set.FEASIBLE, w])
+    return uint32(counted & ~state.sets[Set.FEASIBLE, w] & ~state.sets[Set.NEUTRAL, w])
+
+
+@inlined
+def ask(params, state, functions, held):
+    """Let the counted robots of an opinion write their gaps as their first counts; return their number."""
+    asked = int64(0)
+    for w in range(state.sets.shape[1]):
+        left = word_of(state, w, held)
+        asked += popcount(left)
+        while left:
+            defer(params, state, functions, Action.GAP, lowest_member(w, left), int64(0), int64(0))
+            left = without_lowest(left)
+    update_pending(params, state, functions, Action.GAP)
+    return asked
+
+
+@inlined
+def lower_median(state, held, asked):
+    """Return the least gap that at least half of those asked don't exceed, by halving its range."""
+    low, high = int64(-COUNT_LIMIT), int64(COUNT_LIMIT)
+    while low < high:
+        middle = low + (high - low) // 2
+        below = int64(0)
+        for w in range(state.sets.shape[1]):
+            left = word_of(state, w, held)
+            while left:
+                below += int64(state.seen[lowest_member(w, left), 0] <= middle)
+                left = without_lowest(left)
+        if 2 * below >= asked:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
 
 OF_A_STEP = (Set.BLOCKED, Set.LISTENING, Set.TURNING_LEFT, Set.CLEARED)
 OWN_SETS = tuple(int(each) for each in Set if each not in OF_A_STEP)

@@ -8,8 +8,8 @@ from numba import int64
 
 from feasibee.engine import step
 from feasibee.engine.compile import entry, inlined, rebound
-from feasibee.engine.counting import count_opinions, sum_counts
 from feasibee.engine.layout import Clock, Share
+from feasibee.engine.opinions import count_opinions, sum_counts
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from numba import float64, int32, int64, uint32, uint64
 
-from feasibee.engine.bits import says_feasible, sender_of, without_lowest
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
-from feasibee.engine.intrinsics import lowest, popcount
+from feasibee.engine.intrinsics import lowest, popcount, says_feasible, sender_of, without_lowest
 from feasibee.engine.layout import LINE, WORD, Clock, Count, Lack, Link, Robot, Slot
 from feasibee.engine.queues import same_or_free
 from feasibee.model.codes import NO_OPINION

@@ -1,4 +1,4 @@
-"""The functions of a strategy's knowledge, called for many robots at once (model.md 6.11).
+"""Knowledge that robots pass on: what they get for it, how it changes, what they send.
 
 A call through a function pointer costs much with the arrays that knowledge needs. So the engine collects in
 `State.pending` whom each function is to be called for, and calls `update`, which is compiled for each
@@ -10,24 +10,145 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from numba import int32, int64, uint32
+from numba import float64, int32, int64, uint32
 
-from feasibee.engine.bits import lowest_member, set_member, without_lowest
-from feasibee.engine.compile import called, inlined, rebound
-from feasibee.engine.layout import PENDING_ROOM, WORD, Clock, Count, Passing, Pending, Robot, Set
-from feasibee.engine.opinions import keeps_opinion, set_opinion
-from feasibee.engine.params import Action
-from feasibee.engine.queues import store_members
-from feasibee.engine.views import (
-    invented_robot,
-    invented_task,
-    known_by,
-    me_of,
-    setting_of,
-    thing_seen,
-    told_by,
+from feasibee.engine.compile import called, inlined, rebound, spliced
+from feasibee.engine.draws import coin, draw_now
+from feasibee.engine.intrinsics import (
+    contains,
+    has_bit,
+    lowest_member,
+    number_of,
+    pack_label,
+    popcount,
+    row_of,
+    says_feasible,
+    set_member,
+    without_lowest,
 )
+from feasibee.engine.layout import (
+    PENDING_ROOM,
+    WORD,
+    Clock,
+    Copy,
+    Count,
+    Passing,
+    Pending,
+    Point,
+    Robot,
+    Set,
+    Share,
+)
+from feasibee.engine.opinions import keeps_opinion, set_opinion
+from feasibee.engine.params import Action, Lie
+from feasibee.engine.queues import store_members
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
+from feasibee.model.purposes import LIE
+from feasibee.strategies.contract import Me, Setting, Thing
+
+
+@spliced
+def known_by(params, passing, i):
+    """Return the words that a robot knows."""
+    return row_of(passing.words, Copy.KNOWN, i, params.strategy.knowledge.words)
+
+
+@spliced
+def told_by(params, passing, i):
+    """Return the words of a robot's message."""
+    return row_of(passing.words, Copy.SENT, i, params.strategy.knowledge.message_words)
+
+
+@inlined
+def in_units(params, fixed):
+    """Return a coordinate in units of length."""
+    return float64(uint32(fixed)) * params.arena.unit
+
+
+@inlined
+def thing_seen(params, passing, number, column, mark):
+    """Return a robot or task as robots see it.
+
+    Robots are numbered first, then tasks, then tasks under their wrong names, with the hash given. One that
+    isn't there has number -1, and the class and hash given.
+    """
+    if number < 0:
+        is_robot = column < params.robots.classes
+        kind = column if is_robot else column - params.robots.classes
+        return Thing(is_robot, int64(-1), kind, int64(uint32(mark)), 0.0, 0.0)
+    # Without a branch: a wrong guess whether robot or task follows costs more than the rest.
+    misnamed = number >= params.robots.count + params.tasks.count
+    number -= params.tasks.count if misnamed else 0
+    is_robot, kind, task = (
+        number < params.robots.count,
+        int64(passing.class_of[number]),
+        number - params.robots.count,
+    )
+    identity = int64(passing.robots[Robot.IDENTITY, number if is_robot else 0])
+    own_mark = int64(passing.hashes[identity if is_robot else number])
+    fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, task]
+    fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, task]
+    x, y = in_units(params, fixed_x), in_units(params, fixed_y)
+    if misnamed:
+        half = 0.5 * params.arena.sides.width
+        wrong = params.strategy.knowledge.task_ids - params.tasks.count + task
+        return Thing(False, wrong, kind, int64(uint32(mark)), x + half if x < half else x - half, y)
+    return Thing(is_robot, identity if is_robot else task, kind, own_mark, x, y)
+
+
+@inlined
+def invented_robot(params, passing, k):
+    """Return the robot of a number among those that Byzantine robots invent."""
+    mark = int64(passing.hashes[params.robots.count + params.tasks.count + k])
+    return Thing(True, params.robots.count + k, int64(0), mark, 0.0, 0.0)
+
+
+@inlined
+def invented_task(params, passing, k):
+    """Return the task of a number among those that Byzantine robots invent."""
+    mark = int64(passing.hashes[params.robots.count + 2 * params.tasks.count + k])
+    return Thing(False, params.tasks.count + k, int64(0), mark, 0.0, 0.0)
+
+
+@inlined
+def setting_of(params, passing):
+    """Return the numbers of the scenario that a function of the strategy is given.
+
+    Read before a loop over robots, not in it: the compiler must assume that the functions change them.
+    """
+    knowledge = params.strategy.knowledge
+    return Setting(
+        params.robots.count,
+        params.robots.at_start,
+        params.tasks.count,
+        knowledge.robot_ids,
+        knowledge.task_ids,
+        params.robots.classes,
+        knowledge.task_classes,
+        params.radio.id_bits,
+        passing.parameters,
+        params.robots.knows_count,
+        params.faults.colluding,
+        params.arena.sides.width,
+        params.arena.sides.height,
+        params.arena.walls,
+        params.sensing.range,
+        params.radio.range,
+        params.robots.speed,
+        params.decision.exploration,
+        params.decision.gain + params.decision.dissemination_floor,
+        params.walk.mean_run,
+    )
+
+
+@inlined
+def me_of(params, passing, setting, now, i):
+    """Return the robot that a function of the strategy works for."""
+    identity = int64(passing.robots[Robot.IDENTITY, i])
+    mark = int64(passing.hashes[identity])
+    x, y = in_units(params, passing.robots[Robot.X, i]), in_units(params, passing.robots[Robot.Y, i])
+    explores = not contains(passing.sets[Set.DISSEMINATING], i)
+    return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting, explores, x, y)
 
 
 def _missing(*arguments: Any) -> Any:
@@ -316,3 +437,48 @@ def defer_all(params, state, functions, action, i, members, first):
     place = state.clock[Clock.PENDING]
     added = store_members(who, numbers, place, int32(i), members, int32(first))
     state.clock[Clock.PENDING] = place + added
+
+
+@inlined
+def false_opinion_of(params, state, i):
+    """Return the opinion in a Byzantine robot's message (model.md 6.6, 6.16)."""
+    if params.faults.byzantine_says == Lie.COLLUDING:
+        return 1 - state.clock[Clock.TRUTH]
+    if params.faults.byzantine_says == Lie.OPPOSITE:
+        return 1 - int64(contains(state.sets[Set.SAYS_FEASIBLE], i))
+    if params.faults.byzantine_says == Lie.RANDOM:
+        return coin(draw_now(params, state, number_of(state.robots[Robot.LABEL, i]), LIE))
+    return int64(params.faults.byzantine_says == Lie.FEASIBLE)
+
+
+@spliced
+def publish(params, state, functions, part):
+    """Fix the message of each robot for this step, and count its bits."""
+    bits_sent = int64(0)
+    for w in range(part.first, part.last):
+        byzantine = state.sets[Set.BYZANTINE, w]
+        if params.faults.colluding:
+            state.sets[Set.SPEAKING, w] |= uint32(byzantine & state.sets[Set.WORKING, w])
+        speaking = state.sets[Set.SPEAKING, w]
+        bits_sent += popcount(speaking) * params.radio.message_bits
+        lying = uint32(speaking & byzantine)
+        while lying:
+            lie_to_all(params, state, lowest_member(w, lying))
+            lying = without_lowest(lying)
+        while speaking and params.strategy.knowledge.enabled:
+            i = lowest_member(w, speaking)
+            false_opinion = (
+                says_feasible(state.robots[Robot.LABEL, i]) if has_bit(byzantine, i) else int64(-1)
+            )
+            defer(params, state, functions, Action.SPEAK, i, false_opinion, int64(0))
+            speaking = without_lowest(speaking)
+    part.shared[part.thread, Share.BITS] = bits_sent
+    update_pending(params, state, functions, Action.SPEAK)
+
+
+@inlined
+def lie_to_all(params, state, i):
+    """Fix the message of a Byzantine robot for this step."""
+    number, opinion = number_of(state.robots[Robot.LABEL, i]), false_opinion_of(params, state, i)
+    state.robots[Robot.LABEL, i] = pack_label(number, opinion == 1, True)
+    state.robots[Robot.SENT_VALUE, i] = int32(params.strategy.value_scale) if opinion == 1 else int32(0)

@@ -1,13 +1,14 @@
-"""The arrays that compiled code works on: the names of their axes, their rows and their units.
+"""The arrays that compiled code works on: the names of their axes, rows, units and allocation.
 
 Positions and velocities are fixed-point numbers in int32. Their unit is the torus's longer side / 2**32. So
 sums and differences on a square torus wrap by themselves, and a difference is the shortest way round. Within
 walls the unit is twice that, and no difference wraps. Sets of robots are words of 32 bits: see
-`feasibee.engine.bits`. Arrays over robots are padded to whole words.
+`feasibee.engine.intrinsics`. Arrays over robots are padded to whole words.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
@@ -15,8 +16,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.params import Params
-from feasibee.engine.structs import Struct
+from feasibee.engine.params import Grid, Params, Struct
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
@@ -24,7 +24,7 @@ WORD = 32
 LINE = 8
 """Slots for senders that each robot has, before its inbox takes a table."""
 TILE = 4
-"""Cells per side of a tile: see `feasibee.engine.order`."""
+"""Cells per side of a tile: see `feasibee.engine.crowd`."""
 BATCH = 128
 """Draws of each kind that a thread makes together in a larger swarm."""
 HEARD_ROOM = 512
@@ -54,7 +54,7 @@ class Robot(IntEnum):
     PHASE_LEFT = 5  # steps until the next phase
     WALKS = 6  # headings drawn so far
     PHASES = 7  # phases drawn so far
-    LABEL = 8  # see `feasibee.engine.bits.pack_label`
+    LABEL = 8  # see `feasibee.engine.intrinsics.pack_label`
     ORDER = 9  # a shuffle of the robots; while they are sorted, which of them comes where
     SENT_VALUE = 10  # the value in its messages
     AGREED = 11  # successive decisions with which its inbox agreed
@@ -148,7 +148,7 @@ class Pending(IntEnum):
 
 
 class Pool(IntEnum):
-    """Rows of a pool in `State.pools`; see `feasibee.engine.pools`."""
+    """Rows of a pool in `State.pools`; see `feasibee.engine.draws`."""
 
     STEP_X = 0  # of a heading: velocity per step
     STEP_Y = 1
@@ -163,7 +163,7 @@ class Point(IntEnum):
 
     X = 0
     Y = 1
-    NUMBER = 2  # of the task; for a robot see `feasibee.engine.order.numbered`
+    NUMBER = 2  # of the task; for a robot see `feasibee.engine.crowd.numbered`
 
 
 class Bound(IntEnum):
@@ -279,7 +279,7 @@ class Cells(NamedTuple):
 
 
 class TaskLists(NamedTuple):
-    """The tasks in sight of each cell, see `feasibee.engine.tasklists`; or all of them by number."""
+    """The tasks in sight of each cell, see `feasibee.engine.sensing`; or all of them by number."""
 
     places: Annotated[Words, "place"]
     bounds: Annotated[Int64s, "Bound", "cell"]
@@ -389,3 +389,112 @@ class Lowered(NamedTuple):
     def form(self) -> tuple[Strategy, bool, bool, bool]:
         """What compiled code depends on; see `feasibee.engine.runner.engine_functions`."""
         return self.strategy, self.fast, self.params.together, self.params.changes
+
+
+def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, threads: int = 1) -> State:
+    """Allocate a swarm, of whose robots the strategy keeps ``memory`` floats each."""
+    words = -(-params.robots.count // WORD)
+    padded = words * WORD
+    classes = tables.adds.shape[1]
+    remembered = words + -(-params.tasks.count // WORD)
+    knowledge = params.strategy.knowledge
+    return State(
+        robots=aligned((len(Robot), padded), np.int32),
+        sets=np.zeros((len(Set), words), np.uint32),
+        counts=aligned((len(Count), padded), np.int64),
+        links=aligned((len(Link), WORD), np.uint32),
+        seen=np.zeros((padded if params.sensing.by_class or knowledge.enabled else 0, classes), np.int64),
+        remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
+        inbox=np.full(_inbox_shape(params, room), -1, np.int32),
+        free_tables=np.zeros((threads, 1 + room.tables), np.int32),
+        heard=aligned((threads, Heard.COUNTER + 1, _heard_room(params)), np.int32),
+        tiles=np.zeros((threads if params.in_space_order else 0, _tile_count(params.robots.grid)), np.int32),
+        memory=np.zeros((padded, 1 + memory), np.float64),
+        knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
+        pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
+        hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
+        pools=aligned(_pool_shape(params, threads), np.float64),
+        tasks=np.zeros((len(Point), params.tasks.count), np.int32),
+        tasks_there=np.zeros(-(-params.tasks.count // WORD), np.uint32),
+        vanish_at=np.zeros(params.tasks.count if params.tasks.lifetime > 0 else 0, np.int32),
+        task_cells=empty_cells(params.tasks.count, params.tasks.grid),
+        task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
+        robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
+        tables=tables._replace(class_of=tables.class_of.copy()) if params.changes else tables,
+        clock=_clock(room),
+    )
+
+
+def _clock(room: Room) -> Int64s:
+    clock = np.zeros(len(Clock), np.int64)
+    clock[Clock.TABLE_SLOTS] = room.slots
+    return clock
+
+
+class Room(NamedTuple):
+    """The room for inboxes with more senders than a line has: see `feasibee.engine.inbox`."""
+
+    slots: int  # of a table, a power of two
+    tables: int
+
+
+def first_room(params: Params) -> Room:
+    """Return the room that a swarm gets at first: few inboxes of a large swarm need a table."""
+    robots = params.robots.count
+    return Room(64, 0 if params.decision.inbox_is_set else min(robots, 1024 + robots // 16))
+
+
+def size_of(params: Params, tables: Tables, room: Room) -> int:
+    """Return about how many bytes a swarm takes, without arrays of fixed size per robot or task."""
+    words = -(-params.robots.count // WORD)
+    padded = words * WORD
+    remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
+    return 4 * (math.prod(_inbox_shape(params, room)) + padded * (remembered + 2 * copy_length(params)))
+
+
+def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
+    padded = -(-params.robots.count // WORD) * WORD
+    values = params.strategy.value_scale > 0
+    if params.decision.inbox_is_set:
+        return (2, padded * WORD) if values else (1, 0)
+    rows = 3 if params.decision.inbox_size else 2 if values else 1
+    return rows + params.in_space_order, padded * LINE + room.tables * room.slots
+
+
+def _pool_shape(params: Params, threads: int) -> tuple[int, int, int]:
+    pooled = params.robots.count <= POOLED
+    return (params.robots.count, len(Pool), POOL) if pooled else (threads, len(Pool), BATCH)
+
+
+def _heard_room(params: Params) -> int:
+    return HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
+
+
+def _tile_count(grid: Grid) -> int:
+    return -(-grid.columns // TILE) * -(-grid.rows // TILE)
+
+
+def copy_length(params: Params) -> int:
+    """Return the number of words of each `Copy`: of what a robot knows, and of its message."""
+    return max(params.strategy.knowledge.words, params.strategy.knowledge.message_words)
+
+
+def empty_cells(points: int, grid: Grid) -> Cells:
+    """Allocate a grid where every point may be in the column that is repeated."""
+    cells = (grid.columns + 1) * grid.rows
+    return Cells(np.zeros((len(Point), 2 * points + WORD), np.int32), np.zeros(cells + 1, np.int32))
+
+
+def aligned(shape: tuple[int, ...], kind: Any) -> Any:
+    """Return zeros that begin at a multiple of 64 bytes, so that no vector lies in two lines of the cache."""
+    size = math.prod(shape) * np.dtype(kind).itemsize
+    room = np.zeros(size + 64, np.uint8)
+    start = -room.ctypes.data % 64
+    return room[start : start + size].view(kind).reshape(shape)
+
+
+def empty_lists(tasks: int, bits: int) -> TaskLists:
+    """Allocate lists where every task may be in nine, each padded to 16 places; or one list of all."""
+    cells = 4**bits if bits else 0
+    room = 9 * tasks + 16 * cells + 1 if bits else tasks + WORD
+    return TaskLists(aligned((room,), np.uint32), aligned((len(Bound), cells), np.int64))

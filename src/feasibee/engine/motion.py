@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from numba import int32, uint32, uint64
 
-from feasibee.engine.bits import bit_if
 from feasibee.engine.compile import inlined
+from feasibee.engine.draws import draw_headings, list_members, next_heading
+from feasibee.engine.intrinsics import bit_if
 from feasibee.engine.layout import Heard, Robot, Set
-from feasibee.engine.pools import draw_headings, list_members, next_heading
 
 
 @inlined

@@ -1,12 +1,13 @@
-"""The opinions of robots, as members of sets (model.md 4.1, 6.9)."""
+"""Opinions that robots hold, as sets and labels, and how many hold which."""
 
 from __future__ import annotations
 
 from numba import int64
 
-from feasibee.engine.bits import contains, set_member
 from feasibee.engine.compile import inlined
-from feasibee.engine.layout import Set
+from feasibee.engine.intrinsics import contains, popcount, set_member
+from feasibee.engine.layout import Clock, Set, Share
+from feasibee.engine.team import total
 from feasibee.model.codes import NO_OPINION
 
 
@@ -31,3 +32,51 @@ def set_opinion(sets, i, opinion):
     """Set a robot's opinion; any value but 1 and 0 means none."""
     set_member(sets, Set.FEASIBLE, i, opinion == 1)
     set_member(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
+
+
+@inlined
+def count_opinions(params, state, part):
+    """Count a thread's robots with opinion 1, without an opinion and committed, of the counted ones."""
+    own = part.shared[part.thread]
+    feasible = neutral = int64(0)
+    for w in range(part.first, part.last):
+        feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
+        neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
+    own[Share.FEASIBLE_COUNT], own[Share.NEUTRAL_COUNT] = feasible, neutral
+    if params.decision.commit.enabled:
+        committed = committed_feasible = int64(0)
+        for w in range(part.first, part.last):
+            counted = state.sets[Set.COMMITTED, w] & state.sets[Set.COUNTED, w]
+            committed += popcount(counted)
+            committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
+        own[Share.COMMITTED_FEASIBLE] = committed_feasible
+        own[Share.COMMITTED_INFEASIBLE] = committed - committed_feasible
+    if params.strategy.declares:
+        count_declared(state, part)
+
+
+@inlined
+def count_declared(state, part):
+    """Count a thread's robots that have declared, by what, of the counted ones."""
+    feasible = infeasible = int64(0)
+    for w in range(part.first, part.last):
+        counted = state.sets[Set.DECLARED, w] & state.sets[Set.COUNTED, w]
+        feasible += popcount(counted & state.sets[Set.DECLARED_FEASIBLE, w])
+        infeasible += popcount(counted & ~state.sets[Set.DECLARED_FEASIBLE, w])
+    part.shared[part.thread, Share.DECLARED_FEASIBLE] = feasible
+    part.shared[part.thread, Share.DECLARED_INFEASIBLE] = infeasible
+
+
+@inlined
+def sum_counts(params, state, part):
+    """Sum what all threads have counted, for the whole swarm."""
+    clock = state.clock
+    clock[Clock.FEASIBLE_COUNT] = total(part, Share.FEASIBLE_COUNT)
+    clock[Clock.NEUTRAL_COUNT] = total(part, Share.NEUTRAL_COUNT)
+    clock[Clock.BITS] += total(part, Share.BITS)
+    if params.decision.commit.enabled:
+        clock[Clock.COMMITTED_FEASIBLE] = total(part, Share.COMMITTED_FEASIBLE)
+        clock[Clock.COMMITTED_INFEASIBLE] = total(part, Share.COMMITTED_INFEASIBLE)
+    if params.strategy.declares:
+        clock[Clock.DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
+        clock[Clock.DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)

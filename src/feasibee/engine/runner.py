@@ -16,11 +16,21 @@ from numba import types
 from numba.core.errors import NumbaError
 
 from feasibee.engine import dynamics, entrypoints
-from feasibee.engine.allocation import Room, empty_state, first_room
 from feasibee.engine.compile import careful, entry, helpers_of, inlined, reads_only, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
 from feasibee.engine.knowledge import update_nothing, updating
-from feasibee.engine.layout import Clock, Control, Functions, Lack, Lowered, Outcome, State
+from feasibee.engine.layout import (
+    Clock,
+    Control,
+    Functions,
+    Lack,
+    Lowered,
+    Outcome,
+    Room,
+    State,
+    empty_state,
+    first_room,
+)
 from feasibee.engine.params import Params, packed
 from feasibee.engine.signatures import KNOWLEDGE, STRATEGY
 from feasibee.engine.team import parts_of

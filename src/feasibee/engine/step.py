@@ -5,28 +5,31 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine import inbox
-from feasibee.engine.bits import contains, lowest_member, number_of, set_member, without_lowest
 from feasibee.engine.bodies import move_where_clear
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.counting import count_opinions
-from feasibee.engine.crowd import sense_crowd
-from feasibee.engine.draws import draw_words
+from feasibee.engine.crowd import keep_order, sense_crowd
+from feasibee.engine.draws import draw_phases, draw_words, list_members, phase_duration, present_phase
 from feasibee.engine.dynamics import draw_dynamics
-from feasibee.engine.faults import draw_faults, stop
-from feasibee.engine.few import sense_general_few
-from feasibee.engine.few_bodies import move_few
-from feasibee.engine.identities import assign_identities
-from feasibee.engine.intrinsics import lowest
+from feasibee.engine.few import move_few, sense_general_few
+from feasibee.engine.intrinsics import contains, lowest, lowest_member, number_of, set_member, without_lowest
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
-from feasibee.engine.opinions import keeps_opinion, opinion_of, set_opinion
-from feasibee.engine.order import keep_order
+from feasibee.engine.opinions import count_opinions, keeps_opinion, opinion_of, set_opinion
 from feasibee.engine.params import Action
-from feasibee.engine.placement import place_robots, place_tasks, scatter
-from feasibee.engine.pools import draw_phases, list_members, phase_duration, present_phase
 from feasibee.engine.sensing import fill_general, forget, sense_general_crowd, sense_together
-from feasibee.engine.starting import clear, enter_phase, prepare_robots, set_quorum
+from feasibee.engine.starting import (
+    assign_identities,
+    clear,
+    draw_faults,
+    enter_phase,
+    place_robots,
+    place_tasks,
+    prepare_robots,
+    scatter,
+    set_quorum,
+    stop,
+)
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import NO_OPINION
 from feasibee.model.purposes import PHASE

@@ -9,9 +9,8 @@ from typing import Any, Final, NamedTuple
 
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import Mind, Settings, settings_from
-from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Message
-from feasibee.robot.wire import Wire
+from feasibee.robot.wire import Wire, WireError
 from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Setting, Strategy, Thing
 

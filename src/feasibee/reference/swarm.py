@@ -21,14 +21,11 @@ from feasibee.model.purposes import (
     PAIR,
 )
 from feasibee.model.record import Record
-from feasibee.reference.bodies import steps_of
 from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
-from feasibee.reference.dynamics import Dynamics
-from feasibee.reference.identities import Names
+from feasibee.reference.dynamics import Dynamics, Operator
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.reference.response import Operator
-from feasibee.reference.robot import Robot
-from feasibee.reference.world import Place, World
+from feasibee.reference.robot import Robot, steps_of
+from feasibee.reference.world import Names, Place, World
 from feasibee.robot.controller import Message
 from feasibee.scenario.feasibility import explain_numbers
 from feasibee.scenario.fields import Robots, Tasks

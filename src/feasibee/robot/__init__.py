@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Commit, Controller, Message, Settings
-from feasibee.robot.wire import Wire
+from feasibee.robot.wire import Wire, WireError
 
 __all__ = ["Commit", "Controller", "Message", "Settings", "Wire", "WireError"]

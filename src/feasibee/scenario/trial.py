@@ -14,9 +14,8 @@ from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST, is_whole
-from feasibee.robot.bits import WireError
 from feasibee.robot.controller import Message
-from feasibee.robot.wire import Wire
+from feasibee.robot.wire import Wire, WireError
 from feasibee.scenario.setting import WORDS_LIMIT, setting_from
 from feasibee.strategies.contract import (
     ARGUMENTS,

@@ -70,11 +70,11 @@ class Swarm:
         self.scenario = check_scenario(scenario)
         room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
-        from feasibee.engine import allocation, layout, params, runner, team
+        from feasibee.engine import layout, params, runner, team
         from feasibee.simulation import lowering
 
         self._room = room
-        self._layout, self._allocation = layout, allocation
+        self._layout = layout
         lowered = lowering.lower(self.scenario, self._which.seed)
         self._tables = lowered.tables
         self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
@@ -86,18 +86,18 @@ class Swarm:
         self._changes = bool(self._params.changes)
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS, FIRST_STEPS if self._changes else 0)
         self._counted = np.zeros(FIRST_STEPS if self._must_count else 0, np.int32)
-        self._begin(allocation.first_room(self._params))
+        self._begin(layout.first_room(self._params))
 
     def _begin(self, room: Any) -> None:
         self._inboxes = room
         memory = self.scenario.strategy.memory
-        needed = self._allocation.size_of(self._params, self._tables, room)
+        needed = self._layout.size_of(self._params, self._tables, room)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
                 f"this swarm needs {needed / 2**20:.0f} MiB, above the limit of {self._room // 2**20} MiB; "
                 "use fewer robots, or a shorter radio.range"
             )
-        self._state = self._allocation.empty_state(self._params, self._tables, room, memory)
+        self._state = self._layout.empty_state(self._params, self._tables, room, memory)
         self._start(self._packed, self._state, self._which.first)
         self._play(0)  # records step 0
 

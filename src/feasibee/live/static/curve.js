@@ -19,6 +19,7 @@ import { drawTruth } from "./truths.js";
 /** @typedef {{left: number, top: number, width: number, height: number}} Box */
 
 const FIRST_SPAN = 100; // steps
+const POINTS = 10_000; // most points of a line: more take long to draw, and no screen is so wide
 const BAND = 6; // height of the band of the truth
 const MARGIN = { left: 40, top: 8, right: 18, bottom: 20 };
 
@@ -85,7 +86,7 @@ export class Curve {
     const { pen, box } = fitted(this.canvas),
       { last, decisionStep, counted, truths } = course,
       span = Math.max(1, Math.min(last, Math.max(FIRST_SPAN, Math.ceil(step / 50) * 50))),
-      gap = Math.ceil(span / (4 * Math.max(1, box.width))); // steps between two points of a line
+      gap = Math.ceil(span / POINTS); // steps between two points of a line
     /** @param {number} at */
     const x = (at) => box.left + (box.width * at) / span;
     /** @param {number} share */

@@ -1,4 +1,4 @@
-/* Bits in a row, the most significant first, as feasibee.robot.bits in Python. */
+/* Bits in a row, the most significant first, as feasibee.robot.wire in Python. */
 
 #include "controller.h"
 
