@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 
 import feasibee
-from feasibee.strategies.census import Knowledge as Census
+from feasibee.scenario.messages import message_bits
 from feasibee.studies.comparison import TASKS
 
 ROBOTS, STEPS, RUNS = 20, 1000, 5
-ID_BITS = 5
 
 
 def main() -> None:
@@ -24,17 +23,9 @@ def main() -> None:
                 swarm.advance()
             bits += swarm.bits_sent
     silent = 1 - messages / (len(TASKS) * RUNS * STEPS * ROBOTS)
-    print(json.dumps({"tally": bits / messages, "silent": silent, "census": longest_census(ROBOTS, 21)}))
-
-
-def longest_census(robots: int, tasks: int) -> int:
-    """Return the length in bits of the census message of a robot that knows all robots and tasks."""
-    census = Census((0, 0, 0), (1, 1))
-    for robot in range(robots):
-        census.see_robot(robot, 0, 0)
-    for task in range(tasks):
-        census.see_task(task, 0, 0)
-    return census.bits(census.message(), ID_BITS)
+    census = feasibee.Scenario(tasks={"count": 21}, decision={"strategy": "census"})
+    longest = message_bits(census).full  # of a robot that knows all
+    print(json.dumps({"tally": bits / messages, "silent": silent, "census": longest}))
 
 
 if __name__ == "__main__":
