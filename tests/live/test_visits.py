@@ -31,11 +31,13 @@ def visit(new_page):
         if not request.url.startswith(("file:", "data:")):
             new_page.errors.append(request.url)
 
-    def opened(path, more="", width=1280, **options):
+    def opened(path, more="", width=1280, ready=True, **options):
         options = {"reduced_motion": "reduce", **options}
         page = new_page(viewport={"width": width, "height": 800}, offline=True, **options)
         page.on("request", asked)
         page.goto(f"{path.as_uri()}{more}")
+        if ready:  # it listens to keys by then
+            expect(page.locator("#question")).not_to_be_empty()
         return page
 
     return opened
@@ -158,7 +160,7 @@ def test_in_a_frame_it_has_the_sites_theme_and_its_own_height(visit, file, tmp_p
         '<!doctype html><body data-theme="dark"><iframe class="swarm" src="swarm.html"></iframe>'
         '<script src="swarm.js" defer></script>'
     )
-    page = visit(tmp_path / "index.html")
+    page = visit(tmp_path / "index.html", ready=False)
     inside = page.frame_locator("iframe")
     expect(inside.locator("html")).to_have_attribute("data-theme", "dark")
     expect(inside.locator("header")).to_be_hidden()
