@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from quick import quick
 
 from feasibee.strategies import STRATEGIES
 from tests.robot.driving import SANITIZED
@@ -51,12 +52,12 @@ FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for
 """First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
 
 
-@pytest.mark.parametrize("name", KNOWLEDGE)
+@pytest.mark.parametrize("name", quick(KNOWLEDGE, 3))
 def test_clocks_that_pass_a_power_of_two_do_what_they_do_in_python(name, swarm):
     assert_same([swarm], name, 4_000, fixed={"first_steps": FIRST_STEPS})
 
 
-@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
+@pytest.mark.parametrize("name", quick(sorted(set(KNOWLEDGE) - IN_DOUBLE), 2))
 def test_clocks_that_pass_a_power_of_two_in_whole_numbers(name, in_whole_numbers):
     fixed = {"first_steps": FIRST_STEPS}
     assert_same([in_whole_numbers], name, 3_000, whole_numbers=True, fixed=fixed)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from quick import quick
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
@@ -86,9 +87,7 @@ STUDIES = {
     "sensitivity": sensitivity_study,
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
-each_short_study = pytest.mark.parametrize(
-    "study", [pytest.param(each, marks=[pytest.mark.slow] * (each == "assessment")) for each in STUDIES]
-)
+each_short_study = pytest.mark.parametrize("study", quick(STUDIES, ("comparison", "sizing", "tuning")))
 
 
 @dataclass
