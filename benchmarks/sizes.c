@@ -105,7 +105,7 @@ static void begin(void)
 #ifdef KNOWLEDGE
     settings.setting = &setting;
 #else
-    settings.commit.rounds = 3;
+    settings.declare.rounds = 3;
 #endif
 #ifdef FRAMES
     wire = feasibee_wire_of(&settings, NAME, 5);
@@ -124,7 +124,7 @@ int run(void)
         if (feasibee_message(&robot, &message))
             broadcast();
         feasibee_end_step(&robot);
-        output = robot.committed + robot.declared;
+        output = robot.declared;
     }
     return robot.opinion;
 }

@@ -61,9 +61,9 @@ void CFeasibeeController::ReadDecision(TConfigurationNode& t_node) {
    GetNodeAttribute(t_node, "every_message", m_tSettings.every_message);
    GetNodeAttribute(t_node, "own_vote", m_tSettings.own_vote);
    GetNodeAttribute(t_node, "switching", m_tSettings.switching);
-   GetNodeAttributeOrDefault(t_node, "commit_rounds", m_tSettings.commit_rounds, 0);
-   GetNodeAttributeOrDefault(t_node, "commit_heard", m_tSettings.commit_heard, 0);
-   GetNodeAttributeOrDefault(t_node, "commit_quorum", m_tSettings.commit_quorum, 1.0);
+   GetNodeAttributeOrDefault(t_node, "declare_rounds", m_tSettings.declare_rounds, 0);
+   GetNodeAttributeOrDefault(t_node, "declare_heard", m_tSettings.declare_heard, 0);
+   GetNodeAttributeOrDefault(t_node, "declare_quorum", m_tSettings.declare_quorum, 1.0);
    GetNodeAttributeOrDefault(t_node, "k", m_tSettings.k, 1);
    GetNodeAttributeOrDefault(t_node, "voters", m_tSettings.voters, 0.0);
    GetNodeAttributeOrDefault(t_node, "credence", m_tSettings.credence, 0.0);

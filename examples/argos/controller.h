@@ -34,7 +34,7 @@ public:
    const argos::CByteArray& GetMessage() const { return m_cMessage; }
 
    int GetOpinion() const { return mind_opinion(m_ptMind); }
-   bool HasCommitted() const { return mind_committed(m_ptMind); }
+   bool HasDeclared() const { return mind_declared(m_ptMind); }
 
    /* Whether the next call of ControlStep() is the last of a step; whether the last call was. */
    bool IsLastTick() const { return m_unTick + 1 == m_unTicksPerStep; }

@@ -79,10 +79,10 @@ static struct feasibee_settings settings_of(const struct mind_settings *given,
     settings.inbox_size = (uint16_t)given->inbox_size;
     settings.own_vote = given->own_vote;
     settings.every_message = given->every_message;
-    settings.commit.rounds = (uint16_t)given->commit_rounds;
-    settings.commit.heard = (uint16_t)given->commit_heard;
-    settings.commit.quorum = (uint16_t)lround(given->commit_quorum * 10000);
-    settings.commit.quorum_of = 10000;
+    settings.declare.rounds = (uint16_t)given->declare_rounds;
+    settings.declare.heard = (uint16_t)given->declare_heard;
+    settings.declare.quorum = (uint16_t)lround(given->declare_quorum * 10000);
+    settings.declare.quorum_of = 10000;
     settings.parameters.k = (uint16_t)given->k;
     settings.parameters.voters =
         given->voters < 1.0 ? (uint32_t)(given->voters * 4294967296.0) : UINT32_MAX;
@@ -159,7 +159,7 @@ int mind_opinion(const struct mind *mind)
     return mind->robot.opinion;
 }
 
-bool mind_committed(const struct mind *mind)
+bool mind_declared(const struct mind *mind)
 {
-    return mind->robot.committed;
+    return mind->robot.declared != FEASIBEE_NONE;
 }

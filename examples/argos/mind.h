@@ -28,9 +28,9 @@ struct mind_settings {
     bool every_message;
     bool own_vote;
     double switching;         /* probability; 0 for none */
-    int commit_rounds;        /* 0: it never commits */
-    int commit_heard;
-    double commit_quorum;     /* in ten thousandths */
+    int declare_rounds;       /* 0: it never declares */
+    int declare_heard;
+    double declare_quorum;    /* in ten thousandths */
     int k;                    /* k-unanimity */
     double voters;            /* mixture */
     double credence;          /* bayes */
@@ -51,7 +51,7 @@ bool mind_hear(struct mind *mind, const uint8_t *bytes, size_t size); /* false: 
 void mind_end_step(struct mind *mind);
 
 int mind_opinion(const struct mind *mind); /* 1 feasible, 0 infeasible, -1 none */
-bool mind_committed(const struct mind *mind);
+bool mind_declared(const struct mind *mind);
 
 #ifdef __cplusplus
 }

@@ -98,7 +98,7 @@ void CFeasibeeWorld::Reset() {
    }
    if(!m_strStepsFile.empty()) {
       m_cStepsFile.open(m_strStepsFile, std::ios::trunc);
-      m_cStepsFile << "step,feasible,infeasible,committed\n";
+      m_cStepsFile << "step,feasible,infeasible,declared\n";
    }
    Count();
 }
@@ -188,16 +188,16 @@ void CFeasibeeWorld::PostStep() {
 /* Count opinions, write them, and look whether the swarm has decided. */
 void CFeasibeeWorld::Count() {
    int pnHolding[2] = {0, 0};
-   int nCommitted = 0;
+   int nDeclared = 0;
    for(const SRobot& sRobot : m_vecRobots) {
       const int nOpinion = sRobot.Controller->GetOpinion();
       if(nOpinion >= 0) {
          ++pnHolding[nOpinion];
       }
-      nCommitted += sRobot.Controller->HasCommitted();
+      nDeclared += sRobot.Controller->HasDeclared();
    }
    if(m_cStepsFile.is_open()) {
-      m_cStepsFile << m_unStep << ',' << pnHolding[1] << ',' << pnHolding[0] << ',' << nCommitted << '\n';
+      m_cStepsFile << m_unStep << ',' << pnHolding[1] << ',' << pnHolding[0] << ',' << nDeclared << '\n';
    }
    for(int nOpinion = 0; m_nDecision < 0 && nOpinion < 2; ++nOpinion) {
       if(pnHolding[nOpinion] > m_fThreshold * m_unRobots + 1e-9) { /* 0.9 isn't exact */

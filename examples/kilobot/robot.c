@@ -16,7 +16,7 @@ enum { STEP_TICKS = 32, SIGHT_MM = 100, MOST_IN_SIGHT = 24, QUEUE = 16 };
 #endif
 
 /* The message: kind and flags in data[0], the id in data[1] and data[2]. kilolib adds a checksum. */
-enum { IS_TASK = 1, SPEAKS = 2, FEASIBLE = 4, COMMITTED = 8 };
+enum { IS_TASK = 1, SPEAKS = 2, FEASIBLE = 4, DECLARED = 8 };
 
 struct heard {
     uint8_t flags;
@@ -136,13 +136,13 @@ static void end_step(void)
     uint8_t flags = 0;
     if (feasibee_message(&robot, &message))
         flags = (uint8_t)(SPEAKS | (message.opinion == FEASIBEE_FEASIBLE ? FEASIBLE : 0) |
-                          (message.committed ? COMMITTED : 0));
+                          (message.declared ? DECLARED : 0));
     feasibee_end_step(&robot);
     say(flags);
     if (robot.opinion == FEASIBEE_FEASIBLE)
-        set_color(robot.committed ? RGB(0, 3, 0) : RGB(0, 1, 0));
+        set_color(robot.declared != FEASIBEE_NONE ? RGB(0, 3, 0) : RGB(0, 1, 0));
     else
-        set_color(robot.committed ? RGB(3, 0, 0) : RGB(1, 0, 0));
+        set_color(robot.declared != FEASIBEE_NONE ? RGB(3, 0, 0) : RGB(1, 0, 0));
     walk();
 }
 
@@ -155,7 +155,7 @@ static void setup(void)
     settings = feasibee_defaults(&feasibee_dmmd);
     settings.draw_duration = draw_duration;
     settings.draw_choice = draw_choice;
-    settings.commit.rounds = 3;
+    settings.declare.rounds = 3;
     feasibee_begin(&robot, &settings, &me, (int8_t)(random_word() & 1));
     say(TASK ? IS_TASK : 0);
     set_color(TASK ? RGB(0, 0, 1) : RGB(0, 0, 0));

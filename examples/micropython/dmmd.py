@@ -22,7 +22,7 @@ class Robot:
         Number of different robots whose latest messages it keeps, the newest.
     quorum : tuple of int, optional
         Numerator and denominator of the least share of an inbox that must agree with the opinion before the
-        robot commits; by default it never commits.
+        robot declares its opinion; by default it never does.
     rounds : int
         Number of successive decisions with such an inbox.
     heard : int
@@ -41,12 +41,12 @@ class Robot:
         heard=3,
     ):
         self.opinion = opinion
-        self.committed = False
+        self.declared = -1
         self._draw_duration = draw_duration
         self._exploration = exploration
         self._gain = gain
         self._inbox_size = inbox_size
-        self._commit = (quorum, rounds, heard)
+        self._rule = (quorum, rounds, heard)
         self._agreed = 0
         self._explore()
 
@@ -64,7 +64,7 @@ class Robot:
             self._inbox.pop(0)
 
     def message(self):
-        """Return the opinion to broadcast in this step with ``committed``, None while exploring."""
+        """Return the opinion to broadcast in this step with ``declared``, None while exploring."""
         return self._said if self.disseminating else None
 
     def end_step(self):
@@ -96,12 +96,13 @@ class Robot:
         heard = len(self._inbox)
         feasible = sum(opinion for _, opinion in self._inbox)
         balance = 2 * feasible - heard + (1 if self.opinion == 1 else -1)  # its own vote included
-        if balance and not self.committed:
+        if balance and self.declared == -1:
             self.opinion = 1 if balance > 0 else 0
-        self._consider_commitment(feasible if self.opinion == 1 else heard - feasible, heard)
+        self._declare_by_votes(feasible if self.opinion == 1 else heard - feasible, heard)
 
-    def _consider_commitment(self, agreeing, heard):
-        quorum, rounds, least = self._commit
+    def _declare_by_votes(self, agreeing, heard):
+        quorum, rounds, least = self._rule
         agrees = quorum and heard >= least and agreeing * quorum[1] >= quorum[0] * heard
         self._agreed = self._agreed + 1 if agrees else 0
-        self.committed = self.committed or (quorum is not None and self._agreed >= rounds)
+        if self.declared == -1 and quorum is not None and self._agreed >= rounds:
+            self.declared = self.opinion

@@ -46,7 +46,7 @@ def run(steps=None):
         receive(radio, robot)
         opinion = robot.message()
         if opinion is not None:
-            radio.send(EVERYONE, bytes([opinion | robot.committed << 1]), False)
+            radio.send(EVERYONE, bytes([opinion | (robot.declared != -1) << 1]), False)
         robot.end_step()
         done += 1
         time.sleep_ms(max(0, STEP_MS - time.ticks_diff(time.ticks_ms(), began)))

@@ -139,17 +139,16 @@ def test_json_has_exactly_the_promised_keys():
     assert all(set(rate) == {"estimate", "low", "high"} for rate in summary["rates"].values())
 
 
-def test_json_counts_bits_and_commitments_by_robot():
-    changes = {"decision.strategy": "census", "decision.commit.rounds": 2, "run.steps": 200}
+def test_json_counts_bits_and_declarations_by_robot():
+    changes = {"decision.strategy": "census", "decision.declare.rounds": 2, "run.steps": 200}
     words = [word for path, value in changes.items() for word in ("--set", f"{path}={value}")]
     summary = summary_of(*words, "--runs", 20, "--seed", 5)
     record = simulate_record(Scenario().replace(changes), Runs(20, 5))
     assert summary["bits_per_robot_and_step"] == record.bits_sent.sum() / (20 * 20 * 200)
-    assert set(summary) == KEYS | {"committed"}
-    assert summary["committed"]["feasible"] == record.committed_feasible.sum() / (20 * 20)
-    assert summary["committed"]["infeasible"] == record.committed_infeasible.sum() / (20 * 20)
-    assert summary["committed"]["step"] == decision_times(record.commit_step)._asdict()
-    assert record.committed_feasible.sum() > 200
+    assert set(summary) == KEYS | {"declared"}
+    assert summary["declared"]["feasible"] == record.declared_feasible.sum() / (20 * 20)
+    assert summary["declared"]["infeasible"] == record.declared_infeasible.sum() / (20 * 20)
+    assert record.declared_feasible.sum() > 200
 
 
 def test_json_has_declarations_only_if_robots_declare(tmp_path):
@@ -162,6 +161,8 @@ def test_json_has_declarations_only_if_robots_declare(tmp_path):
     wrong = int((record.declared_infeasible > 0).sum())
     assert 0 < wrong < 40
     assert summary["declared"] == {
+        "feasible": record.declared_feasible.sum() / (40 * 20),
+        "infeasible": record.declared_infeasible.sum() / (40 * 20),
         "ok": wilson(right, 40)._asdict(),
         "wrong": wilson(wrong, 40)._asdict(),
         "step_90": summary["declared"]["step_90"],
@@ -179,8 +180,8 @@ def test_people_read_declarations_in_a_line(tmp_path):
     (tmp_path / "quiet.toml").write_text(scenario.to_toml())
     lines = invoke("run", tmp_path / "quiet.toml", "--runs", 5).stdout.splitlines()
     assert (
-        "Declared: rightly in 0.0% (0.0% to 43.4%), a robot wrongly in 0.0% (0.0% to 43.4%); "
-        "half of the swarms never, 95% never." in lines
+        "Declared: 0.0% of the robots feasible, 0.0% infeasible; rightly in 0.0% (0.0% to 43.4%), "
+        "a robot wrongly in 0.0% (0.0% to 43.4%); half of the swarms never, 95% never." in lines
     )
     assert any(line.startswith("Right at the end: ") for line in lines)
 
@@ -450,7 +451,7 @@ def test_saving_and_plotting_change_no_result(here):
 
 
 def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
-    arguments = ("--runs", 6, "--seed", 2, "--run", 3, "--set", "decision.commit.rounds=2")
+    arguments = ("--runs", 6, "--seed", 2, "--run", 3, "--set", "decision.declare.rounds=2")
     for name in ("a.csv", "a.nc"):
         assert invoke("run", *arguments, "--out", name).exit_code == 0
     header, *rows = (line.split(",") for line in (here / "a.csv").read_text().splitlines())

@@ -48,8 +48,8 @@ def test_bits_are_those_of_the_scenario():
     assert (of_twenty["dmmd"], of_twenty["dc"], of_twenty["sketch"]) == ([6, 6], [22, 22], [1024, 1024])
     of_hundred = {row["strategy"]: row["bits"] for row in listed("strategies", "--set", "robots.count=100")}
     assert of_hundred["dmmd"] == [8, 8]
-    committing = Scenario(decision={"commit": {}})
-    assert message_bits(committing).full == 7
+    by_votes = Scenario(decision={"declare": {}})
+    assert message_bits(by_votes).full == 7
 
 
 def test_the_longest_message_of_a_census_is_that_of_a_simulation():

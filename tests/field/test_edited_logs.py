@@ -20,9 +20,9 @@ from feasibee.field.bodies import Bodies
 from feasibee.field.logs import WorldLog
 from feasibee.field.node import Node
 from feasibee.field.recording import Recording
-from feasibee.field.replay import _Commit, _Setting, _Settings, replay
+from feasibee.field.replay import _Declare, _Setting, _Settings, replay
 from feasibee.reference.mind import Settings
-from feasibee.robot.controller import Commit
+from feasibee.robot import Declare
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting
 
@@ -40,11 +40,11 @@ CLASSES = {
     ],
     "tasks.classes": [{"name": "c", "count": 3, "needs": {"x": 1, "y": 1}}],
 }
-COMMIT = {"decision.commit": {"quorum": 0.75, "rounds": 2, "heard": 1}, "decision.inbox_size": 3}
+RULE = {"decision.declare": {"quorum": 0.75, "rounds": 2, "heard": 1}, "decision.inbox_size": 3}
 KNOWING = {"robots.know_count": True}
 WORLDS = {
     **{name: {"decision.strategy": name, **KNOWING} for name in STRATEGIES},
-    "commitment": COMMIT,
+    "declaring by votes": RULE,
     "classes": CLASSES,
     "liars": {"decision.strategy": "census", **COLLUDING},
     "liars with a roster": {"decision.strategy": "roster", **KNOWING, **COLLUDING},
@@ -300,5 +300,5 @@ def test_a_worlds_log_takes_no_more_memory_than_its_lines(tmp_path):
 
 def test_all_settings_of_a_mind_are_checked():
     assert set(_Settings.model_fields) == {each.name for each in fields(Settings)}
-    for model, kind in {_Setting: Setting, _Commit: Commit}.items():
+    for model, kind in {_Setting: Setting, _Declare: Declare}.items():
         assert tuple(model.model_fields) == kind._fields

@@ -31,8 +31,8 @@ WORLDS = {
     "knowledge": {"decision.strategy": "census", "robots.know_count": True},
     "names in a shared frame": {"decision.strategy": "map", "robots.know_count": True},
     "a value in each message": {"decision.strategy": "average"},
-    "commitment and switching": {
-        "decision.commit": {"quorum": 0.7, "rounds": 1, "heard": 1},
+    "declaring and switching": {
+        "decision.declare": {"quorum": 0.7, "rounds": 1, "heard": 1},
         "decision.switching": 0.3,
     },
     "faults": {

@@ -185,7 +185,7 @@ def test_a_field_is_typed_as_toml(port):
     changes = {
         "arena.side": "[30, 18]",
         "decision.listen": "{last = 3}",
-        "decision.commit": "{quorum = 0.8}",
+        "decision.declare": "{quorum = 0.8}",
         "tasks.points": "[[1, 2], [3.5, 4]]",
         "tasks.placement": "points",
         "sensing.count_self": True,
@@ -197,18 +197,18 @@ def test_a_field_is_typed_as_toml(port):
         scenario = Scenario.from_toml(told["toml"])
         assert scenario.arena.size == (30.0, 18.0)
         assert scenario.decision.listen == {"last": 3}
-        assert scenario.decision.commit.quorum == 0.8
+        assert scenario.decision.declare.quorum == 0.8
         assert scenario.tasks.points == ((1.0, 2.0), (3.5, 4.0))
         assert scenario.run.steps == PRESETS["valentini-2016"]["run"]["steps"]
         assert told["fields"]["decision.listen"] == "{last = 3}"
         assert told["fields"]["tasks.points"] == "[[1.0, 2.0], [3.5, 4.0]]"
-        (told, *_) = opened(page, changes={"decision.commit": None, "radio.id_bits": None})
-        assert "decision.commit" not in told["fields"]
+        (told, *_) = opened(page, changes={"decision.declare": None, "radio.id_bits": None})
+        assert "decision.declare" not in told["fields"]
 
 
 WRONG = {
     "decision.listen": ["{last = 0}", "{last = ", "[1]", "never"],
-    "decision.commit": ["{quorum = 2}", "yes", "[1, 2"],
+    "decision.declare": ["{quorum = 2}", "yes", "[1, 2"],
     "tasks.points": ["points.csv", '"/etc/passwd"', "[[1]]", "[[1, 2], 3]"],
     "robots.classes": ['[{name = "x"}]', "x", "3", "[" * 500],
     "decision.parameters": ["{nothing = 1}", "x"],

@@ -290,7 +290,7 @@ def test_every_field_is_under_more(visit, port):
     changes = {
         "sensing.count_self": True,
         "robots.placement": "clusters",
-        "decision.commit": "{rounds = 2}",
+        "decision.declare": "{rounds = 2}",
         "decision.inbox_size": 4,
         "tasks.classes": '[{name = "carry", count = 3, needs = {lift = 2}}]',
         "robots.classes": '[{name = "arm", count = 9, skills = ["lift"]}]',
@@ -309,18 +309,18 @@ def test_every_field_is_under_more(visit, port):
         expect(page.locator("#toml")).to_contain_text(key if "classes" not in path else shown[section])
     used = {
         **changes,
-        "decision.commit": {"rounds": 2},
+        "decision.declare": {"rounds": 2},
         "tasks.classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}],
         "robots.classes": [{"name": "arm", "count": 9, "skills": ["lift"]}],
     }
     eventually(page, lambda: expect_scenario(page, Scenario().replace(used)))
-    control = page.locator("[data-path='decision.commit']")
+    control = page.locator("[data-path='decision.declare']")
     control.fill("{rounds = 0}")
     control.press("Tab")
-    expect(page.locator("#note-decision-commit")).to_contain_text("must be")
+    expect(page.locator("#note-decision-declare")).to_contain_text("must be")
     control.fill("")
     control.press("Tab")
-    expect(page.locator("#toml")).not_to_contain_text("[decision.commit]")
+    expect(page.locator("#toml")).not_to_contain_text("[decision.declare]")
     control_of(page, "preset").select_option("subcdm-2025")
     expect(page.locator("#last")).to_have_text("10,000")
     page.reload()

@@ -85,8 +85,8 @@ def test_a_remedy_is_a_value_as_in_a_file():
         ({"events": [{"step": 5, "tasks": 3}]}, ["events"]),
         ({"decision.inbox": "every-message", "decision.strategy": "dc"}, ["decision.inbox"]),
         ({"decision.inbox": "every-message", "decision.gain": 100.0}, ["decision.inbox"]),
-        ({"decision.commit": {"quorum": 0.123457}}, ["decision.commit.quorum"]),
-        ({"decision.commit": {"rounds": 65_536}}, ["decision.commit.rounds"]),
+        ({"decision.declare": {"quorum": 0.123457}}, ["decision.declare.quorum"]),
+        ({"decision.declare": {"rounds": 65_536}}, ["decision.declare.rounds"]),
         ({"robots.placement": "clusters"}, ["robots.placement"]),
     ],
 )

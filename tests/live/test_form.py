@@ -15,7 +15,7 @@ VALUES = {
     "tasks.classes": [{"name": "carry", "count": 3, "needs": {"lift": 2, "see it": 1}}],
     "tasks.points": [[1.0, 2.5], [3.0, 4.0]],
     "decision.listen": {"last": 3},
-    "decision.commit": {"quorum": 0.8, "rounds": 2, "heard": 1},
+    "decision.declare": {"quorum": 0.8, "rounds": 2, "heard": 1},
     "decision.parameters": {"credence": 0.9},
 }
 

@@ -74,7 +74,6 @@ def test_the_page_reads_what_python_writes(tmp_path):
     for name, values in (
         ("counted", swarm.counted),
         ("disseminating", swarm.disseminating),
-        ("committed", swarm.committed),
         ("working", np.ones(33)),
     ):
         assert frame[name] == values.sum()

@@ -269,15 +269,13 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
 
 
 LOOKS = {
-    "feasible": (1 + 32, {"centre": "F", "disc": "F", "rim": "F"}),
-    "infeasible": (32, {"centre": "G", "disc": "I", "rim": "I"}),
-    "no opinion": (2 + 32, {"centre": "U"}),
-    "disseminating": (1 + 4 + 32, {"centre": "F", "disc": "F", "rim": "F", "ring": "F"}),
-    "committed to feasible": (1 + 8 + 32, {"centre": "G", "disc": "F", "rim": "F"}),
-    "committed to infeasible": (8 + 32, {"centre": "I", "disc": "I", "rim": "I"}),
-    "declared feasible": (1 + 16 + 32, {"centre": "F", "disc": "F", "rim": "K"}),
-    "declared infeasible": (16 + 32, {"centre": "G", "disc": "I", "rim": "K"}),
-    "Byzantine": (1 + 32 + 64, {"centre": "F", "disc": "F", "rim": "F", "corner": "K"}),
+    "feasible": (1 + 16, {"centre": "F", "disc": "F", "rim": "F"}),
+    "infeasible": (16, {"centre": "G", "disc": "I", "rim": "I"}),
+    "no opinion": (2 + 16, {"centre": "U"}),
+    "disseminating": (1 + 4 + 16, {"centre": "F", "disc": "F", "rim": "F", "ring": "F"}),
+    "declared feasible": (1 + 8 + 16, {"centre": "F", "disc": "F", "rim": "K"}),
+    "declared infeasible": (8 + 16, {"centre": "G", "disc": "I", "rim": "K"}),
+    "Byzantine": (1 + 16 + 32, {"centre": "F", "disc": "F", "rim": "F", "corner": "K"}),
 }
 PIXELS = """async flags => {
     const { drawSprite } = await import("./sprites.js");

@@ -81,7 +81,7 @@ def test_a_decision_by_chance_is_told_as_such():
 
 def test_robots_that_are_out_of_order_are_told_as_such():
     faults = {"stopped": 0.2, "byzantine": 0.2, "stubborn": 0.2}
-    swarm = Swarm(Scenario(faults=faults, decision={"commit": {}}), 2)
+    swarm = Swarm(Scenario(faults=faults, decision={"declare": {}}), 2)
     swarm.advance(200)
     texts = [said(swarm, robot) for robot in range(20)]
     assert sum(words["Phase"] == "stopped" for words in texts) == 4

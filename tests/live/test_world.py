@@ -19,7 +19,7 @@ from feasibee.model import purposes
 from feasibee.simulation.snapshot import FLAGS
 
 BITS = {name: 1 << k for k, name in enumerate(FLAGS)}
-SHOWN = BITS["feasible"] | BITS["neutral"] | BITS["disseminating"] | BITS["committed"]
+SHOWN = BITS["feasible"] | BITS["neutral"] | BITS["disseminating"] | BITS["declared"]
 
 
 def simulated(scenario, seed, run):
@@ -33,7 +33,7 @@ def simulated(scenario, seed, run):
             "feasible": swarm.opinions == 1,
             "neutral": swarm.opinions == -1,
             "disseminating": swarm.disseminating,
-            "committed": swarm.committed,
+            "declared": swarm.declared >= 0,
         }
         rows.append(sum(BITS[name] * each for name, each in sets.items()))
     return np.array(rows), swarm.positions
@@ -77,7 +77,7 @@ def test_any_fields_that_a_page_simulates_equal_the_engines(play):
             "own_vote": any_of(True, False),
             "exploration": any_of(10.0, 5.1),
             "gain": any_of(10.0, 3.3, 17.9),
-            "commit": any_of(None, {"quorum": 0.85}),
+            "declare": any_of(None, {"quorum": 0.85}),
             "switching": any_of(None, 0.05),
             "inbox_size": any_of(None, 2),
             "quality_floor": any_of(0, 2),

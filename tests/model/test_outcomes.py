@@ -11,7 +11,7 @@ import pytest
 from declaring import declaring
 
 from feasibee import Scenario, save_results
-from feasibee.model.outcomes import ACCOUNT, COMMITS, CURVES, DECLARES, OUTCOMES, TRACES
+from feasibee.model.outcomes import ACCOUNT, CURVES, DECLARES, OUTCOMES, TRACES
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.scenario.runs import Runs
@@ -22,7 +22,7 @@ from feasibee.sweeps.schema import PLACES
 from feasibee.sweeps.table import export
 
 NAMES = [each.name for each in OUTCOMES]
-SCENARIO = Scenario(robots={"count": 5}, run={"steps": 30}, decision={"commit": {"rounds": 1, "heard": 1}})
+SCENARIO = Scenario(robots={"count": 5}, run={"steps": 30}, decision={"declare": {"rounds": 1, "heard": 1}})
 DOCS = Path(__file__).parents[2] / "docs" / "_extensions" / "outcomes.py"
 
 
@@ -68,14 +68,14 @@ def test_longer_curves_keep_what_was_there():
 
 
 def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
-    committing, sure = (to_dataset(record, each, 1) for each in (SCENARIO, declaring(tmp_path)))
-    without = to_dataset(record, SCENARIO.replace({"decision.commit": None}), 1)
+    by_votes, sure = (to_dataset(record, each, 1) for each in (SCENARIO, declaring(tmp_path)))
+    without = to_dataset(record, SCENARIO.replace({"decision.declare": None}), 1)
     calling = to_dataset(record, Scenario(response={"patience": 9}), 1)
     curves = [each.name for each in CURVES]
-    for dataset, needs in ((committing, COMMITS), (sure, DECLARES), (without, None)):
+    for dataset, needs in ((by_votes, DECLARES), (sure, DECLARES), (without, None)):
         had = [each.name for each in OUTCOMES if each.needs in (None, needs)]
         assert list(dataset.data_vars) == [*had, *curves]
-    variables = {**calling.data_vars, **sure.data_vars, **committing.data_vars}
+    variables = {**calling.data_vars, **sure.data_vars}
     assert set(variables) == {*NAMES, *curves}
     for each in (*OUTCOMES, *CURVES):
         assert variables[each.name].dtype == each.dtype
@@ -105,7 +105,7 @@ def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
     np.testing.assert_array_equal(stored[:, 1:].T, [getattr(record, name) for name in NAMES])
     with (tmp_path / "runs.csv").open(newline="") as file:
         header, *rows = csv.reader(file)
-    assert header == ["run", *(each.name for each in OUTCOMES if each.needs in (None, COMMITS))]
+    assert header == ["run", *(each.name for each in OUTCOMES if each.needs in (None, DECLARES))]
     places = [PLACES[name] for name in header]
     assert rows == stored[:, places].astype(str).tolist()
     with (tmp_path / "sweep.csv").open(newline="") as file:
@@ -126,4 +126,4 @@ def test_the_documentation_shows_the_table():
     rows = list(runpy.run_path(str(DOCS))["lines"]())[2:]
     names = [row.split("`")[1] for row in rows]
     assert names == [*NAMES, *(each.name for each in (*CURVES, *TRACES))]
-    assert "-1: never; only with `decision.commit`" in rows[3]
+    assert "-1: never; only with `decision.declare`" in rows[3]

@@ -30,7 +30,7 @@ RECORD = replace(
     decision_step=np.array([2, -1], np.int32),
     feasible_count=np.array([[3, 4, 5, 5], [2, 2, 3, 2]], np.int32),
     infeasible_count=np.array([[2, 1, 0, 0], [3, 3, 2, 3]], np.int32),
-    account=np.array([[70, -1, 0, 0, -1, 0, 0, 5, 0], [65, 3, 4, 1, 8, 2, 3, 2, 3]]),
+    account=np.array([[70, -1, 0, 0, 5, 0], [65, 8, 2, 3, 2, 3]]),
 )
 
 
@@ -79,16 +79,12 @@ def test_a_record_gets_names_dimensions_and_coordinates():
     }
 
 
-def test_commitment_is_labelled_if_robots_commit():
-    dataset = to_dataset(RECORD, SCENARIO.replace({"decision.commit.rounds": 2}), seed=7)
-    assert dataset.commit_step.values.tolist() == [-1, 3]
-    assert dataset.committed_feasible.values.tolist() == [0, 4]
-    assert dataset.committed_infeasible.values.tolist() == [0, 1]
+@pytest.mark.parametrize("by_votes", [False, True])
+def test_declarations_are_labelled_if_robots_declare(by_votes, tmp_path):
+    own = declaring(tmp_path, robots={"count": 5})
+    scenario = SCENARIO.replace({"decision.declare.rounds": 2}) if by_votes else own
+    dataset = to_dataset(RECORD, scenario, seed=7)
     assert all(dataset[name].attrs["long_name"] for name in dataset.data_vars)
-
-
-def test_declarations_are_labelled_if_robots_declare(tmp_path):
-    dataset = to_dataset(RECORD, declaring(tmp_path, robots={"count": 5}), seed=7)
     assert dataset.declare_step.values.tolist() == [-1, 8]
     assert dataset.declared_feasible.values.tolist() == [0, 2]
     assert dataset.declared_infeasible.values.tolist() == [0, 3]

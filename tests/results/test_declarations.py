@@ -81,6 +81,8 @@ def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(quie
     assert found.step_90 == declare_times(record.declare_step)
     assert (found.step_90.median, found.step_90.p95) == (105, None)
     assert found.to_dict() == {
+        "feasible": 164 / 200,
+        "infeasible": 1 / 200,
         "ok": wilson(7, 10)._asdict(),
         "wrong": wilson(1, 10)._asdict(),
         "step_90": {

@@ -13,7 +13,7 @@ from zlib import crc32
 import pytest
 
 from benchmarks.sizes import PROCESSORS, SHARED
-from feasibee.robot import Commit, Controller, Message, Settings, Wire, firmware
+from feasibee.robot import Controller, Declare, Message, Settings, Wire, firmware
 from feasibee.strategies import STRATEGIES
 
 SOURCES = Path(__file__).parent / "c"
@@ -22,13 +22,13 @@ CASES = [
     {},
     {"gain": 1_386_401, "exploration": 300_000, "listens_for": 0, "own_vote": False},
     {"gain": 200_001, "listens_for": 4, "dissemination_floor": 3, "quality_floor": 2},
-    {"gain": 655_361, "inbox_size": 5, "commit": (3, 2, 2, 3)},
+    {"gain": 655_361, "inbox_size": 5, "declare": (3, 2, 2, 3)},
     {"every_message": True},
     {"stubborn": True, "exploration": 1},
 ]
 """Settings to try, durations in 1/65536 steps. An odd gain keeps means off whole steps, so off rounding.
 
-A commitment is rounds, messages heard, quorum, of how many.
+A rule to declare is rounds, messages heard, quorum, of how many.
 """
 
 
@@ -106,9 +106,9 @@ def in_c(cases):
 
 def assignments(name, value):
     """Yield the fields of C that a setting stands for, and their values."""
-    if name == "commit":
+    if name == "declare":
         yield from zip(
-            ("commit.rounds", "commit.heard", "commit.quorum", "commit.quorum_of"), value, strict=True
+            ("declare.rounds", "declare.heard", "declare.quorum", "declare.quorum_of"), value, strict=True
         )
     elif name in ("gain", "exploration"):
         yield name, f"(feasibee_steps)({value} * (FEASIBEE_STEP / 65536.0))"
@@ -176,7 +176,7 @@ class Words:
 def robot_of(strategy, number, case, words):
     """Return the controller that a case of ``steps.c`` has."""
     case = dict(case)
-    rounds, heard, quorum, of = case.pop("commit", (0, 0, 1, 1))
+    rounds, heard, quorum, of = case.pop("declare", (0, 0, 1, 1))
     stubborn = case.pop("stubborn", False)
     steps = {name: case.pop(name) / 65536 for name in ("gain", "exploration") if name in case}
     return Controller(
@@ -185,7 +185,7 @@ def robot_of(strategy, number, case, words):
         draw_duration=lambda mean: int(mean) + 1 + (words.word() & 7),
         draw_choice=lambda: (words.word() / 2**32, words.word() / 2**32),
         settings=Settings(
-            commit=Commit(Fraction(quorum, of), rounds, heard) if rounds else None,
+            declare=Declare(Fraction(quorum, of), rounds, heard) if rounds else None,
             inbox_size=case.pop("inbox_size", 32),
             **steps,
             **case,
@@ -205,7 +205,7 @@ def expected(strategy, steps, frames=False):
 
 def states(strategy, number, case, steps, frames=False):
     """Yield the state of a robot after each step, as ``steps.c`` prints it."""
-    wire = Wire(STRATEGIES[strategy], 6, commits="commit" in case)
+    wire = Wire(STRATEGIES[strategy], 6, declares="declare" in case)
     words = Words(17 + number)
     robot = robot_of(strategy, number, case, words)
     for _ in range(steps):
@@ -218,7 +218,7 @@ def states(strategy, number, case, steps, frames=False):
                 robot.hear((heard & 255) % 40, Message(heard >> 8 & 1, value))
         said = robot.message()
         robot.end_step()
-        flags = (robot.opinion + 1) | robot.committed << 2 | robot.disseminating << 3
-        told, value = (15, 0) if said is None else (said.opinion | said.committed << 1, said.value)
+        flags = (robot.opinion + 1) | (robot.declared != -1) << 2 | robot.disseminating << 3
+        told, value = (15, 0) if said is None else (said.opinion | said.declared << 1, said.value)
         sent = b"" if said is None else wire.encode(0, said)
         yield f"{flags:x}{robot.phase_left & 255:02x}{told:x}{value:04x}" + frames * f"{crc32(sent):08x}"

@@ -94,10 +94,10 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
     settings->own_vote = read_number(1);
     settings->every_message = read_number(1);
     settings->stubborn = read_number(1);
-    settings->commit.rounds = (uint16_t)read_number(2);
-    settings->commit.heard = (uint16_t)read_number(2);
-    settings->commit.quorum = (uint16_t)read_number(2);
-    settings->commit.quorum_of = (uint16_t)read_number(2);
+    settings->declare.rounds = (uint16_t)read_number(2);
+    settings->declare.heard = (uint16_t)read_number(2);
+    settings->declare.quorum = (uint16_t)read_number(2);
+    settings->declare.quorum_of = (uint16_t)read_number(2);
     settings->parameters.k = (uint16_t)read_number(2);
     settings->parameters.voters = read_number(4);
     settings->parameters.credence = read_double();
@@ -121,7 +121,7 @@ static void step(struct feasibee_robot *robot)
         feasibee_id sender = (feasibee_id)read_number(1);
         message.opinion = (int8_t)read_number(1);
         message.value = (uint16_t)read_number(2);
-        message.committed = message.value & 1;
+        message.declared = message.value & 1;
         if (listens)
             feasibee_hear(robot, sender, &message);
     }
@@ -129,8 +129,8 @@ static void step(struct feasibee_robot *robot)
     feasibee_end_step(robot);
     memcpy(&mean, &draws->mean, sizeof mean);
     write_number((uint64_t)(robot->opinion + 1), 1);
-    write_number((uint64_t)(listens + 2 * broadcasts + 4 * robot->disseminating + 8 * robot->committed), 1);
-    write_number(broadcasts ? (uint64_t)(message.opinion + 2 * message.committed) : 0, 1);
+    write_number((uint64_t)(listens + 2 * broadcasts + 4 * robot->disseminating + 8 * (robot->declared != FEASIBEE_NONE)), 1);
+    write_number(broadcasts ? (uint64_t)(message.opinion + 2 * message.declared) : 0, 1);
     write_number(broadcasts ? message.value : 0, 2);
     write_number(robot->phase_left, 4);
     write_number(mean, 8);

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message, Settings
+from feasibee.robot import Controller, Declare, Message, Settings
 from feasibee.robot.firmware import header
 from feasibee.strategies import STRATEGIES
 
@@ -30,7 +30,7 @@ SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover
 INBOX = 64
 SENDERS = 40
 STATE = struct.Struct("<BBBHId")
-"""Opinion + 1; bits: listens, broadcasts, disseminates, committed; message; value; phase left; last mean."""
+"""Opinion + 1; bits: listens, broadcasts, disseminates, declared; message; value; phase left; last mean."""
 
 
 def compiler():
@@ -85,7 +85,7 @@ class Episode:
         self.own_vote = draw.random() < 0.7
         self.stubborn = draw.random() < 0.1
         quorum = pick([(1, 2), (9, 10), (1, 1), (2, 3), (0, 1)])
-        self.commit = (draw.randrange(1, 4), draw.randrange(5), *quorum) if draw.random() < 0.4 else None
+        self.rule = (draw.randrange(1, 4), draw.randrange(5), *quorum) if draw.random() < 0.4 else None
         self.k = draw.randrange(1, 6)
         self.voters = pick([0, 2**30, 2**31 + 1, 2**32])
         self.credence = pick([0.6, 0.9, 0.95, 0.9999])
@@ -109,7 +109,7 @@ class Episode:
 
     def stream(self):
         """Return what drive.c reads."""
-        rounds, heard, quorum, quorum_of = self.commit or (0, 3, 9, 10)
+        rounds, heard, quorum, quorum_of = self.rule or (0, 3, 9, 10)
         parts = [
             struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
             struct.pack("<ddHH", self.exploration, self.gain, self.dissemination_floor, self.quality_floor),
@@ -155,7 +155,7 @@ class Episode:
                 every_message=self.every_message,
                 inbox_size=self.inbox_size,
                 parameters=self.parameters(),
-                commit=self.commit and Commit(Fraction(*self.commit[2:]), *self.commit[:2]),
+                declare=self.rule and Declare(Fraction(*self.rule[2:]), *self.rule[:2]),
             ),
             draw_switch=draws.switch if self.switching else None,
             stubborn=self.stubborn,
@@ -203,8 +203,8 @@ def state(robot, draws, sight, messages):
             robot.hear(sender, Message(opinion, value, bool(value & 1)))
     said = robot.message()
     robot.end_step()
-    flags = listens + 2 * (said is not None) + 4 * robot.disseminating + 8 * robot.committed
-    told, value = (said.opinion + 2 * said.committed, said.value) if said else (0, 0)
+    flags = listens + 2 * (said is not None) + 4 * robot.disseminating + 8 * (robot.declared != -1)
+    told, value = (said.opinion + 2 * said.declared, said.value) if said else (0, 0)
     return STATE.pack(robot.opinion + 1, flags, told, value, robot.phase_left, draws.mean)
 
 

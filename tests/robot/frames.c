@@ -11,7 +11,7 @@ static void answer(const uint8_t *frame, uint16_t length)
     give(&is_one, 1);
     if (!is_one)
         return;
-    uint8_t heard[3] = {(uint8_t)(message.opinion + 1), message.committed, sender == (feasibee_id)-1};
+    uint8_t heard[3] = {(uint8_t)(message.opinion + 1), message.declared, sender == (feasibee_id)-1};
     uint32_t words = feasibee_crc((const uint8_t *)message.words, sizeof message.words);
     give(heard, 3);
     give(&sender, 2);

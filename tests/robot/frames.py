@@ -103,5 +103,5 @@ def line_of(robot, frame):
     """Return a robot's state as ``frames.c`` prints it."""
     known = f"{crc32(array('i', robot.knowledge.words).tobytes()):08x}" if robot.knowledge else ""
     held = (robot.opinion + 1) | (robot.declared + 1) << 2
-    phase = robot.disseminating | robot.committed << 1
+    phase = robot.disseminating | (robot.declared != -1) << 1
     return f"{held:x}{phase:x}{robot.phase_left:02x}{crc32(frame):08x}{known}"

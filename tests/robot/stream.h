@@ -100,7 +100,7 @@ static uint8_t read_setting(void)
     settings = feasibee_defaults(strategies[strategy]);
     settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
     settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);
-    settings.commit.rounds = read_byte();
+    settings.declare.rounds = read_byte();
     settings.draw_duration = duration;
     settings.draw_choice = choice;
     settings.setting = &setting;

@@ -45,7 +45,7 @@ bool receive(feasibee_id *sender, struct feasibee_message *message)
     *sender = (feasibee_id)(random_word() % 4);
     message->opinion = FEASIBEE_FEASIBLE;
     message->value = 0;
-    message->committed = false;
+    message->declared = false;
     return *sender > 0;
 }
 

@@ -52,7 +52,7 @@ static void speak(uint8_t number)
 static void write_state(uint8_t number, uint32_t words)
 {
     const struct feasibee_robot *robot = &robots[number];
-    uint8_t flags = (uint8_t)(robot->disseminating | robot->committed << 1);
+    uint8_t flags = (uint8_t)robot->disseminating;
     uint8_t bytes[3] = {(uint8_t)(robot->opinion + 1), (uint8_t)(robot->declared + 1), flags};
     uint16_t length = (uint16_t)lengths[number];
     uint32_t frame = feasibee_crc(frames[number], length);

@@ -11,7 +11,7 @@ from contextlib import suppress
 from fractions import Fraction
 from zlib import crc32
 
-from feasibee.robot import Commit, Controller, Message, Settings, Wire, WireError
+from feasibee.robot import Controller, Declare, Message, Settings, Wire, WireError
 from feasibee.robot.firmware import strategies_in_c
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
@@ -22,7 +22,7 @@ from tests.robot.driving import compiled
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
 STATE = struct.Struct("<BBBIHIIIH")
-"""Opinion + 1, declared + 1, phase and commitment, steps left, length and CRC of the frame, CRCs, rating."""
+"""Opinion + 1, declared + 1, phase, steps left, length and CRC of the frame, CRCs, rating."""
 VARIANTS = {
     "turns": {
         "names": [-1.0, 0.0, 1.0, 3.0],
@@ -57,7 +57,7 @@ VARIANTS = {
 """Values of parameters to draw from."""
 EXACT = {"quiet": [20.0, 33.5], "arrivals": [0.0]}
 """Values without which C computes in floating point."""
-COMMIT = Commit(Fraction(9, 10), 2, 3)
+RULE = Declare(Fraction(9, 10), 2, 3)
 FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
 """Steps that have passed when a robot begins."""
 
@@ -134,7 +134,7 @@ def setting_of(strategy, draw, whole_numbers, fixed):
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
 
-def setting_bytes(name, setting, commits):
+def setting_bytes(name, setting, declares):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
     numbers += [setting.exploration, setting.dissemination, setting.mean_run, *setting.parameters]
@@ -144,7 +144,7 @@ def setting_bytes(name, setting, commits):
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.id_bits, setting.knows_count, setting.walled),
         *(*numbers, *[0.0] * (14 - len(numbers))),
-        *(COMMIT.rounds if commits else 0, STRATEGIES[name].memory),
+        *(RULE.rounds if declares else 0, STRATEGIES[name].memory),
     )
 
 
@@ -158,12 +158,12 @@ class Episode:
         self.strategy = strategy = STRATEGIES[name]
         self.first_steps = (fixed or {}).get("first_steps", FIRST_STEPS)
         self.setting = setting = setting_of(strategy, draw, whole_numbers, fixed or {})
-        self.commits = commits = not strategy.declares and draw.random() < 0.3
-        self.wire = Wire(strategy, setting.id_bits, commits=commits, setting=setting)
+        self.declares = declares = not strategy.declares and draw.random() < 0.3
+        self.wire = Wire(strategy, setting.id_bits, declares=declares, setting=setting)
         self.number = draw.randint(2, 4)
-        self.stream = bytearray(setting_bytes(name, setting, commits))
+        self.stream = bytearray(setting_bytes(name, setting, declares))
         self.stream += struct.pack("<BI", self.number, steps)
-        self.robots = [self._robot(k, COMMIT if commits else None) for k in range(self.number)]
+        self.robots = [self._robot(k, RULE if declares else None) for k in range(self.number)]
         liar = Me(setting.robots - 1, 0, draw.getrandbits(32), 0, [0.0] * strategy.memory, setting)
         self.liar = Knowledge(strategy, liar)
         self.frames = []
@@ -171,7 +171,7 @@ class Episode:
         self.hashes = [draw.getrandbits(32) for _ in things]
         self.places = [self.place() for _ in things]
 
-    def _robot(self, number, commit):
+    def _robot(self, number, rule):
         word, mark = self.draw.randrange(1, 2**32), self.draw.getrandbits(32)
         opinion, step = self.draw.getrandbits(1), self.draw.choice(self.first_steps)
         self.stream += struct.pack("<IIIB", word, mark, step, opinion)
@@ -185,7 +185,7 @@ class Episode:
                 exploration=self.setting.exploration,
                 gain=self.setting.dissemination,
                 parameters=self.setting.parameters,
-                commit=commit,
+                declare=rule,
                 me=(number, 0, mark),
                 setting=self.setting,
                 step=step,
@@ -274,7 +274,7 @@ class Episode:
         knowledge = robot.knowledge
         known = crc32(array("i", knowledge.words).tobytes())
         memory = crc32(array("d", knowledge.me.memory).tobytes())
-        flags = robot.disseminating + 2 * robot.committed
+        flags = int(robot.disseminating)
         return STATE.pack(
             robot.opinion + 1,
             robot.declared + 1,

@@ -1,4 +1,4 @@
-"""The C on docs/deploying.md compiles, and commits by the rule of the scenario there."""
+"""The C on docs/deploying.md compiles, and declares by the rule of the scenario there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def test_the_settings_on_the_page_are_those_of_the_scenario(tmp_path):
     page = (ROOT / "docs" / "deploying.md").read_text()
     (settings,) = re.findall(r"```c\n(.*?)```", page, re.DOTALL)
     values = (
-        "settings.commit.rounds, settings.commit.heard, settings.commit.quorum, settings.commit.quorum_of"
+        "settings.declare.rounds, settings.declare.heard, settings.declare.quorum, settings.declare.quorum_of"
     )
     program = f"""#include "feasibee.h"
 #include <stdio.h>
@@ -41,6 +41,6 @@ int main(void)
             str(tmp_path / "run"),
         ]
     )
-    rule = Scenario().replace({"decision.commit.quorum": 0.9}).decision.commit
+    rule = Scenario().replace({"decision.declare.quorum": 0.9}).decision.declare
     assert boards.run([str(tmp_path / "run")]) == f"{rule.rounds} {rule.heard} 9/10"
     assert rule.quorum == 0.9

@@ -30,7 +30,7 @@ def compiled(folder, compiler, *sources):
 
 
 @pytest.mark.parametrize(("flags", "printed"), [([], INFEASIBLE_FOR_GOOD), (["-DTASK=1"], TASK)])
-def test_a_kilobot_commits_with_its_neighbours_and_fits(flags, printed, folder):
+def test_a_kilobot_declares_with_its_neighbours_and_fits(flags, printed, folder):
     processor = PROCESSORS["ATmega328P"]
     boards.needs(processor.compiler[0], processor.packages)
     compiler = [*processor.compiler, *SHARED, *flags]
@@ -43,7 +43,7 @@ def test_a_kilobot_commits_with_its_neighbours_and_fits(flags, printed, folder):
     assert printed in boards.run([*board.simulator, str(program)])
 
 
-def test_an_esp32_commits_with_its_neighbours(folder):
+def test_an_esp32_declares_with_its_neighbours(folder):
     boards.needs("c++", "g++")
     sketch = EXAMPLES / "arduino" / "feasibee_robot"
     program = compiled(

@@ -46,26 +46,26 @@ def frames(tmp_path_factory):
 
 
 def opinions(name, draw):
-    """Return a wire of a strategy without knowledge, its setting, whether robots commit, and frames."""
-    id_bits, commits = draw.randint(1, 16), draw.random() < 0.5
+    """Return a wire of a strategy without knowledge, its setting, whether robots declare, and frames."""
+    id_bits, declares = draw.randint(1, 16), draw.random() < 0.5
     setting = setting_from((2, 2), (0, 0), False, id_bits, ())
-    wire = Wire(STRATEGIES[name], id_bits, commits=commits)
+    wire = Wire(STRATEGIES[name], id_bits, declares=declares)
     value_bits = STRATEGIES[name].value_bits
     said = [
         wire.encode(
             draw.getrandbits(id_bits),
-            Message(draw.getrandbits(1), draw.getrandbits(value_bits), commits and draw.random() < 0.5),
+            Message(draw.getrandbits(1), draw.getrandbits(value_bits), declares and draw.random() < 0.5),
         )
         for _ in range(50)
     ]
-    return wire, setting, commits, said
+    return wire, setting, declares, said
 
 
 def knowledge(name, seed):
     """Return the same of a strategy with knowledge."""
     episode = Episode(name, seed, 40)
     episode.states()
-    return episode.wire, episode.setting, episode.commits, episode.frames or [b"\x01"]
+    return episode.wire, episode.setting, episode.declares, episode.frames or [b"\x01"]
 
 
 def damaged(frame, draw):
@@ -90,7 +90,7 @@ def answer(wire, frame):
     except WireError:
         return b"\0"
     words = array("i", message.knowledge + (0,) * (WORDS - len(message.knowledge))).tobytes()
-    heard = (1, message.opinion + 1, message.committed, sender == -1, sender % 2**16, message.value)
+    heard = (1, message.opinion + 1, message.declared, sender == -1, sender % 2**16, message.value)
     return struct.pack("<BBBBHHII", *heard, crc32(words), 1)
 
 
@@ -99,9 +99,9 @@ def assert_same(program, name, packets, most=2_000):
     for seed in range(-(-packets // most)):
         draw = random.Random(f"{name} {seed}")
         has_knowledge = STRATEGIES[name].knowledge
-        wire, setting, commits, said = knowledge(name, seed) if has_knowledge else opinions(name, draw)
+        wire, setting, declares, said = knowledge(name, seed) if has_knowledge else opinions(name, draw)
         sent = [*said[:100], *(damaged(draw.choice(said), draw) for _ in range(min(packets, most)))]
-        stream = setting_bytes(name, setting, commits) + struct.pack("<I", len(sent))
+        stream = setting_bytes(name, setting, declares) + struct.pack("<I", len(sent))
         stream += b"".join(struct.pack("<H", len(frame)) + frame for frame in sent)
         ran = subprocess.run([program], input=stream, capture_output=True, check=False)
         assert ran.returncode == 0, (name, seed, ran.stderr.decode()[-3000:])

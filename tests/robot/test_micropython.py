@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message, Settings
+from feasibee.robot import Controller, Declare, Message, Settings
 from feasibee.strategies import STRATEGIES
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +29,7 @@ def states(robot, steps):
         said = robot.message()
         robot.end_step()
         said = -1 if said is None else said
-        yield [said, robot.opinion, int(robot.disseminating), robot.phase_left, int(robot.committed)]
+        yield [said, robot.opinion, int(robot.disseminating), robot.phase_left, robot.declared]
 """
 
 LOAD = """
@@ -85,7 +85,7 @@ def expected(setting, steps, draws):
         draw_choice=lambda: (0.0, 0.0),
         opinion=rest.pop("opinion"),
         settings=Settings(
-            commit=Commit(Fraction(*quorum), rounds, heard) if quorum else None,
+            declare=Declare(Fraction(*quorum), rounds, heard) if quorum else None,
             inbox_size=rest.pop("inbox_size", 32),
             **rest,
         ),
@@ -97,7 +97,7 @@ def expected(setting, steps, draws):
         said = robot.message()
         robot.end_step()
         opinion = -1 if said is None else said.opinion
-        yield [opinion, robot.opinion, int(robot.disseminating), robot.phase_left, int(robot.committed)]
+        yield [opinion, robot.opinion, int(robot.disseminating), robot.phase_left, robot.declared]
 
 
 @pytest.mark.parametrize("setting", SETTINGS)
@@ -113,7 +113,7 @@ def test_the_example_equals_the_controller(setting, monkeypatch):
     states = list(feed["states"](robot, steps))
     assert states == list(expected(setting, steps, draws))
     assert len({opinion for _, opinion, *_ in states}) == 2
-    assert ("quorum" in setting) == any(committed for *_, committed in states)
+    assert ("quorum" in setting) == any(declared != -1 for *_, declared in states)
 
 
 def test_it_equals_the_controller_in_micropython(tmp_path):
@@ -168,11 +168,11 @@ def sleep_ms(ms):
 
 
 def test_the_program_for_the_board_runs_on_a_stand_in_for_the_board(tmp_path):
-    """Five robots say infeasible whenever it speaks: so it commits to that, and sends it."""
+    """Five robots say infeasible whenever it speaks: so it declares that, and sends it."""
     example = {path.name: path.read_text() for path in EXAMPLE.glob("*.py")}
     test = """
 import json, espnow, main
 robot = main.run(400)
-print(json.dumps([robot.opinion, robot.committed, espnow.sent[-1][0], main.time.ticks_ms()]))
+print(json.dumps([robot.opinion, robot.declared, espnow.sent[-1][0], main.time.ticks_ms()]))
 """
-    assert in_micropython({**BOARD, **example, "test.py": test}, tmp_path) == [[0, True, 2, 400_000]]
+    assert in_micropython({**BOARD, **example, "test.py": test}, tmp_path) == [[0, 0, 2, 400_000]]

@@ -45,7 +45,7 @@ def test_c_and_python_agree_for_a_million_steps(strategy, build):
 
 
 def test_what_is_driven_is_varied():
-    """Robots change their opinions, commit, are silent, and end phases."""
+    """Robots change their opinions, declare, are silent, and end phases."""
     states = [
         struct.unpack_from("<BB", each) for seed in range(20) for each in Episode("dmmd", seed, 500).states()
     ]

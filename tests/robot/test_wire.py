@@ -18,7 +18,7 @@ from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Me, Thing
 
-COMMIT = {"quorum": 0.6, "rounds": 1}
+RULE = {"quorum": 0.6, "rounds": 1}
 CLASSES = {
     "robots": {
         "classes": [
@@ -59,11 +59,11 @@ VARIANTS = [
 GENERATOR_SEED = 17
 
 
-def scenario_of(name, parameters, fields, commits, says):
+def scenario_of(name, parameters, fields, declares, says):
     """Return a small scenario of a strategy in which robots hear each other at once."""
     strategy = STRATEGIES[name]
     robots = {"know_count": strategy.needs_count} | fields.get("robots", {"count": 9})
-    decision = {"strategy": name, "parameters": parameters} | ({"commit": COMMIT} if commits else {})
+    decision = {"strategy": name, "parameters": parameters} | ({"declare": RULE} if declares else {})
     sides = {"arena": {"side": 8.0}, "tasks": {"count": 6}, "radio": {}} | fields | {"robots": robots}
     faults = {"faults": {"byzantine": 0.3, "byzantine_says": says}} if says else {}
     return Scenario(decision=decision, **sides, **faults)
@@ -73,14 +73,14 @@ def wire_of(swarm):
     """Return the wire of a swarm's robots."""
     scenario = swarm.scenario
     setting = scenario.setting if scenario.strategy.knowledge else None
-    commits = scenario.decision.commit is not None
+    declares = scenario.decision.declare is not None
     places = {(k + 1) * 2654435761 % 2**32: k for k in range(setting.task_ids)} if setting else {}
     for number, place in swarm.tasks.items():
         thing = Thing(False, number, 0, 0, *swarm.world.in_units(place))
         places[roster.place_of(thing, scenario.setting)] = number
     by_position = swarm.scenario.strategy.name == "roster"
     task_of = (lambda name: places.get(name, -1)) if by_position else None
-    return Wire(scenario.strategy, swarm.names.id_bits, commits=commits, setting=setting, task_of=task_of)
+    return Wire(scenario.strategy, swarm.names.id_bits, declares=declares, setting=setting, task_of=task_of)
 
 
 class Eavesdropped(Swarm):
@@ -117,8 +117,8 @@ def once(words):
 @pytest.mark.parametrize("says", quick([None, "colluding", "opposite"], 2))
 @pytest.mark.parametrize(("name", "parameters", "fields"), VARIANTS)
 def test_the_messages_of_a_run_survive_and_take_the_bits_that_it_accounts(name, parameters, fields, says):
-    commits = says != "colluding" and not STRATEGIES[name].declares
-    wire, messages = simulated(scenario_of(name, parameters, fields, commits, says))
+    declares = says != "colluding" and not STRATEGIES[name].declares
+    wire, messages = simulated(scenario_of(name, parameters, fields, declares, says))
     for sender, said, bits in messages:
         frame = wire.encode(sender, said)
         message = said
@@ -128,9 +128,9 @@ def test_the_messages_of_a_run_survive_and_take_the_bits_that_it_accounts(name, 
             assert wire.bits(sender, message) == bits
             assert len(frame) == OVERHEAD + (bits + 7) // 8
         heard = wire.decode(frame)
-        assert heard.message.opinion == (-1 if message.knowledge and not commits else message.opinion)
+        assert heard.message.opinion == (-1 if message.knowledge and not declares else message.opinion)
         assert heard.sender in {sender, -1}
-        assert (heard.sender == -1) <= (bool(message.knowledge) and not commits)
+        assert (heard.sender == -1) <= (bool(message.knowledge) and not declares)
         assert heard.message._replace(opinion=message.opinion) == message
 
 
@@ -145,16 +145,16 @@ def state_of(robot):
     """Return what a robot holds and knows."""
     mind = robot.mind
     known = tuple(mind.knowledge.words) if mind.knowledge else ()
-    return mind.opinion, mind.declared, mind.committed, mind.disseminating, mind.phase_left, known
+    return mind.opinion, mind.declared, mind.disseminating, mind.phase_left, known
 
 
-@pytest.mark.parametrize("commits", [False, True])
+@pytest.mark.parametrize("declares", [False, True])
 @pytest.mark.parametrize("name", STRATEGIES)
-def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name, commits):
+def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name, declares):
     """Each robot of one swarm hears messages, those of the other decoded frames."""
-    if commits and STRATEGIES[name].declares:
-        pytest.skip("a strategy that declares has no rule to commit")
-    scenario = scenario_of(name, {}, {}, commits, None)
+    if declares and STRATEGIES[name].declares:
+        pytest.skip("a strategy that declares has no rule to declare")
+    scenario = scenario_of(name, {}, {}, declares, None)
     swarms = [Swarm(scenario, 3, 0), Swarm(scenario, 3, 0)]
     wire = wire_of(swarms[0])
     for robot in swarms[1].robots:
@@ -165,7 +165,7 @@ def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name, commits
             swarm.step()
         first, second = ([state_of(robot) for robot in swarm.robots] for swarm in swarms)
         assert first == second
-    assert any(robot.mind.committed for robot in swarms[0].robots) == commits
+    assert not declares or any(robot.mind.declared != -1 for robot in swarms[0].robots)
 
 
 def random_things(setting, rng):
@@ -229,7 +229,7 @@ FRAME = DMMD.encode(7, Message(1))
         (sealed(FRAME[:3] + bytes([FRAME[3] | 1])), "has bits other than 0 after its end"),
         (Wire(STRATEGIES["dmvd"], 5).encode(7, Message(1)), "another strategy or setting"),
         (Wire(STRATEGIES["dmmd"], 6).encode(7, Message(1)), "another strategy or setting"),
-        (Wire(STRATEGIES["dmmd"], 5, commits=True).encode(7, Message(1)), "another strategy or setting"),
+        (Wire(STRATEGIES["dmmd"], 5, declares=True).encode(7, Message(1)), "another strategy or setting"),
     ],
 )
 def test_bytes_that_are_no_frame_are_rejected(frame, problem):
@@ -244,7 +244,7 @@ def test_bytes_that_are_no_frame_are_rejected(frame, problem):
         (-1, Message(1), "-1 doesn't fit 5 bits"),
         (1, Message(-1), "-1 doesn't fit 1 bits"),
         (1, Message(1, 3), "3 doesn't fit 0 bits"),
-        (1, Message(1, 0, True), "has a commitment; give the wire commits=True"),
+        (1, Message(1, 0, True), "has a declaration; give the wire declares=True"),
     ],
 )
 def test_a_message_that_does_not_fit_is_rejected(sender, message, problem):
@@ -289,13 +289,13 @@ def test_the_text_of_a_strategy_tells_swarms_apart_and_not_the_name_of_its_file(
     assert first == third != second
 
 
-@pytest.mark.parametrize(("name", "commits"), [("totals", False), ("tally", True)])
-def test_a_robot_whose_id_is_no_robots_is_rejected(name, commits):
+@pytest.mark.parametrize(("name", "declares"), [("totals", False), ("tally", True)])
+def test_a_robot_whose_id_is_no_robots_is_rejected(name, declares):
     setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES[name].parameters.values())
-    wire = Wire(STRATEGIES[name], 5, commits=commits, setting=setting)
+    wire = Wire(STRATEGIES[name], 5, declares=declares, setting=setting)
     words = STRATEGIES[name].row_lengths(setting)[1]
     with pytest.raises(WireError, match="has a number out of range"):
-        wire.decode(wire.encode(20, Message(1 if commits else -1, knowledge=(0,) * words)))
+        wire.decode(wire.encode(20, Message(1 if declares else -1, knowledge=(0,) * words)))
 
 
 # --- Damaged frames ---
@@ -320,7 +320,7 @@ def mutated(frame, rng):
 
 def test_a_frame_with_two_different_ids_is_rejected():
     setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
-    wire = Wire(STRATEGIES["totals"], 5, commits=True, setting=setting)
+    wire = Wire(STRATEGIES["totals"], 5, declares=True, setting=setting)
     words = STRATEGIES["totals"].row_lengths(setting)[1]
     frame = wire.encode(1, Message(1, knowledge=(0,) * words))
     assert wire.decode(frame).sender == 1

@@ -108,7 +108,7 @@ def test_a_decision_has_all_its_fields():
             "inbox_size": 9,
             "own_vote": False,
             "switching": 0.25,
-            "commit": {"quorum": 0.875, "rounds": 2, "heard": 4},
+            "declare": {"quorum": 0.875, "rounds": 2, "heard": 4},
             "threshold": 0.8,
         },
         sensing={"miss": 0.125, "count_self": True},
@@ -127,9 +127,9 @@ def test_a_decision_has_all_its_fields():
         "every_message": "false",
         "own_vote": "false",
         "switching": "0.25",
-        "commit_rounds": "2",
-        "commit_heard": "4",
-        "commit_quorum": "0.875",
+        "declare_rounds": "2",
+        "declare_heard": "4",
+        "declare_quorum": "0.875",
         "k": "4",
     }
     assert found.find("controllers//radio").get("loss") == "0.25"
@@ -202,7 +202,7 @@ def test_each_field_that_can_be_exported_changes_the_experiment():
         "decision.listen": "dissemination",
         "decision.inbox": "every-message",
         "decision.own_vote": False,
-        "decision.commit": {},
+        "decision.declare": {},
         "decision.threshold": 0.8,
     }
     assert others.keys() == ARGOS
@@ -222,7 +222,7 @@ def test_all_problems_are_raised_at_once():
             "decision.dissemination_floor": 70_000,
             "decision.quality_floor": 70_000,
             "decision.listen": {"last": 70_000},
-            "decision.commit": {"quorum": 0.12345, "rounds": 70_000, "heard": 70_000},
+            "decision.declare": {"quorum": 0.12345, "rounds": 70_000, "heard": 70_000},
             "radio.id_bits": 8,
         }
     )
@@ -233,9 +233,9 @@ def test_all_problems_are_raised_at_once():
         "decision.dissemination_floor",
         "decision.quality_floor",
         "decision.listen",
-        "decision.commit.quorum",
-        "decision.commit.rounds",
-        "decision.commit.heard",
+        "decision.declare.quorum",
+        "decision.declare.rounds",
+        "decision.declare.heard",
     }
 
 

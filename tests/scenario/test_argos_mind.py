@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from feasibee.robot import Commit, Controller, Message, Settings
+from feasibee.robot import Controller, Declare, Message, Settings
 from feasibee.robot.firmware import header
 from feasibee.robot.wire import Wire
 from feasibee.strategies import STRATEGIES
@@ -40,9 +40,9 @@ class MindSettings(ctypes.Structure):
         ("every_message", ctypes.c_bool),
         ("own_vote", ctypes.c_bool),
         ("switching", ctypes.c_double),
-        ("commit_rounds", ctypes.c_int),
-        ("commit_heard", ctypes.c_int),
-        ("commit_quorum", ctypes.c_double),
+        ("declare_rounds", ctypes.c_int),
+        ("declare_heard", ctypes.c_int),
+        ("declare_quorum", ctypes.c_double),
         ("k", ctypes.c_int),
         ("voters", ctypes.c_double),
         ("credence", ctypes.c_double),
@@ -70,10 +70,10 @@ def library(tmp_path_factory):
         ("say", ctypes.c_char_p),
         ("end_step",),
         ("opinion",),
-        ("committed",),
+        ("declared",),
     ):
         getattr(loaded, f"mind_{name}").argtypes = [ctypes.c_void_p, *arguments]
-    loaded.mind_hear.restype = loaded.mind_committed.restype = ctypes.c_bool
+    loaded.mind_hear.restype = loaded.mind_declared.restype = ctypes.c_bool
     loaded.mind_say.restype = ctypes.c_size_t
     return loaded
 
@@ -118,7 +118,7 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
     in_c, in_python = Words(1), Words(1)
     draw = UNIFORM(lambda context: in_c.fraction())
     settings = settings_of(
-        strategy, inbox_size=9, commit_rounds=3, commit_heard=2, commit_quorum=0.9, switching=0.05
+        strategy, inbox_size=9, declare_rounds=3, declare_heard=2, declare_quorum=0.9, switching=0.05
     )
     mind = library.mind_new(ctypes.byref(settings), ME, draw, None)
     robot = Controller(
@@ -126,10 +126,10 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         int(in_python.fraction() >= 0.5),
         in_python.duration,
         lambda: (in_python.fraction(), in_python.fraction()),
-        Settings(inbox_size=9, commit=Commit(Fraction(9, 10), 3, 2)),
+        Settings(inbox_size=9, declare=Declare(Fraction(9, 10), 3, 2)),
         draw_switch=lambda: in_python.fraction() < 0.05,
     )
-    wire = Wire(STRATEGIES[strategy], 9, commits=True)
+    wire = Wire(STRATEGIES[strategy], 9, declares=True)
     world, said, opinions = random.Random(2), ctypes.create_string_buffer(15), set()
     for _ in range(3000):
         message = robot.message()
@@ -147,7 +147,10 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
             assert library.mind_hear(mind, packed(wire, sender, heard), 15)
         robot.end_step()
         library.mind_end_step(mind)
-        assert (library.mind_opinion(mind), library.mind_committed(mind)) == (robot.opinion, robot.committed)
+        assert (library.mind_opinion(mind), library.mind_declared(mind)) == (
+            robot.opinion,
+            robot.declared != -1,
+        )
         opinions.add(robot.opinion)
     library.mind_free(mind)
     assert opinions >= {0, 1}

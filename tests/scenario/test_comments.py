@@ -18,7 +18,7 @@ SCENARIOS = [
     {},
     CLASSES,
     {"preset": "valentini-2016"},
-    {"decision": {"commit": {}, "listen": {"last": 3}, "strategy": "bayes"}},
+    {"decision": {"declare": {}, "listen": {"last": 3}, "strategy": "bayes"}},
     {"robots": {"placement": "points", "points": [[1.0, 2.0], [3.0, 4.0]]}},
     {"arena": {"side": [30.0, 12.0]}, "radio": {"id_bits": 7}},
 ]
@@ -59,7 +59,7 @@ def test_each_field_of_each_section_is_printed_once_with_a_value_or_as_a_comment
     assert len([path for path in found if path in ("robots.count", "units.metres", "radio.id_bits")]) == 3
 
 
-@pytest.mark.parametrize("name", ["id_bits", "metres", "lifetime", "commit", "most", "patience", "classes"])
+@pytest.mark.parametrize("name", ["id_bits", "metres", "lifetime", "declare", "most", "patience", "classes"])
 def test_a_field_that_is_off_is_on_without_its_hash_sign(name):
     lines = commented_toml(Scenario()).splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith(f"# {name} = "))

@@ -345,9 +345,9 @@ def test_a_strategy_that_needs_the_count_is_told_by_the_scenario(write):
     assert scenario_of(path).setting.knows_count
 
 
-def test_a_strategy_that_declares_is_not_combined_with_commitment(write):
-    with pytest.raises(ScenarioError, match=r"decision\.commit = .*declares by its own word.*leave it out"):
-        scenario_of(write(QUIET), **{"decision.commit": {"quorum": 0.9}})
+def test_a_strategy_that_declares_is_not_combined_with_a_rule(write):
+    with pytest.raises(ScenarioError, match=r"decision\.declare = .*declares by its own word.*leave it out"):
+        scenario_of(write(QUIET), **{"decision.declare": {"quorum": 0.9}})
 
 
 @pytest.mark.parametrize(

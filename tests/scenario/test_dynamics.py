@@ -106,7 +106,7 @@ def test_a_poisson_number_is_hardly_ever_above_the_limit(mean):
         ({"robots": {"arrival_rate": 11.0}}, "robots.arrival_rate"),
         ({"tasks": {"lifetime": 0.0}}, "tasks.lifetime"),
         ({"tasks": {"arrival_rate": 10.0}, "run": {"steps": 10**7}}, "tasks.arrival_rate"),
-        ({"events": [EVENT], "decision": {"commit": {}}}, "decision.commit"),
+        ({"events": [EVENT], "decision": {"declare": {}}}, "decision.declare"),
         ({"events": [EVENT], "decision": {"strategy": "quiet-census"}}, "decision.strategy"),
         ({"events": [EVENT], "run": {"stop_at_decision": True}}, "run.stop_at_decision"),
     ],
@@ -120,10 +120,16 @@ def test_a_wrong_change_is_one_problem_with_a_remedy(sections, path):
 def test_all_problems_come_at_once():
     found = paths(
         events=[{"step": 2000, "tasks": 1}, {"step": 3}, {"step": 4, "tasks": -50}],
-        decision={"commit": {}},
+        decision={"declare": {}},
         run={"stop_at_decision": True},
     )
-    assert found == ["events.0.step", "events.1", "events.2.tasks", "decision.commit", "run.stop_at_decision"]
+    assert found == [
+        "events.0.step",
+        "events.1",
+        "events.2.tasks",
+        "decision.declare",
+        "run.stop_at_decision",
+    ]
 
 
 def test_where_tasks_come_and_go_at_random_an_event_may_ask_for_more_than_there_are():

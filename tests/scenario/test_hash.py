@@ -7,12 +7,12 @@ from itertools import combinations
 import pytest
 
 from feasibee import Scenario
-from feasibee.scenario.fields import Commit, Event, Response, RobotClass, TaskClass
+from feasibee.scenario.fields import Declare, Event, Response, RobotClass, TaskClass
 
 ROBOTS = {"name": "lift", "count": 12, "skills": ["arm"]}
 TASKS = {"name": "crate", "count": 9, "needs": {"arm": 1}}
 EVENT = {"step": 50, "tasks": 3, "robots": 2, "sensing": {"miss": 0.1}, "radio": {"loss": 0.1}}
-COMMIT = {"quorum": 0.8, "rounds": 2, "heard": 1}
+RULE = {"quorum": 0.8, "rounds": 2, "heard": 1}
 RESPONSE = {"patience": 5, "delay": 10, "margin": 1}
 
 
@@ -34,7 +34,9 @@ OTHERS = {
         classes(HALVES, [TASKS]),
     ],
     "events": [{"events": each} for each in (*([event] for event in EVENTS), EVENTS[:1] * 2, EVENTS[:2])],
-    "commitment": [{"decision": {"commit": each}} for each in varied(COMMIT, quorum=0.7, rounds=1, heard=2)],
+    "declaring by votes": [
+        {"decision": {"declare": each}} for each in varied(RULE, quorum=0.7, rounds=1, heard=2)
+    ],
     "response": [
         {"decision": {"strategy": "fading"}, "response": each}
         for each in varied(RESPONSE, patience=6, delay=11, margin=0)
@@ -59,5 +61,5 @@ def test_scenarios_that_differ_have_different_hashes(what):
 
 def test_all_fields_of_these_tables_are_tried():
     """A new field needs another value above."""
-    tables = {RobotClass: ROBOTS, TaskClass: TASKS, Event: EVENT, Commit: COMMIT, Response: RESPONSE}
+    tables = {RobotClass: ROBOTS, TaskClass: TASKS, Event: EVENT, Declare: RULE, Response: RESPONSE}
     assert all(set(section.model_fields) == set(table) for section, table in tables.items())

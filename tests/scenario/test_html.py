@@ -144,7 +144,7 @@ def test_a_large_swarm_stays_light(robots, drawn):
 
 
 def test_results_say_what_they_are():
-    results = simulate(Scenario(decision={"commit": {}}), 3, curves=True)
+    results = simulate(Scenario(decision={"declare": {}}), 3, curves=True)
     assert all(each.attrs["long_name"] for each in (results | results.coords).values())
     assert all("units" in each.attrs for name, each in results.data_vars.items() if name != "decision")
     assert "number of the run" in results._repr_html_()

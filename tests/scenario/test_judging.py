@@ -73,7 +73,7 @@ WORLDS = {
         "faults.stop_step": 25,
         "faults.stubborn": 0.2,
         "faults.byzantine": 0.2,
-        "decision.commit": {"quorum": 0.7, "rounds": 2, "heard": 2},
+        "decision.declare": {"quorum": 0.7, "rounds": 2, "heard": 2},
     },
 }
 

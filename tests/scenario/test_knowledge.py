@@ -144,7 +144,7 @@ WORLDS = {
     "feasible liars": {**LIARS, "faults.byzantine_says": "feasible", "radio.loss": 0.2},
     "random liars": {**LIARS, "faults.byzantine_says": "random", "radio.id_bits": 3},
     "classes and liars": {**CLASSES, **LIARS, "tasks.count": None},
-    "commits": {"decision.commit": {"quorum": 0.6, "rounds": 1, "heard": 1}},
+    "commits": {"decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1}},
 }
 COSTLY_WORLDS = [
     pytest.param(name, marks=[] if name in ("paper", "classes and liars") else [pytest.mark.slow])

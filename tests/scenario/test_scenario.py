@@ -113,7 +113,7 @@ UNSET = {
     "radio.id_bits": 8,
     "decision.inbox_size": 4,
     "decision.switching": 0.1,
-    "decision.commit": {"quorum": 0.8, "rounds": 2, "heard": 1},
+    "decision.declare": {"quorum": 0.8, "rounds": 2, "heard": 1},
     "robots.arrival_rate": 0.1,
     "robots.failure_rate": 0.001,
     "robots.most": 30,
@@ -501,7 +501,7 @@ WRONG = [
     ("decision.quality_floor", -1, "≥ 0", "0"),
     ("decision.inbox_size", 0, "≥ 1", "default"),
     ("decision.inbox_size", 1.5, "whole number", "default"),
-    ("decision.commit", True, "table", "[decision.commit]"),
+    ("decision.declare", True, "table", "[decision.declare]"),
     ("decision.switching", 1.5, "≤ 1", "default"),
     ("radio.id_bits", 0, "≥ 1", "default"),
     ("radio.id_bits", 33, "≤ 32", "default"),
@@ -992,20 +992,20 @@ REFUSED = [
         "decision.parameters.credence = 'high': must be a number; leave it out for the default",
     ),
     (
-        {"decision": {"commit": {"quorum": 1.5}}},
-        "decision.commit.quorum = 1.5: must be ≤ 1; leave it out for the default",
+        {"decision": {"declare": {"quorum": 1.5}}},
+        "decision.declare.quorum = 1.5: must be ≤ 1; leave it out for the default",
     ),
     (
-        {"decision": {"commit": {"quorum": 0.1234567891}}},
-        "decision.commit.quorum = 0.1234567891: must have at most 9 decimals; leave it out for the default",
+        {"decision": {"declare": {"quorum": 0.1234567891}}},
+        "decision.declare.quorum = 0.1234567891: must have at most 9 decimals; leave it out for the default",
     ),
     (
-        {"decision": {"commit": {"rounds": 0}}},
-        "decision.commit.rounds = 0: must be ≥ 1; leave it out for the default",
+        {"decision": {"declare": {"rounds": 0}}},
+        "decision.declare.rounds = 0: must be ≥ 1; leave it out for the default",
     ),
     (
-        {"decision": {"commit": {"heard": 0}}},
-        "decision.commit.heard = 0: must be ≥ 1; leave it out for the default",
+        {"decision": {"declare": {"heard": 0}}},
+        "decision.declare.heard = 0: must be ≥ 1; leave it out for the default",
     ),
     (
         {"preset": "subcdm-2025", "decision": {"strategy": "census"}},
@@ -1072,12 +1072,12 @@ def test_parameters_have_the_strategys_order_and_defaults():
     assert (written, written.hash) == (whole, whole.hash)
 
 
-def test_commitment_has_defaults_and_comes_back_from_toml():
-    scenario = Scenario(decision={"commit": {}, "listen": {"last": 3}})
-    commit = scenario.decision.commit
-    assert (commit.quorum, commit.rounds, commit.heard) == (0.9, 3, 3)
+def test_declaring_has_defaults_and_comes_back_from_toml():
+    scenario = Scenario(decision={"declare": {}, "listen": {"last": 3}})
+    declare = scenario.decision.declare
+    assert (declare.quorum, declare.rounds, declare.heard) == (0.9, 3, 3)
     assert Scenario.from_toml(scenario.to_toml()) == scenario
-    assert Scenario.from_toml("[decision]\nlisten = {last = 3}\n[decision.commit]\n") == scenario
+    assert Scenario.from_toml("[decision]\nlisten = {last = 3}\n[decision.declare]\n") == scenario
 
 
 PRESETS = {  # model.md 7, at ten ticks a second: 10 s are 100 steps, 3 s are 30
@@ -1156,11 +1156,11 @@ def test_replace_reaches_into_lists_and_tables():
 
 
 def test_replace_makes_the_tables_on_its_way():
-    commit = Scenario().replace({"decision.commit.quorum": 0.7}).decision.commit
-    assert (commit.quorum, commit.rounds) == (0.7, 3)
-    first = Scenario(decision={"commit": {"rounds": 5}})
-    assert first.replace({"decision.commit.quorum": 0.7}).decision.commit.rounds == 5
-    assert first.replace({"decision.commit": None}).decision.commit is None
+    declare = Scenario().replace({"decision.declare.quorum": 0.7}).decision.declare
+    assert (declare.quorum, declare.rounds) == (0.7, 3)
+    first = Scenario(decision={"declare": {"rounds": 5}})
+    assert first.replace({"decision.declare.quorum": 0.7}).decision.declare.rounds == 5
+    assert first.replace({"decision.declare": None}).decision.declare is None
     assert Scenario().replace({"decision.listen.last": 4}).decision.listen == {"last": 4}
     bayes = Scenario().replace({"decision.strategy": "bayes", "decision.parameters.credence": 0.8})
     assert bayes.decision.parameters == {"credence": 0.8, "positive_feedback": 1.0}
@@ -1189,8 +1189,8 @@ def test_replace_makes_the_tables_on_its_way():
         ("robots.classes.", "robots.classes. = 3: isn't the path of a field; write section.field"),
         ("robots.classes.0.cuont", "robots.classes.0.cuont = 3: unknown key; "),
         ("robots.classes.0.name", "robots.classes.0.name = 3: must be a string; "),
-        ("decision.commit.quorm", "decision.commit.quorm = 3: unknown key; "),
-        ("decision.commit.quorum", "decision.commit.quorum = 3: must be ≤ 1; "),
+        ("decision.declare.quorm", "decision.declare.quorm = 3: unknown key; "),
+        ("decision.declare.quorum", "decision.declare.quorum = 3: must be ≤ 1; "),
     ],
 )
 def test_replace_tells_of_paths_that_lead_nowhere(path, line):

@@ -12,7 +12,7 @@ from feasibee import Scenario, simulate
 RETURNS = re.sub(r"\s+", " ", simulate.__doc__.split("Returns\n")[1].split("Examples\n")[0])
 PARTS = re.split("With curves|In a world that changes|Attributes:|of variables", RETURNS)
 VARIABLES, CURVES, TRACES, ATTRIBUTES, OF_VARIABLES = PARTS
-COMMITTING = {"commit": {"rounds": 1, "heard": 1}}
+BY_VOTES = {"declare": {"rounds": 1, "heard": 1}}
 
 
 def named(text):
@@ -22,10 +22,10 @@ def named(text):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Results of a committing swarm and of one that declares by a user's file, with curves."""
+    """Results of a swarm that declares by votes and of one that declares by a user's file, with curves."""
     small = {"robots": {"count": 4}, "run": {"steps": 3}}
     declares = declaring(tmp_path_factory.mktemp("declaring")).replace({"run.steps": 3})
-    return [simulate(each, 2, curves=True) for each in (Scenario(**small, decision=COMMITTING), declares)]
+    return [simulate(each, 2, curves=True) for each in (Scenario(**small, decision=BY_VOTES), declares)]
 
 
 def test_the_docstring_names_all_variables_and_dimensions(results):

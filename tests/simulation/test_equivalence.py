@@ -52,7 +52,7 @@ PARAMETERS = {
     "robot_timeout": st.one_of(st.just(0.0), st.floats(-1, 60)),
     "voters": st.one_of(st.floats(-0.5, 1.5), st.sampled_from([0.0, 1.0])),
 }
-COMMIT = st.builds(
+RULE = st.builds(
     dict,
     quorum=st.one_of(st.sampled_from([0.0, 0.5, 0.6, 2 / 3, 0.9, 1.0]).map(lambda x: round(x, 9))),
     rounds=st.integers(1, 4),
@@ -84,7 +84,7 @@ def deciding(draw, longest_exploration, longest_gain):
     }
     if draw(st.booleans()):
         decision["listen"] = draw(st.one_of(st.just("always"), st.builds(dict, last=st.integers(1, 8))))
-        decision["commit"] = None if strategy.declares else draw(st.one_of(st.none(), COMMIT))
+        decision["declare"] = None if strategy.declares else draw(st.one_of(st.none(), RULE))
         if inbox == "latest-per-robot":
             decision["inbox_size"] = draw(st.one_of(st.none(), st.integers(1, 6)))
     return decision
@@ -283,7 +283,7 @@ def changing(draw):
     rates = st.one_of(st.none(), st.sampled_from([0.0, 0.05, 0.5]))
     most = st.one_of(st.none(), st.integers(scenario.robots.count, scenario.robots.count + 40))
     changes = {
-        "decision.commit": None,
+        "decision.declare": None,
         "run.stop_at_decision": False,
         "events": draw(st.lists(events(scenario.run.steps), max_size=4)),
         "tasks.lifetime": draw(st.one_of(st.none(), st.floats(0.5, 60))),
@@ -342,7 +342,9 @@ def assert_same_swarms(scenario, seed, run, steps):
         speaking = {each.number for each in robots if each.mind.disseminating and each.works(plain.time)}
         assert set(np.flatnonzero(swarm.disseminating)) == speaking  # the stopped are silent
         assert set(np.flatnonzero(swarm.counted)) == {each.number for each in counted}
-        assert set(np.flatnonzero(swarm.committed)) == {each.number for each in robots if each.mind.committed}
+        assert set(np.flatnonzero(swarm.declared >= 0)) == {
+            each.number for each in robots if (each.mind.declared != -1)
+        }
         assert swarm.truth == swarm.truths[-1] == swarm.verdict.feasible == plain.truth
         counts = swarm.robot_counts[-1], swarm.task_counts[-1], swarm.counted_counts[-1]
         assert counts == (len(robots), len(plain.tasks), len(counted))
@@ -432,7 +434,7 @@ def test_a_swarm_beyond_the_paper_step_by_step_is_the_references_swarm(name):
 # --- The strategies ---
 
 QUICK = {"arena.side": 10.0, "decision.exploration": 5.0, "decision.gain": 8.0, "run.steps": 90}
-COMMITTING = {"decision.commit": {"quorum": 0.6, "rounds": 2, "heard": 2}}
+BY_VOTES = {"decision.declare": {"quorum": 0.6, "rounds": 2, "heard": 2}}
 WORLDS = {
     "twenty": {},
     "forty": {"robots.count": 40},
@@ -451,7 +453,7 @@ WORLDS = {
         "faults.byzantine_says": "feasible",
         "radio.id_bits": 4,
         "decision.inbox_size": 4,
-        **COMMITTING,
+        **BY_VOTES,
     },
     "classes": {
         "robots.classes": [
@@ -464,7 +466,7 @@ WORLDS = {
         ],
         "faults.byzantine": 0.1,
     },
-    "commitment": {**COMMITTING, "decision.listen": {"last": 3}, "decision.dissemination_floor": 2},
+    "declaring by votes": {**BY_VOTES, "decision.listen": {"last": 3}, "decision.dissemination_floor": 2},
     "colluders that invent tasks": {
         "arena.side": [12.0, 8.0],
         "robots.count": 33,
@@ -481,7 +483,12 @@ WORLDS = {
         "radio.id_bits": 4,
     },
 }
-SLOW_WORLDS = ("forty", "liars that say feasible, and few ids", "commitment", "colluders that invent robots")
+SLOW_WORLDS = (
+    "forty",
+    "liars that say feasible, and few ids",
+    "declaring by votes",
+    "colluders that invent robots",
+)
 
 
 def small_scenario(name, changes):
@@ -511,7 +518,7 @@ def test_every_strategy_is_equal_in_every_world(name, world):
 @pytest.mark.parametrize("name", [name for name, each in STRATEGIES.items() if not each.knowledge])
 @pytest.mark.parametrize("count", quick([20, 40], 1))
 def test_robots_that_switch_to_their_own_evidence_are_equal(name, count):
-    changes = {"decision.switching": 0.3, "faults.stubborn": 0.1, "robots.count": count, **COMMITTING}
+    changes = {"decision.switching": 0.3, "faults.stubborn": 0.1, "robots.count": count, **BY_VOTES}
     assert_equal(small_scenario(name, changes), seed=7)
 
 
@@ -547,11 +554,11 @@ def test_messages_of_turns_are_equal(parameters):
 
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_a_swarm_of_every_strategy_step_by_step_is_the_references_swarm(name):
-    changes = {**({} if name in DECLARING else COMMITTING), "faults.byzantine": 0.1}
+    changes = {**({} if name in DECLARING else BY_VOTES), "faults.byzantine": 0.1}
     assert_same_swarms(small_scenario(name, changes), seed=8, run=1, steps=50)
 
 
-def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
+def test_opinions_none_at_all_and_declaring_do_occur_in_what_is_compared():
     """Else the comparisons above would compare nothing."""
     for name in ("cross-inhibition", "bayes"):
         scenario = Scenario().replace({**QUICK, "decision.strategy": name})
@@ -562,9 +569,9 @@ def test_opinions_none_at_all_and_commitment_do_occur_in_what_is_compared():
             record = simulate_record(small_scenario(name, {}), Runs(20, 7))
             assert record.declared_feasible.any() or record.declared_infeasible.any(), name
             continue
-        scenario = small_scenario(name, COMMITTING)
+        scenario = small_scenario(name, BY_VOTES)
         record = simulate_record(scenario, Runs(20, 7))
-        assert record.committed_feasible.any() or record.committed_infeasible.any(), name
+        assert record.declared_feasible.any() or record.declared_infeasible.any(), name
         assert (record.bits_sent > 0).all()
 
 

@@ -107,8 +107,8 @@ class Engine:
     def speaks(self, i):
         return self.has(layout.Set.DISSEMINATING, i)
 
-    def committed(self, i):
-        return self.has(layout.Set.COMMITTED, i)
+    def declared(self, i):
+        return self.has(layout.Set.DECLARED, i)
 
     def memory(self, i):
         return self.state.memory[i, 1:].tolist()
@@ -168,8 +168,8 @@ class Plain:
     def speaks(self, i):
         return self.minds[i].disseminating
 
-    def committed(self, i):
-        return self.minds[i].committed
+    def declared(self, i):
+        return self.minds[i].declared != -1
 
     def memory(self, i):
         return self.minds[i]._memory
@@ -183,8 +183,8 @@ class Plain:
         return [self.swarm.names.id(i) for i in range(len(self.minds))]
 
 
-NEVER = {"decision.commit.rounds": 1_000_000}
-"""Nobody ever commits; but messages say so, so that the engine takes its way for worlds beyond the paper."""
+NEVER = {"decision.declare.rounds": 1_000_000}
+"""Nobody ever declares; but messages say so, so that the engine takes its way for worlds beyond the paper."""
 
 
 @pytest.fixture(
@@ -472,16 +472,16 @@ def test_a_robot_without_an_opinion_is_silent_and_sends_no_bits(world):
 
 
 def numbers_of(swarm):
-    """Return the robots of a swarm, and whether they commit."""
+    """Return the robots of a swarm, and whether they declare."""
     if isinstance(swarm, Plain):
-        return len(swarm.minds), swarm.swarm.scenario.decision.commit is not None
-    return swarm.params.robots.count, swarm.params.decision.commit.enabled
+        return len(swarm.minds), swarm.swarm.scenario.decision.declare is not None
+    return swarm.params.robots.count, swarm.params.decision.declare.enabled
 
 
 def bits_of(swarm, messages, extra=0):
-    """Return the bits of messages of id, opinion, a flag if robots commit, and more."""
-    robots, commits = numbers_of(swarm)
-    return messages * (math.ceil(math.log2(robots)) + 1 + int(commits) + extra)
+    """Return the bits of messages of id, opinion, a flag if robots declare, and more."""
+    robots, declares = numbers_of(swarm)
+    return messages * (math.ceil(math.log2(robots)) + 1 + int(declares) + extra)
 
 
 @pytest.mark.parametrize(("strategy", "extra"), [("dmmd", 0), ("voter", 0), ("dc", 16), ("average", 16)])
@@ -662,9 +662,9 @@ def test_a_tally_is_1_bit_id_and_totals_for_each_row_and_their_width(world):
     swarm.step()
     speak_from_now(swarm, 0, 2)
     swarm.step()  # robot 0 tells of four sightings, three binary digits; robot 2 of nothing
-    robots, commits = numbers_of(swarm)
+    robots, declares = numbers_of(swarm)
     width = math.ceil(math.log2(robots))
-    flags = 2 * (width + 2) if commits else 0
+    flags = 2 * (width + 2) if declares else 0
     assert swarm.bits_sent == (5 + (1 + width + 2 * 3) + 1) + (5 + 1) + flags
 
 
@@ -688,9 +688,9 @@ def test_a_census_is_1_bit_and_id_for_each_robot_and_1_bit_and_32_for_each_task(
     speak_from_now(swarm, 0)
     assert swarm.bits_sent == 0
     speak_from_now(swarm, 1)  # meanwhile robot 0 has told of itself and two tasks
-    robots, commits = numbers_of(swarm)
+    robots, declares = numbers_of(swarm)
     width = math.ceil(math.log2(robots))
-    flags = width + 2 if commits else 0
+    flags = width + 2 if declares else 0
     first = (1 + width) + 1 + 2 * 33 + 1 + flags
     assert swarm.bits_sent == first
     swarm.step()  # robot 0 the same, and robot 1 of both of them
@@ -714,10 +714,10 @@ def test_a_sketch_is_1024_bits_and_a_flag_costs_what_it_costs(world, strategy):
     swarm = passing_on(world, strategy, robots=2)
     speak_from_now(swarm, 0)
     swarm.step()
-    robots, commits = numbers_of(swarm)
+    robots, declares = numbers_of(swarm)
     width = math.ceil(math.log2(robots))
     empty = {"sketch": 1024, "tally": 6, "estimate": 6, "census": 1 + width + 2}
-    assert swarm.bits_sent == empty[strategy] + (width + 2 if commits else 0)
+    assert swarm.bits_sent == empty[strategy] + (width + 2 if declares else 0)
 
 
 # --- The field's variants ---
@@ -866,9 +866,9 @@ def test_liars_that_pass_on_knowledge_invent_robots_or_tasks(world, strategy, sa
 # --- Commitment ---
 
 
-def committing(world, own, votes, quorum=0.9, rounds=1, heard=1, strategy="dmmd"):
+def by_votes(world, own, votes, quorum=0.9, rounds=1, heard=1, strategy="dmmd"):
     rule = {"quorum": quorum, "rounds": rounds, "heard": heard}
-    return crowd(world, own, votes, strategy, **{"decision.commit": rule})
+    return crowd(world, own, votes, strategy, **{"decision.declare": rule})
 
 
 def decide_again(swarm):
@@ -879,7 +879,7 @@ def decide_again(swarm):
 
 
 @pytest.mark.parametrize(
-    ("own", "votes", "quorum", "heard", "commits"),
+    ("own", "votes", "quorum", "heard", "declares"),
     [
         (1, [1, 1, 1, 0], 0.75, 4, True),  # exactly the quorum, and exactly so many
         (1, [1, 1, 1, 0], 0.76, 4, False),
@@ -891,16 +891,16 @@ def decide_again(swarm):
         (1, [1, 1, 0, 0], 0.6, 1, False),
     ],
 )
-def test_a_robot_commits_if_enough_of_its_inbox_agree(world, own, votes, quorum, heard, commits):
-    swarm = committing(world, own, votes, quorum, 1, heard)
+def test_a_robot_declares_if_enough_of_its_inbox_agree(world, own, votes, quorum, heard, declares):
+    swarm = by_votes(world, own, votes, quorum, 1, heard)
     next_opinion(swarm)
-    assert swarm.committed(0) == commits
+    assert swarm.declared(0) == declares
 
 
-def test_a_robot_commits_after_so_many_rounds_running(world):
-    swarm = committing(world, 1, [1, 1, 1], rounds=2, heard=3)
+def test_a_robot_declares_after_so_many_rounds_running(world):
+    swarm = by_votes(world, 1, [1, 1, 1], rounds=2, heard=3)
     next_opinion(swarm)
-    assert not swarm.committed(0)
+    assert not swarm.declared(0)
     for i in (1, 2, 3):
         swarm.end_phase_of(i)
     swarm.step()  # heard for the last time, and
@@ -909,11 +909,11 @@ def test_a_robot_commits_after_so_many_rounds_running(world):
     swarm.end_phase_of(0)
     swarm.step()
     next_opinion(swarm)
-    assert swarm.committed(0)
+    assert swarm.declared(0)
 
 
 def test_a_round_without_agreement_starts_the_count_again(world):
-    swarm = committing(world, 1, [1, 1, 1], rounds=2, heard=3)
+    swarm = by_votes(world, 1, [1, 1, 1], rounds=2, heard=3)
     for i in (1, 2, 3):
         swarm.end_phase_of(i)
     next_opinion(swarm)  # the first
@@ -922,13 +922,13 @@ def test_a_round_without_agreement_starts_the_count_again(world):
     decide_again(swarm)  # in silence
     speak_from_now(swarm, 1, 2, 3)
     decide_again(swarm)  # the first again
-    assert not swarm.committed(0)
+    assert not swarm.declared(0)
     decide_again(swarm)
-    assert swarm.committed(0)
+    assert swarm.declared(0)
 
 
 @pytest.mark.parametrize("strategy", ["dmmd", "voter"])
-def test_a_committed_robot_keeps_its_opinion(world, strategy):
+def test_a_declared_robot_keeps_its_opinion(world, strategy):
     places = [(4, 4)] + [(4 + 0.1 * k, 4) for k in range(6)]
     swarm = world(
         places,
@@ -936,22 +936,22 @@ def test_a_committed_robot_keeps_its_opinion(world, strategy):
         disseminating=[1, 1, 0, 0, 0, 0, 0],
         changes={
             "decision.strategy": strategy,
-            "decision.commit": {"quorum": 0.9, "rounds": 1, "heard": 1},
+            "decision.declare": {"quorum": 0.9, "rounds": 1, "heard": 1},
         },
     )
     swarm.end_phase_of(1)
     assert next_opinion(swarm) == 1
-    assert swarm.committed(0)
+    assert swarm.declared(0)
     swarm.end_phase_of(1, LONG)
     speak_from_now(swarm, 2, 3, 4, 5, 6)
     assert decide_again(swarm) == 1
-    assert swarm.committed(0)
+    assert swarm.declared(0)
 
 
-def test_a_robot_without_an_opinion_commits_to_nothing(world):
-    swarm = committing(world, 1, [0, 0, 0], quorum=0.0, strategy="cross-inhibition")
+def test_a_robot_without_an_opinion_declares_nothing(world):
+    swarm = by_votes(world, 1, [0, 0, 0], quorum=0.0, strategy="cross-inhibition")
     assert next_opinion(swarm) == -1
-    assert not swarm.committed(0)
+    assert not swarm.declared(0)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from feasibee import Scenario
 from feasibee.engine import runner
 from feasibee.model.record import Record
 from feasibee.scenario import fields as sections
-from feasibee.scenario.fields import SECTIONS, Commit, RobotClass, Sensing, TaskClass, fields
+from feasibee.scenario.fields import SECTIONS, Declare, RobotClass, Sensing, TaskClass, fields
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import FAST_PATH, FAST_PATH_LIMITS, takes_fast_path
 from feasibee.simulation.ensemble import load_engine, simulate_record
@@ -63,7 +63,7 @@ OTHER_VALUES = {
     "decision.inbox_size": 3,
     "decision.own_vote": False,
     "decision.switching": 0.1,
-    "decision.commit": Commit(),
+    "decision.declare": Declare(),
     "decision.threshold": 0.6,
     "faults.stopped": 0.1,
     "faults.stop_step": 5,

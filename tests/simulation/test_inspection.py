@@ -37,7 +37,6 @@ def known_to(robot):
         "feasible": mind.opinion == 1,
         "neutral": mind.opinion == -1,
         "disseminating": mind.disseminating,
-        "committed": mind.committed,
         "declared": mind.declared != -1,
     }
     messages = [*mind._latest.values(), *mind._messages]

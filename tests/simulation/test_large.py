@@ -56,7 +56,7 @@ WORLDS = {
         "faults.stop_step": 11,
         "faults.stubborn": 0.1,
     },
-    "commits": {"decision.commit": {}},
+    "commits": {"decision.declare": {}},
     "false tasks": {"sensing.false_tasks": 0.3},
     "clusters": {"robots.placement": "clusters"},
 }

@@ -9,7 +9,7 @@ import pytest
 from feasibee import Scenario
 from feasibee.engine.params import ALWAYS, PARAMS, WHILE_DISSEMINATING, Lie, Params, Placement, packed
 from feasibee.model.codes import exact
-from feasibee.scenario.fields import Commit, Faults, Placed
+from feasibee.scenario.fields import Declare, Faults, Placed
 from feasibee.simulation.lowering import lower, unit_of
 
 
@@ -78,14 +78,14 @@ def test_the_quorums_fraction_rounds_down_as_the_threshold_for_every_number_of_r
         assert counted * share // whole == math.floor(exact(threshold) * counted), counted
 
 
-def test_a_commit_rule_is_a_ratio_of_whole_numbers():
-    commit = params_of(decision={"commit": Commit(quorum=0.7, rounds=2, heard=4)}).decision.commit
+def test_a_rule_to_declare_is_a_ratio_of_whole_numbers():
+    commit = params_of(decision={"declare": Declare(quorum=0.7, rounds=2, heard=4)}).decision.declare
     assert tuple(commit) == (True, 7, 10, 2, 4)
-    assert not params_of().decision.commit.enabled
+    assert not params_of().decision.declare.enabled
 
 
 def test_packing_keeps_every_number_at_its_name():
-    params = params_of(seed=7, faults={"byzantine": 0.2}, decision={"commit": Commit()})
+    params = params_of(seed=7, faults={"byzantine": 0.2}, decision={"declare": Declare()})
     record = packed(params)
 
     def compare(record, numbers):

@@ -236,7 +236,7 @@ def responding(draw, path):
     known = draw(st.sampled_from(["", "seeing"]))
     classes = scenario.robots.classes or scenario.tasks.classes
     changes = {
-        "decision.commit": None,
+        "decision.declare": None,
         "run.stop_at_decision": False,
         "events": draw(st.lists(events(scenario.run.steps), max_size=2)),
         "tasks.arrival_rate": draw(st.sampled_from([None, 0.3])),
@@ -294,8 +294,8 @@ def test_a_response_is_part_of_the_text(seeing):
             "robots.most = 20: lets none join: 20 robots are there, and none leaves; set it to 21 or more",
         ),
         (
-            {"response.patience": 9, "decision.commit": {}},
-            "decision.commit = .*is for good, but the world of this scenario changes",
+            {"response.patience": 9, "decision.declare": {}},
+            "decision.declare = .*is for good, but the world of this scenario changes",
         ),
     ],
 )

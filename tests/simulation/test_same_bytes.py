@@ -40,7 +40,7 @@ FIRST = (
     "sketch",
 )
 """The strategies of the first corpus: the seed of each scenario is its number in it."""
-FIRST_ACCOUNT = ("bits_sent", "commit_step", "committed_feasible", "committed_infeasible")
+FIRST_ACCOUNT = ("bits_sent", "declare_step", "declared_feasible", "declared_infeasible")
 """The outcomes of the first corpus; the later ones follow from curves, unless robots declare."""
 DECLARING_ACCOUNT = tuple(COLUMNS)[: COLUMNS["calls"]]
 """The outcomes of the corpus of robots that declare; in worlds that don't change, the later ones are 0."""
@@ -77,7 +77,7 @@ WORLDS = {
     "clusters": {"robots.placement": "clusters", "tasks.placement": "clusters", "tasks.spread": 3.0},
     "short ids": {"radio.id_bits": 4, "decision.inbox_size": 3},
     "late listeners": {"decision.listen": {"last": 3}, "decision.dissemination_floor": 3},
-    "commits": {"decision.commit": {"quorum": 0.75, "rounds": 2, "heard": 2}, "decision.own_vote": False},
+    "commits": {"decision.declare": {"quorum": 0.75, "rounds": 2, "heard": 2}, "decision.own_vote": False},
     "team": TEAM,
     "preset": {"preset": "subcdm-2025", "run.steps": 60},
     "stops": {"run.stop_at_decision": True, "run.steps": 300, "tasks.count": 100},

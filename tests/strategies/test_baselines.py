@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario
-from feasibee.robot.controller import Commit, Controller, Message, Settings
+from feasibee.robot.controller import Controller, Declare, Message, Settings
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, dmmd, dmvd, mixture
@@ -37,21 +37,21 @@ def test_a_robot_that_does_not_switch_decides_by_its_inbox():
     assert decided(switches=False) == 0
 
 
-def test_stubborn_and_committed_robots_do_not_switch():
+def test_stubborn_and_declared_robots_do_not_switch():
     assert decided(robots=0, stubborn=True) == 1
     robot = Controller(
         STRATEGIES["majority"],
         1,
         lambda mean: 1,
         lambda: (0.5, 0.5),
-        Settings(commit=Commit(0, 1, 0)),
+        Settings(declare=Declare(0, 1, 0)),
         draw_switch=lambda: True,
     )
     for _ in range(2):
         robot.observe(0, 3)
         robot.end_step()
         robot.end_step()
-    assert robot.committed
+    assert robot.declared != -1
     assert robot.opinion == 0
     robot.observe(3, 0)
     robot.end_step()

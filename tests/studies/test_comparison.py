@@ -112,12 +112,9 @@ def test_swarms_are_right_at_a_step_with_more_than_the_threshold_of_who_counts_t
         for more, name in ((0, "feasible_count"), (1, "infeasible_count")):
             record = Record.empty(0, 1, len(holding))
             getattr(record, name)[:] = holding
-            record.committed_feasible[:], record.committed_infeasible[:] = 7, 3
             tasks = scenario.robots.count + more
             found = outcome_of("", scenario.replace({"tasks.count": tasks}), record)
             assert found.right_at.tolist() == right
-    assert found.committed == pytest.approx(10 / 14)
-    assert found.committed_wrong == pytest.approx(7 / 14)
 
 
 def test_sums_are_over_all_runs(outcomes):
@@ -174,7 +171,9 @@ def test_declarations_have_a_figure_and_columns(with_quiet, tmp_path):
         rows = list(csv.DictReader(file))
     assert {rows[0][name] for name in rows[0] if name.startswith("declare")} == {""}
     for row, each in zip(rows[2:], with_quiet[2:], strict=True):
-        ok, wrong, steps = each.declared
+        *robots, ok, wrong, steps = each.declared
+        shown = [float(row[name]) for name in ("robots_declared", "robots_declared_wrong")]
+        assert shown == pytest.approx([sum(robots), robots[each.feasible]], abs=1e-6)
         names = ("ok", "ok_low", "ok_high", "wrong", "wrong_low", "wrong_high")
         assert [float(row[f"declared_{name}"]) for name in names] == [*ok, *wrong]
         assert [int(row[f"declare_step_{name}"]) for name in ("median", "p95")] == [*steps[:2]]

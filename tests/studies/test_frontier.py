@@ -11,7 +11,7 @@ from declaring import declaring
 from matplotlib.colors import to_hex
 
 from feasibee import FeasibeeError, Scenario
-from feasibee.figures.limits import BANDS, DECLARES, Panel, Word, draw_frontier
+from feasibee.figures.limits import BANDS, WORD, Panel, Word, draw_frontier
 from feasibee.scenario.runs import RUNS_APART, Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.limits import (
@@ -38,7 +38,7 @@ def own(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def contenders(own):
-    return [Contender("quiet", own, {"quiet": 40.0}), Contender("census, committed", "census")]
+    return [Contender("quiet", own, {"quiet": 40.0}), Contender("census, by votes", "census")]
 
 
 @pytest.fixture(scope="module")
@@ -56,8 +56,8 @@ def test_contenders_are_in_order_and_in_the_same_worlds(found):
     assert [(each.contender, each.tasks, each.feasible) for each in found] == [
         ("quiet", 10, True),
         ("quiet", 11, False),
-        ("census, committed", 10, True),
-        ("census, committed", 11, False),
+        ("census, by votes", 10, True),
+        ("census, by votes", 11, False),
     ]
 
 
@@ -73,13 +73,13 @@ def test_declarations_are_those_of_the_runs(found, own):
     assert each.bits == pytest.approx(record.bits_sent.mean() / (10 * 300))
 
 
-def test_commitments_count_where_robots_do_not_declare(found):
-    committing = {"decision.strategy": "census", "decision.commit": RULE, "tasks.count": 10}
-    record = simulate_record(SHORT.replace(committing), Runs(30, 2))
-    (each,) = [each for each in found if not each.declares and each.tasks == 10]
-    ok = (record.committed_feasible > 9) & (record.committed_infeasible == 0)
+def test_robots_declare_by_votes_where_their_strategy_does_not(found):
+    by_votes = {"decision.strategy": "census", "decision.declare": RULE, "tasks.count": 10}
+    record = simulate_record(SHORT.replace(by_votes), Runs(30, 2))
+    (each,) = [each for each in found if each.contender == "census, by votes" and each.tasks == 10]
+    ok = (record.declared_feasible > 9) & (record.declared_infeasible == 0)
     assert 0 < each.ok.estimate == ok.mean()
-    assert each.times.median == np.sort(np.where(record.commit_step < 0, 300, record.commit_step))[14]
+    assert each.times.median == np.sort(np.where(record.declare_step < 0, 300, record.declare_step))[14]
 
 
 def test_robots_know_their_number_where_they_must(own):
@@ -90,9 +90,7 @@ def test_robots_know_their_number_where_they_must(own):
 
 def test_the_default_contenders_fit_the_paper():
     scenarios = [each.scenario(Scenario()) for each in CONTENDERS]
-    assert [each.manifest.declares for each in scenarios] == [
-        each.decision.commit is None for each in scenarios
-    ]
+    assert all(each.declares for each in scenarios)
     assert sum(each.manifest.declares for each in scenarios) >= 8
     assert len({each.hash for each in scenarios}) == len(CONTENDERS)
     assert tasks_near(Scenario()) == [19, 20, 21, 22]
@@ -118,7 +116,6 @@ def test_the_figure_and_its_data_are_written(found, tmp_path):
     with (tmp_path / "frontier.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["ok"]) for row in rows] == [each.ok.estimate for each in found]
-    assert [row["word"] for row in rows] == ["declares", "declares", "commits", "commits"]
     with (tmp_path / "limits.csv").open() as file:
         rows = {(row["tasks"], row["limit"]): row for row in csv.DictReader(file)}
     assert int(rows["11", "flooding"]["step_median"]) == bounds[11].times["flooding"].median
@@ -126,9 +123,9 @@ def test_the_figure_and_its_data_are_written(found, tmp_path):
 
 def test_a_panel_has_a_row_for_each_contender_and_a_band_for_each_limit():
     words = [
-        Word("dear", True, 400.0, 1.0, 80, 120),
-        Word("cheap", False, 6.0, 0.5, 300, None),
-        Word("mute", False, 50.0, 0.0, None, None),
+        Word("dear", 400.0, 1.0, 80, 120),
+        Word("cheap", 6.0, 0.5, 300, None),
+        Word("mute", 50.0, 0.0, None, None),
     ]
     limits = {"pooled": (20, 40), "flooding": (70, 90), "area": (60, 90), "complete_map": (110, None)}
     drawn = draw_frontier([Panel("m = 20", words, limits), Panel("m = 21", words, limits)], 1000)
@@ -138,7 +135,7 @@ def test_a_panel_has_a_row_for_each_contender_and_a_band_for_each_limit():
     assert edges == [(20, 40), (70, 90), (110, 1000)]
     dots = [line for line in first.get_lines() if line.get_marker() == "o"]
     assert [line.get_xydata().tolist() for line in dots] == [[[300.0, 0.0]], [[80.0, 2.0]]]
-    assert [to_hex(line.get_markerfacecolor()) for line in dots] == ["#ffffff", DECLARES.lower()]
+    assert [to_hex(line.get_markerfacecolor()) for line in dots] == ["#ffffff", WORD.lower()]
     written = [text.get_text() for text in first.texts]
     assert written[:3] == ["0.500", "0.000", "1.000"]
     assert [text for text in written if text in {band.replace("_", " ") for band in BANDS}] == [

@@ -123,7 +123,7 @@ def test_without_tasks_all_names_are_known_at_the_start():
 def test_threads_strategy_and_phases_change_nothing():
     one = limits(Scenario(), runs=6, seed=3, threads=1)
     rule = {"quorum": 0.9, "rounds": 3, "heard": 3}
-    other = Scenario(decision={"strategy": "tally", "commit": rule}, sensing={"false_tasks": 0.1})
+    other = Scenario(decision={"strategy": "tally", "declare": rule}, sensing={"false_tasks": 0.1})
     misnamed = Scenario(decision={"strategy": "census"}, sensing={"misname": 0.1})
     phases = {"decision.gain": 1.0, "decision.exploration": 40.0, "decision.listen": {"last": 1}}
     worlds = {other: 2, misnamed: None, Scenario().replace(phases): None}

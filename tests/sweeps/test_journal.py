@@ -129,13 +129,13 @@ def test_a_seal_whose_digest_is_another_says_nothing(tmp_path):
 
 
 def test_what_goes_in_comes_out(tmp_path):
-    committing = {"decision.commit": {"quorum": 0.6, "rounds": 1, "heard": 1}}
-    points = [point(), point({"tasks.count": 9}), point(committing)]
+    by_votes = {"decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1}}
+    points = [point(), point({"tasks.count": 9}), point(by_votes)]
     with Journal(tmp_path, write=True) as journal:
         numbers = journal.add(points, 2**64 - 1)
         records = [simulate_record(each.scenario, Runs(8, 2**64 - 1, 3), curves=True) for each in points]
         journal.write(zip(numbers, records, strict=True))
-    assert (records[2].commit_step >= 0).any()
+    assert (records[2].declare_step >= 0).any()
     with Journal(tmp_path) as journal:
         for number, row, each, record in zip(numbers, journal.points, points, records, strict=True):
             assert (row.id, row.hash, row.seed) == (number, each.scenario.hash, 2**64 - 1)

@@ -146,8 +146,8 @@ def test_a_field_called_range_is_a_field_however_it_is_written(study, text):
 
 
 def test_a_field_that_holds_nothing_yet(study):
-    found = study("[sweep]\ndecision.commit.quorum = [0.8, 0.9]\nradio.id_bits = [4, 8]")
-    assert [point.scenario.decision.commit.quorum for point in found.points] == [0.8, 0.8, 0.9, 0.9]
+    found = study("[sweep]\ndecision.declare.quorum = [0.8, 0.9]\nradio.id_bits = [4, 8]")
+    assert [point.scenario.decision.declare.quorum for point in found.points] == [0.8, 0.8, 0.9, 0.9]
     assert values(found, "radio.id_bits") == [4, 8, 4, 8]
 
 
@@ -232,13 +232,13 @@ def test_what_all_points_have_in_common_may_be_nested(study):
 
 def test_a_scenarios_file_lies_below_what_the_study_says(study, tmp_path):
     (tmp_path / "base.toml").write_text(
-        'run.steps = 50\n[decision]\nlisten = "dissemination"\ngain = 7.0\ncommit = {rounds = 9}\n'
+        'run.steps = 50\n[decision]\nlisten = "dissemination"\ngain = 7.0\ndeclare = {rounds = 9}\n'
     )
     text = """
     file = "base.toml"
     [scenario.decision]
     listen = {last = 2}
-    commit.quorum = 0.8
+    declare.quorum = 0.8
     [sweep]
     "tasks.count" = [3, 4]
     """
@@ -246,7 +246,7 @@ def test_a_scenarios_file_lies_below_what_the_study_says(study, tmp_path):
         decision = point.scenario.decision
         assert (point.scenario.run.steps, decision.gain) == (50, 7.0)
         assert decision.listen == {"last": 2}
-        assert (decision.commit.rounds, decision.commit.quorum) == (9, 0.8)
+        assert (decision.declare.rounds, decision.declare.quorum) == (9, 0.8)
 
 
 def test_files_are_found_from_the_studys_folder(study, tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ const uint32_t STEP_MS = 1000;
 const uint8_t EVERYONE[6] = {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
 
 // A message is one byte, as in examples/micropython; ESP-NOW adds the sender and a checksum.
-enum : uint8_t { FEASIBLE = 1, COMMITTED = 2 };
+enum : uint8_t { FEASIBLE = 1, DECLARED = 2 };
 
 struct Packet {
   uint32_t sender;
@@ -39,7 +39,7 @@ static struct feasibee_choice draw_choice(void *) {
 }
 
 static void on_receive(const esp_now_recv_info_t *info, const uint8_t *data, int length) {
-  if (length != 1 || data[0] > (FEASIBLE | COMMITTED)) return;  // not ours
+  if (length != 1 || data[0] > (FEASIBLE | DECLARED)) return;  // not ours
   Packet packet = {0, data[0]};
   memcpy(&packet.sender, info->src_addr + 2, 4);
   xQueueSend(packets, &packet, 0);  // without room it is lost
@@ -59,7 +59,7 @@ void setup() {
   settings = feasibee_defaults(&feasibee_dmmd);
   settings.draw_duration = draw_duration;
   settings.draw_choice = draw_choice;
-  settings.commit.rounds = 3;
+  settings.declare.rounds = 3;
   struct feasibee_me me = {};
   feasibee_begin(&robot, &settings, &me, esp_random() & 1);
   next_step = millis() + STEP_MS;
@@ -82,12 +82,12 @@ void loop() {
   struct feasibee_message message;
   if (feasibee_message(&robot, &message)) {
     uint8_t flags = message.opinion == FEASIBEE_FEASIBLE ? FEASIBLE : 0;
-    if (message.committed) flags |= COMMITTED;
+    if (message.declared) flags |= DECLARED;
     esp_now_send(EVERYONE, &flags, 1);
   }
-  bool knew = robot.committed;
+  bool knew = robot.declared != FEASIBEE_NONE;
   feasibee_end_step(&robot);
-  if (robot.committed && !knew) {
+  if (robot.declared != FEASIBEE_NONE && !knew) {
     Serial.println(robot.opinion == FEASIBEE_FEASIBLE ? "feasible" : "infeasible");
   }
 }

@@ -101,7 +101,7 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     manifest, own = manifest_of(name), scenario.decision.strategy
     changes = strategy_change(scenario, name)
     if manifest.declares:
-        changes["decision.commit"] = None
+        changes["decision.declare"] = None
     if manifest.needs_count:
         changes["robots.know_count"] = True
     try:

@@ -106,7 +106,7 @@ def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[
         }
         if scenario.dynamic:
             panels["Right at each step"] = plot_right_steps
-        if scenario.manifest.declares:
+        if scenario.declares:
             panels["Declarations"] = plot_declare_steps
         with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
             for ax, (title, draw) in zip(axes, panels.items(), strict=True):
@@ -129,7 +129,6 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         **{name: together([found], name)._asdict() for name in ("accuracy", "right_at_end")},
         "bits_per_robot_and_step": found.bits,
         **tracked(record, scenario),
-        **_commitments(record, scenario),
         **({} if found.declared is None else {"declared": found.declared.to_dict()}),
         "seed": seed,
         "first_run": record.first_run,
@@ -138,22 +137,6 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "version": version("feasibee"),
         "model_version": MODEL_VERSION,
         "rates": {name: rate._asdict() for name, rate in found.rates.items()},
-    }
-
-
-def _commitments(record: Record, scenario: Scenario) -> dict[str, Any]:
-    """Return shares and steps of commitments, if the scenario has a rule for committing."""
-    from feasibee.results.statistics import decision_times
-
-    if scenario.decision.commit is None:
-        return {}
-    robots = max(1, record.runs * scenario.counted(scenario.run.steps))
-    return {
-        "committed": {
-            "feasible": int(record.committed_feasible.sum()) / robots,
-            "infeasible": int(record.committed_infeasible.sum()) / robots,
-            "step": _quartiles(decision_times(record.commit_step)),
-        }
     }
 
 
@@ -191,8 +174,6 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         for line in _tracking_in_words(summary):
             out.print(line, highlight=False, soft_wrap=True)
     out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.", highlight=False)
-    if "committed" in summary:
-        out.print(_commitments_in_words(summary["committed"]), highlight=False, soft_wrap=True)
     if "declared" in summary:
         out.print(_declarations_in_words(summary["declared"]), highlight=False, soft_wrap=True)
     out.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
@@ -229,21 +210,13 @@ def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _commitments_in_words(committed: dict[str, Any]) -> str:
-    step = committed["step"]["median"]
-    by = "no step" if step is None else f"step {step}"
-    return (
-        f"Committed: {committed['feasible']:.1%} of the robots to feasible, "
-        f"{committed['infeasible']:.1%} to infeasible; half of the swarms by {by}."
-    )
-
-
 def _declarations_in_words(declared: dict[str, Any]) -> str:
     steps = declared["step_90"]
     half, most = ("never" if steps[name] is None else f"by step {steps[name]}" for name in ("median", "p95"))
     return (
-        f"Declared: rightly in {_share(declared['ok'])}, a robot wrongly in {_share(declared['wrong'])}; "
-        f"half of the swarms {half}, 95% {most}."
+        f"Declared: {declared['feasible']:.1%} of the robots feasible, "
+        f"{declared['infeasible']:.1%} infeasible; rightly in {_share(declared['ok'])}, "
+        f"a robot wrongly in {_share(declared['wrong'])}; half of the swarms {half}, 95% {most}."
     )
 
 

@@ -345,24 +345,22 @@ def _delays(steps: Sequence[int | None]) -> str:
 def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
     """Return what came of each contender over all numbers of tasks."""
     first, baseline = next(iter(groups.items()))
-    commits = any((each.committed > 0).any() for group in groups.values() for each in group)
     caption = SUMS_CAPTION.format(baseline=first)
-    more = ["committed", "wrongly"] if commits else []
-    columns = ["right", "interval", "difference", "first", "by", "bits", *more]
+    columns = ["right", "interval", "difference", "first", "by", "bits"]
     table = numbers_table("All together", "over all m", columns, caption)
     for name in ranked:
-        table.add_row(name, *_sums(groups[name], baseline, commits))
+        table.add_row(name, *_sums(groups[name], baseline))
     return table
 
 
-def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[str]:
+def _sums(group: list[Outcome], baseline: list[Outcome]) -> list[str]:
     """Return the cells of a contender over all numbers of tasks."""
     from feasibee.studies.comparison import mean_bits, overall, overall_difference
 
     share, difference = overall(group), overall_difference(group, baseline)
     first = sum(each.first.estimate for each in group) / len(group)
     steps = sorted(each.found.times.median or float("inf") for each in group)
-    row = [
+    return [
         f"{100 * share.estimate:.1f}",
         f"{100 * share.low:.1f} to {100 * share.high:.1f}",
         f"{100 * difference.low:+.1f} to {100 * difference.high:+.1f}" if group is not baseline else "",
@@ -370,7 +368,3 @@ def _sums(group: list[Outcome], baseline: list[Outcome], commits: bool) -> list[
         f"{steps[len(steps) // 2]:g}",
         f"{mean_bits(group):.3g}",
     ]
-    if commits:
-        row += [f"{100 * sum(each.committed.mean() for each in group) / len(group):.0f}"]
-        row += [f"{100 * sum(each.committed_wrong.mean() for each in group) / len(group):.1f}"]
-    return row

@@ -65,6 +65,7 @@ ONLY_CHANGING = int(Robot.LEAVES_AT), int(Robot.JOINED)
 OPINION_SETS = tuple(
     map(int, (Set.FEASIBLE, Set.NEUTRAL, Set.DISSEMINATING, Set.SPEAKING, Set.SAYS_FEASIBLE))
 )
+DECLARED_SETS = int(Set.DECLARED), int(Set.DECLARED_FEASIBLE)
 FAULT_SETS = tuple(map(int, (Set.WORKING, Set.COUNTED, Set.BYZANTINE, Set.STUBBORN, Set.STOPPING)))
 
 
@@ -200,7 +201,7 @@ def store_numbers(params, state, part, begin):
 def is_used(params, kind):
     """Return whether a scenario uses a row of `State.robots` that is sorted."""
     if kind == Robot.AGREED:
-        return params.decision.commit.enabled
+        return params.decision.declare.enabled
     if kind == Robot.SENT_VALUE:
         return params.strategy.value_scale > 0.0
     if kind == Robot.IDENTITY:
@@ -280,8 +281,8 @@ def store_sets(params, state, part):
 @inlined
 def is_kept(params, kind):
     """Return whether a set lasts from step to step, and has some of the robots."""
-    if kind == Set.COMMITTED:
-        return params.decision.commit.enabled
+    if kind in DECLARED_SETS:
+        return params.decision.declare.enabled
     if kind == Set.BLOCKED:
         return params.arena.walls or params.robots.avoid_collisions
     if kind in FAULT_SETS:

@@ -9,16 +9,13 @@ from numba import int64
 from feasibee.engine import step
 from feasibee.engine.compile import entry, inlined, rebound
 from feasibee.engine.layout import Clock, Share
-from feasibee.engine.opinions import count_opinions, sum_counts
+from feasibee.engine.opinions import count_opinions, may_declare, sum_counts
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.record import (
     BITS_SENT,
     CALLS,
-    COMMIT_STEP,
-    COMMITTED_FEASIBLE,
-    COMMITTED_INFEASIBLE,
     DECLARE_STEP,
     DECLARED_FEASIBLE,
     DECLARED_INFEASIBLE,
@@ -50,11 +47,8 @@ def record_step(params, state, outcome, row):
         outcome.truth[row, now], outcome.held[row, now] = state.clock[Clock.TRUTH], held
         outcome.robots_present[row, now] = state.clock[Clock.ROBOTS]
         outcome.tasks_present[row, now] = state.clock[Clock.TASKS]
-    committed = state.clock[Clock.COMMITTED_FEASIBLE] + state.clock[Clock.COMMITTED_INFEASIBLE]
-    if params.decision.commit.enabled and outcome.account[row, COMMIT_STEP] < 0 and committed >= quorum:
-        outcome.account[row, COMMIT_STEP] = now
     declared = state.clock[Clock.DECLARED_FEASIBLE] + state.clock[Clock.DECLARED_INFEASIBLE]
-    if params.strategy.declares and outcome.account[row, DECLARE_STEP] < 0 and declared >= quorum:
+    if may_declare(params) and outcome.account[row, DECLARE_STEP] < 0 and declared >= quorum:
         outcome.account[row, DECLARE_STEP] = now
 
 
@@ -69,8 +63,6 @@ def infeasible_count(state):
 def record_totals(params, state, outcome, row):
     """Record a run's totals."""
     outcome.account[row, BITS_SENT] = state.clock[Clock.BITS]
-    outcome.account[row, COMMITTED_FEASIBLE] = state.clock[Clock.COMMITTED_FEASIBLE]
-    outcome.account[row, COMMITTED_INFEASIBLE] = state.clock[Clock.COMMITTED_INFEASIBLE]
     outcome.account[row, DECLARED_FEASIBLE] = state.clock[Clock.DECLARED_FEASIBLE]
     outcome.account[row, DECLARED_INFEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE]
     outcome.account[row, FEASIBLE_AT_END] = state.clock[Clock.FEASIBLE_COUNT]
@@ -151,7 +143,6 @@ def clear_row(outcome, row):
     """Clear what is only recorded if it happens."""
     outcome.decision[row] = UNDECIDED
     outcome.decision_step[row] = -1
-    outcome.account[row, COMMIT_STEP] = -1
     outcome.account[row, DECLARE_STEP] = -1
 
 

@@ -242,7 +242,7 @@ def hear_few(params, state, functions, part):
             heard[i] = without_unlucky(params, run, now, int64(i), heard[i], int64(LOSS), loss)
     if params.strategy.knowledge.enabled:
         merge_heard(params, state, functions)
-    if params.decision.commit.enabled or not params.strategy.knowledge.enabled:
+    if params.decision.declare.enabled or not params.strategy.knowledge.enabled:
         receive_heard(params, state, part)
 
 

@@ -23,7 +23,6 @@ from feasibee.engine.intrinsics import (
     popcount,
     row_of,
     says_feasible,
-    set_member,
     without_lowest,
 )
 from feasibee.engine.layout import (
@@ -39,7 +38,7 @@ from feasibee.engine.layout import (
     Set,
     Share,
 )
-from feasibee.engine.opinions import keeps_opinion, set_opinion
+from feasibee.engine.opinions import keeps_opinion, set_declared, set_opinion
 from feasibee.engine.params import Action, Lie
 from feasibee.engine.queues import store_members
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
@@ -266,8 +265,7 @@ def declare_all(params, passing, now, number):
             if declared >= 0:
                 if not keeps_opinion(passing.sets, i):
                     set_opinion(passing.sets, i, declared)
-                set_member(passing.sets, Set.DECLARED, i, True)
-                set_member(passing.sets, Set.DECLARED_FEASIBLE, i, declared == 1)
+                set_declared(passing.sets, i, declared)
             asked = without_lowest(asked)
 
 

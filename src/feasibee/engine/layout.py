@@ -81,15 +81,14 @@ class Set(IntEnum):
     SPEAKING = 9  # disseminating, and not silent
     SAYS_FEASIBLE = 10
     NEUTRAL = 11  # no opinion
-    COMMITTED = 12
-    LISTENING = 13  # hears in this step (general engine)
-    DECLARED = 14
-    DECLARED_FEASIBLE = 15
-    STOPPING = 16  # robots that stop at `FaultParams.stop_step`
-    THERE = 17  # in the arena, whether they work or not
-    JOINING = 18  # those that don't know yet what robots know when they begin
-    TURNING_LEFT = 19  # blocked robots that deflect to the left, in swarms of more than 32
-    CLEARED = 20  # those of them whose new step is clear
+    LISTENING = 12  # hears in this step (general engine)
+    DECLARED = 13
+    DECLARED_FEASIBLE = 14  # those of them that declared feasible
+    STOPPING = 15  # robots that stop at `FaultParams.stop_step`
+    THERE = 16  # in the arena, whether they work or not
+    JOINING = 17  # those that don't know yet what robots know when they begin
+    TURNING_LEFT = 18  # blocked robots that deflect to the left, in swarms of more than 32
+    CLEARED = 19  # those of them whose new step is clear
 
 
 class Count(IntEnum):
@@ -182,34 +181,32 @@ class Clock(IntEnum):
     FEASIBLE_COUNT = 3  # counted robots with opinion 1
     NEUTRAL_COUNT = 4  # counted robots without an opinion
     BITS = 5  # sent so far
-    COMMITTED_FEASIBLE = 6  # counted robots committed to opinion 1
-    COMMITTED_INFEASIBLE = 7
-    DECLARED_FEASIBLE = 8  # counted robots that have declared feasible
-    DECLARED_INFEASIBLE = 9
-    PENDING = 10  # entries of `State.pending`
-    TABLE_SLOTS = 11  # slots of a table for an inbox
-    COUNTED = 12  # robots over which the decision is taken
-    QUORUM = 13  # least number of them with one opinion for a decision
-    TRUTH = 14  # whether the tasks are feasible
-    ROBOTS = 15  # in the arena
-    TASKS = 16
-    APPEARED = 17  # tasks so far
-    EVENTS = 18  # events so far
-    MISS = 19  # probabilities times 2**32
-    LOSS = 20
-    INVENTED_ROBOTS = 21  # in a message of a Byzantine robot that speaks for feasible
-    INVENTED_TASKS = 22
-    VANISHED = 23  # tasks by events of this step so far
-    LEFT = 24  # robots likewise
-    HELD = 25  # the opinion that the swarm held after the last step, in a world that changes
-    WAS_HELD = 26  # the one that the operator saw last (model.md 6.19)
-    HELD_FOR = 27  # how many steps in a row it saw that
-    ARRIVES_AT = 28  # step at which the robots come that were called last, or -1
-    AWAITED = 29  # their number
-    CALLS = 30
-    ROBOTS_CALLED = 31
-    ROBOTS_RELEASED = 32
-    CHANGED = 33  # whether robots or tasks came or went at the beginning of this step
+    DECLARED_FEASIBLE = 6  # counted robots that have declared feasible
+    DECLARED_INFEASIBLE = 7
+    PENDING = 8  # entries of `State.pending`
+    TABLE_SLOTS = 9  # slots of a table for an inbox
+    COUNTED = 10  # robots over which the decision is taken
+    QUORUM = 11  # least number of them with one opinion for a decision
+    TRUTH = 12  # whether the tasks are feasible
+    ROBOTS = 13  # in the arena
+    TASKS = 14
+    APPEARED = 15  # tasks so far
+    EVENTS = 16  # events so far
+    MISS = 17  # probabilities times 2**32
+    LOSS = 18
+    INVENTED_ROBOTS = 19  # in a message of a Byzantine robot that speaks for feasible
+    INVENTED_TASKS = 20
+    VANISHED = 21  # tasks by events of this step so far
+    LEFT = 22  # robots likewise
+    HELD = 23  # the opinion that the swarm held after the last step, in a world that changes
+    WAS_HELD = 24  # the one that the operator saw last (model.md 6.19)
+    HELD_FOR = 25  # how many steps in a row it saw that
+    ARRIVES_AT = 26  # step at which the robots come that were called last, or -1
+    AWAITED = 27  # their number
+    CALLS = 28
+    ROBOTS_CALLED = 29
+    ROBOTS_RELEASED = 30
+    CHANGED = 31  # whether robots or tasks came or went at the beginning of this step
 
 
 class Event(IntEnum):
@@ -238,12 +235,10 @@ class Share(IntEnum):
     FEASIBLE_COUNT = 3  # sums over its robots, as in `Clock`
     NEUTRAL_COUNT = 4
     BITS = 5
-    COMMITTED_FEASIBLE = 6
-    COMMITTED_INFEASIBLE = 7
-    DECLARED_FEASIBLE = 8
-    DECLARED_INFEASIBLE = 9
-    FULL = 10
-    ENDED = 11  # whether this thread wants the run to end here
+    DECLARED_FEASIBLE = 6
+    DECLARED_INFEASIBLE = 7
+    FULL = 8
+    ENDED = 9  # whether this thread wants the run to end here
     ARRIVED = 0  # threads that wait, in the last row
     TURN = 8  # number of the times that all have waited: a cache line of its own
 

@@ -14,9 +14,7 @@ from feasibee.model.codes import NO_OPINION
 @inlined
 def keeps_opinion(sets, i):
     """Return whether a robot never changes its opinion again."""
-    return (
-        contains(sets[Set.STUBBORN], i) or contains(sets[Set.COMMITTED], i) or contains(sets[Set.DECLARED], i)
-    )
+    return contains(sets[Set.STUBBORN], i) or contains(sets[Set.DECLARED], i)
 
 
 @inlined
@@ -35,23 +33,29 @@ def set_opinion(sets, i, opinion):
 
 
 @inlined
+def set_declared(sets, i, opinion):
+    """Let a robot declare an opinion, which is 1 or 0; it declares once only (model.md 6.15)."""
+    if not contains(sets[Set.DECLARED], i):
+        set_member(sets, Set.DECLARED, i, True)
+        set_member(sets, Set.DECLARED_FEASIBLE, i, opinion == 1)
+
+
+@inlined
+def may_declare(params):
+    """Return whether robots declare, by their strategy or by votes (model.md 6.14, 6.15)."""
+    return params.strategy.declares or params.decision.declare.enabled
+
+
+@inlined
 def count_opinions(params, state, part):
-    """Count a thread's robots with opinion 1, without an opinion and committed, of the counted ones."""
+    """Count a thread's robots with opinion 1, without one, and that have declared, of the counted ones."""
     own = part.shared[part.thread]
     feasible = neutral = int64(0)
     for w in range(part.first, part.last):
         feasible += popcount(state.sets[Set.FEASIBLE, w] & state.sets[Set.COUNTED, w])
         neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
     own[Share.FEASIBLE_COUNT], own[Share.NEUTRAL_COUNT] = feasible, neutral
-    if params.decision.commit.enabled:
-        committed = committed_feasible = int64(0)
-        for w in range(part.first, part.last):
-            counted = state.sets[Set.COMMITTED, w] & state.sets[Set.COUNTED, w]
-            committed += popcount(counted)
-            committed_feasible += popcount(counted & state.sets[Set.FEASIBLE, w])
-        own[Share.COMMITTED_FEASIBLE] = committed_feasible
-        own[Share.COMMITTED_INFEASIBLE] = committed - committed_feasible
-    if params.strategy.declares:
+    if may_declare(params):
         count_declared(state, part)
 
 
@@ -74,9 +78,6 @@ def sum_counts(params, state, part):
     clock[Clock.FEASIBLE_COUNT] = total(part, Share.FEASIBLE_COUNT)
     clock[Clock.NEUTRAL_COUNT] = total(part, Share.NEUTRAL_COUNT)
     clock[Clock.BITS] += total(part, Share.BITS)
-    if params.decision.commit.enabled:
-        clock[Clock.COMMITTED_FEASIBLE] = total(part, Share.COMMITTED_FEASIBLE)
-        clock[Clock.COMMITTED_INFEASIBLE] = total(part, Share.COMMITTED_INFEASIBLE)
-    if params.strategy.declares:
+    if may_declare(params):
         clock[Clock.DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
         clock[Clock.DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)

@@ -255,8 +255,8 @@ class StrategyParams(NamedTuple):
     knowledge: KnowledgeParams
 
 
-class CommitParams(NamedTuple):
-    """When a robot commits to its opinion."""
+class DeclareParams(NamedTuple):
+    """When a robot declares by the opinions that it hears."""
 
     enabled: bool
     share: int  # of an inbox that must agree: share / whole
@@ -285,7 +285,7 @@ class DecisionParams(NamedTuple):
     inbox_is_set: bool  # up to 32 robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
     switching: np.uint64  # probability times 2**32
-    commit: CommitParams
+    declare: DeclareParams
     quorum: QuorumParams
 
 

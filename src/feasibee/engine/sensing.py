@@ -449,7 +449,7 @@ def receive_general(params, state, functions, part, i, other):
         return
     if params.strategy.knowledge.enabled:
         defer(params, state, functions, Action.MERGE, i, other, int64(0))
-    if params.decision.commit.enabled or not params.strategy.knowledge.enabled:
+    if params.decision.declare.enabled or not params.strategy.knowledge.enabled:
         message = label
         if params.radio.random_ids:
             message = pack_label(state.robots[Robot.IDENTITY, other], says_feasible(label) == 1, True)

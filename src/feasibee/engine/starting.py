@@ -293,7 +293,7 @@ def clear(params, state, run):
     state.clock[Clock.FULL] = 0
     state.clock[Clock.BITS] = 0
     state.clock[Clock.PENDING] = 0
-    for kind in range(Clock.COMMITTED_FEASIBLE, Clock.PENDING):
+    for kind in (Clock.DECLARED_FEASIBLE, Clock.DECLARED_INFEASIBLE):
         state.clock[kind] = 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):

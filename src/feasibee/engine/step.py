@@ -15,7 +15,7 @@ from feasibee.engine.intrinsics import contains, lowest, lowest_member, number_o
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
-from feasibee.engine.opinions import count_opinions, keeps_opinion, opinion_of, set_opinion
+from feasibee.engine.opinions import count_opinions, keeps_opinion, opinion_of, set_declared, set_opinion
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import fill_general, forget, sense_general_crowd, sense_together
 from feasibee.engine.starting import (
@@ -236,8 +236,8 @@ def end_dissemination(params, state, functions, part, i, phase):
         decided = int64(state.memory[i, 0] >= 0.5)
     if not keeps_opinion(state.sets, i):
         set_opinion(state.sets, i, decided)
-    if params.decision.commit.enabled:
-        consider_commitment(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
+    if params.decision.declare.enabled:
+        declare_by_votes(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
     forget(params, state, part, i)
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
@@ -333,17 +333,17 @@ def scarcest(params, state, i, quality):
 
 
 @called
-def consider_commitment(params, agreed, sets, i, feasible, votes):
-    """Commit a robot to its opinion after enough successive decisions with which its inbox agreed."""
+def declare_by_votes(params, agreed, sets, i, feasible, votes):
+    """Let a robot declare after enough decisions in a row with which its inbox agreed (model.md 6.14)."""
     opinion = opinion_of(sets, i)
     agreeing = feasible if opinion == 1 else votes - feasible
     agrees = (
-        votes >= params.decision.commit.heard
-        and agreeing * params.decision.commit.whole >= params.decision.commit.share * votes
+        votes >= params.decision.declare.heard
+        and agreeing * params.decision.declare.whole >= params.decision.declare.share * votes
     )
     if opinion == NO_OPINION or not agrees:
         agreed[i] = 0
         return
     agreed[i] += int32(1)
-    if agreed[i] >= params.decision.commit.rounds:
-        set_member(sets, Set.COMMITTED, i, True)
+    if agreed[i] >= params.decision.declare.rounds:
+        set_declared(sets, i, opinion)

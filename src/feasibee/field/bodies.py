@@ -26,12 +26,12 @@ class RemoteMind:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         # As that of a fresh mind, whose first phase has begun.
-        self.report(Status(-1, False, -1, False, 1, settings.phases + 1, None))
+        self.report(Status(-1, -1, False, 1, settings.phases + 1, None))
 
     def report(self, status: Status) -> None:
         """Keep what the robot reports."""
         self.status = status
-        self.opinion, self.committed, self.declared, self.disseminating, *_ = status
+        self.opinion, self.declared, self.disseminating, *_ = status
         self.phases = status.phases
 
     @property

@@ -23,7 +23,7 @@ def is_whole(value: Any, least: int, most: int) -> bool:
 
 def is_sighting(value: Any) -> bool:
     """Return whether a value has the form of `node.sighting_of`."""
-    if not (isinstance(value, list) and len(value) == 7):
+    if not (isinstance(value, list) and len(value) == 6):
         return False
     is_robot, name, kind, mark, x, y, number = value
     return (
@@ -45,12 +45,11 @@ def is_heard(value: Any) -> bool:
 
 def is_status(value: Any) -> bool:
     """Return whether a value has the form of `node.Status`."""
-    if not (isinstance(value, list) and len(value) == 7):
+    if not (isinstance(value, list) and len(value) == 6):
         return False
-    opinion, committed, declared, disseminating, left, phases, gap = value
+    opinion, declared, disseminating, left, phases, gap = value
     return (
         is_whole(opinion, -1, 1)
-        and isinstance(committed, bool)
         and is_whole(declared, -1, 1)
         and isinstance(disseminating, bool)
         and is_whole(left, 0, 2**62)

@@ -18,7 +18,7 @@ from feasibee.files.writing import make_folder
 if TYPE_CHECKING:
     from feasibee.field.plan import Plan
 
-VERSION: Final = 4
+VERSION: Final = 5
 """Version of a world's log."""
 LOCK: Final = "field.lock"
 LOG_LIMIT = 2**30

@@ -52,7 +52,7 @@ def _names_of(strategy: Strategy, setting: Setting) -> _TaskNames | None:
     return _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
 
 
-VERSION: Final = 2
+VERSION: Final = 3
 """Version of a robot's log."""
 HEARD_LIMIT: Final = 4_096
 """Largest number of messages that a robot keeps for one step; more are dropped."""
@@ -65,7 +65,6 @@ class Status(NamedTuple):
     """What a robot reports to the observer; no body's way depends on it."""
 
     opinion: int
-    committed: bool
     declared: int
     disseminating: bool
     phase_left: int
@@ -125,7 +124,7 @@ class Node:
         self._wire = Wire(
             strategy,
             _id_bits(settings.setting),
-            commits=settings.commit is not None,
+            declares=settings.declare is not None,
             setting=settings.setting,
             task_of=self._names.of_position if self._names else None,
         )
@@ -137,7 +136,7 @@ class Node:
         """What the robot holds now."""
         mind = self._mind
         gap = int(mind.knowledge.gap()) if self._asks_gap and mind.knowledge else None
-        held = mind.opinion, mind.committed, mind.declared, mind.disseminating
+        held = mind.opinion, mind.declared, mind.disseminating
         return Status(*held, mind.phase_left, mind.phases, gap)
 
     def speak(self, step: int, place: tuple[float, float], insight: Any = None) -> str | None:

@@ -217,11 +217,6 @@ class Recording:
         return self._rows(tells & self._works[self.step], False)
 
     @property
-    def committed(self) -> NDArray[np.bool_]:
-        """Whether each robot has committed to its opinion: bool, shape (robots,)."""
-        return self._rows(self._steps[self.step].minds[:, 3].astype(np.bool_), False)
-
-    @property
     def working(self) -> NDArray[np.bool_]:
         """Whether each robot works, and its process answers: bool, shape (robots,)."""
         return self._rows(self._works[self.step], False)
@@ -326,7 +321,7 @@ class _Step(NamedTuple):
     bodies: NDArray[np.int64]
     """Place and velocity of each robot in fixed point."""
     minds: NDArray[np.int8]
-    """Opinion, declaration, and whether it disseminates and has committed, of each robot."""
+    """Opinion, declaration, and whether it disseminates, of each robot."""
     lost: list[int]
     decision: tuple[int, int]
     robots: list[int]
@@ -395,7 +390,7 @@ def _step(path: Path, at: int, line: dict[str, Any], number: int, scenario: Scen
     for name, fit in fits.items():
         if not fit:
             raise damaged(path, at, f"has no valid {name}")
-    shown = np.array([(mind[0], mind[2], mind[3], mind[1]) for mind in minds], np.int8).reshape(-1, 4)
+    shown = np.array([mind[:3] for mind in minds], np.int8).reshape(-1, 3)
     places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
     return _Step(places, shown, lost, (decision[0], decision[1]), robots, processes, tasks, truth)
 

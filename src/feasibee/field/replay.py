@@ -65,8 +65,8 @@ class _Setting(Section):
     mean_run: Duration
 
 
-class _Commit(Section):
-    """`Commit` with the ranges of its numbers."""
+class _Declare(Section):
+    """`Declare` with the ranges of its numbers."""
 
     quorum: Annotated[str, Field(pattern=r"^([01]|[0-9]{1,9}/[1-9][0-9]{0,9})$")]
     rounds: Robots
@@ -88,7 +88,7 @@ class _Settings(Section):
     every_message: bool
     inbox_size: Robots | None
     parameters: list[float]
-    commit: _Commit | None
+    declare: _Declare | None
     switching: Share | None
     sets: Annotated[list[Annotated[tuple[Weights, Weights], Strict(False)]], Field(min_length=1)]
     me: Annotated[tuple[Million, Million, Word], Strict(False)]

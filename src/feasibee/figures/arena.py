@@ -43,7 +43,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         if scenario.arena.boundary == "walls":
             axes.spines[:].set_linewidth(2.5)
         in_metres(axes, scenario.units.metres)
-        _arena_legend(axes, scenario.manifest.declares)
+        _arena_legend(axes, scenario.declares)
         return axes
 
 

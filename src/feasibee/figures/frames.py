@@ -120,7 +120,7 @@ class Painter:
         self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
         self.font = self._font(inner, {note for each in notes for note in each})
         self.line = round(1.55 * self.font.size)
-        self.lines = 3 if scenario.manifest.declares or scenario.dynamic else 2
+        self.lines = 3 if scenario.declares or scenario.dynamic else 2
         lines = self.lines + max(map(len, notes), default=0)
         self.words = self.corner[1] + self.arena[1] + self.margin // 2
         below = self.words + lines * self.line + self.margin // 2
@@ -232,7 +232,7 @@ class Painter:
             text = f"{count} {DECISIONS[opinion]}"
             pen.text((at + 2.8 * radius, second), text, self.theme.ink, self.font, "lm")
             at += 2.8 * radius + self.font.getlength(text + "   ")
-        if self.scenario.manifest.declares:
+        if self.scenario.declares:
             feasible, infeasible = swarm.declared_counts
             text = f"declared: {feasible} feasible, {infeasible} infeasible"
             pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")

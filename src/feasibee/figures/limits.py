@@ -80,8 +80,8 @@ def _write(ax: Axes, text: str, place: tuple[float, float], look: Look) -> None:
     )
 
 
-DECLARES, COMMITS = "#0072B2", "0.45"
-"""Colours of contenders whose robots declare, and of those whose robots commit."""
+WORD = "#0072B2"
+"""Colour of the words of contenders."""
 RELIABLE: Final = 0.99
 """Share of swarms that are right by their own word above which a marker is filled."""
 BANDS: Final = ("pooled", "flooding", "complete_map")
@@ -98,8 +98,6 @@ class Word(NamedTuple):
     """What the robots of a contender said by their own word at one number of tasks."""
 
     contender: str
-    declares: bool
-    """Whether robots declare; otherwise they commit."""
     bits: float
     """Bits sent per robot-step."""
     ok: float
@@ -147,7 +145,7 @@ def draw_frontier(panels: Sequence[Panel], most: int) -> Figure:
 def _draw_bits(ax: Axes, bits: Sequence[float], words: Sequence[Word]) -> None:
     """Draw each contender's bits per robot-step, with its name."""
     for place, (cost, word) in enumerate(zip(bits, words, strict=True)):
-        ax.plot(cost, place, "s", color=_colour(word), markersize=3.5)
+        ax.plot(cost, place, "s", color=WORD, markersize=3.5)
         _note(ax, f"{cost:.3g}", (cost, place), word, "data")
     ax.set_yticks(range(len(bits)), [word.contender for word in words])
     ax.set(xlabel="bits per robot-step", xlim=(0.6 * min(bits), 8 * max(bits)))
@@ -164,7 +162,7 @@ def _draw_panel(ax: Axes, panel: Panel, words: Sequence[Word], most: int) -> Non
     for place, word in enumerate(words):
         ax.axhline(place, color="0.9", linewidth=0.6, zorder=0)
         if word.median is not None:
-            colour, end = _colour(word), 2 * most if word.p95 is None else word.p95
+            colour, end = WORD, 2 * most if word.p95 is None else word.p95
             ax.plot([word.median, end], [place, place], color=colour, linewidth=1.8)
             fill = colour if word.ok >= RELIABLE else "white"
             ax.plot(word.median, place, "o", color=colour, markerfacecolor=fill, markersize=4.5)
@@ -179,7 +177,7 @@ def _draw_panel(ax: Axes, panel: Panel, words: Sequence[Word], most: int) -> Non
 
 def _note(ax: Axes, text: str, place: tuple[float, int], word: Word, across: str) -> None:
     """Write a number to the right of a place in a contender's row."""
-    look: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7.5, "color": _colour(word)}
+    look: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7.5, "color": WORD}
     ax.annotate(text, place, (4, 0), (across, "data"), "offset points", **look)
 
 
@@ -203,7 +201,3 @@ def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
                 color=text_colour(LOOKS[name].colour),
                 **label,
             )
-
-
-def _colour(word: Word) -> str:
-    return DECLARES if word.declares else COMMITS

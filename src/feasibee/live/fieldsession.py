@@ -196,7 +196,7 @@ class FieldSession:
         having = {name for bit, name in enumerate(FLAGS) if flags >> bit & 1}
         opinion = "none" if "neutral" in having else "feasible" if "feasible" in having else "infeasible"
         phase = "disseminating" if "disseminating" in having else "exploring"
-        special = [each for each in ("byzantine", "stubborn", "committed", "declared") if each in having]
+        special = [each for each in ("byzantine", "stubborn", "declared") if each in having]
         words = [["Phase", phase], ["Opinion", opinion]]
         if self._field.lost[robot]:
             words = [["Process", "silent: the robot isn't counted, and its body stands still"]]

@@ -106,7 +106,6 @@ def opening(scenario: Scenario, seed: int, run: int, kinds: list[int]) -> dict[s
         "robotClasses": [each.name for each in scenario.robots.classes],
         "kinds": kinds if scenario.robots.classes else [],
         "threshold": scenario.decision.threshold,
-        "commits": scenario.decision.commit is not None,
     }
 
 

@@ -75,12 +75,11 @@ FRAME: Final = Layout(
         ("first_decision", "b"),
         ("lane", "B"),  # 0, or 1 for the second swarm
         ("jump", "B"),  # number of the page's last jump to a step, modulo 256
-        ("feasible", "I"),  # number of robots, as are the next seven
+        ("feasible", "I"),  # number of robots, as are the next six
         ("infeasible", "I"),
         ("counted", "I"),
         ("disseminating", "I"),
         ("working", "I"),
-        ("committed", "I"),
         ("declared_feasible", "I"),  # counted robots only
         ("declared_infeasible", "I"),
         ("there", "I"),  # robots at this step

@@ -130,7 +130,7 @@ def encode_frame(
         decision=decision,
         first_decision=first_decision,
         **dict(zip(("feasible", "infeasible", "counted"), step.counts, strict=True)),
-        **{name: having[name] for name in ("disseminating", "working", "committed", "there")},
+        **{name: having[name] for name in ("disseminating", "working", "there")},
         **dict(zip(("declared_feasible", "declared_infeasible"), step.declared, strict=True)),
         tasks=step.tasks,
         placed=len(step.places),

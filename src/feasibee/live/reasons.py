@@ -66,7 +66,7 @@ def _lines(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
     yield "Phase", _phase(scenario, state)
     if not scenario.manifest.knowledge:
         yield "Saw", _seen(scenario, state)
-    if not scenario.manifest.knowledge or scenario.decision.commit is not None:
+    if not scenario.manifest.knowledge or scenario.decision.declare is not None:
         yield "Heard", _heard(scenario, state)
     try:
         yield from _rated(swarm, state, number)
@@ -142,7 +142,7 @@ def _rated(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
     if text:
         name = strategy.name.replace("\\", "/").rpartition("/")[2]
         yield f"Rule of {name}", text.removeprefix("Return ")
-    fixed = [name for name in ("byzantine", "stubborn", "committed", "declared") if _has(state, name)]
+    fixed = [name for name in ("byzantine", "stubborn", "declared") if _has(state, name)]
     if fixed:
         shown = {"byzantine": "Byzantine: it broadcasts what is false", "declared": "has declared"}
         kept = "" if fixed == ["byzantine"] else "; it keeps its opinion"
@@ -181,13 +181,12 @@ def controller_of(
     controller.feasible_quality = state.feasible_quality
     controller.robots_seen, controller.tasks_seen = list(state.robots_seen), list(state.tasks_seen)
     controller._memory[:] = state.memory
-    controller.committed = _has(state, "committed")
+    controller.declared = opinion_of(state) if _has(state, "declared") else -1
     if controller.knowledge is None:
         _hear_again(controller, state)
         return controller
     if swarm.step:  # at step 0, the engine has not called the strategy's start yet
         controller.knowledge.words[:] = state.knowledge
-    controller.knowledge.declared = opinion_of(state) if _has(state, "declared") else -1
     controller.knowledge.me = controller.knowledge.me._replace(
         step=swarm.step, explores=not controller.disseminating
     )
@@ -230,7 +229,7 @@ def _prospects(swarm: Swarm, state: RobotState, number: int) -> list[Prospect]:
 def _next(scenario: Scenario, state: RobotState, prospects: list[Prospect], step: int) -> str:
     when = f"at step {step + state.phase_left:,}"
     first = prospects[0]
-    if first.declared >= 0 and not _has(state, "declared"):
+    if scenario.manifest.declares and first.declared >= 0 and not _has(state, "declared"):
         return f"it is sure, and declares {OPINIONS[first.declared]}"
     if not _has(state, "disseminating"):
         quality = {1: first.quality, 0: 1.0 - first.quality}.get(first.opinion, 0.5)

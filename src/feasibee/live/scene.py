@@ -50,7 +50,6 @@ class Logged(Recording):
             "feasible": (self.opinions == 1) & ~lost,
             "neutral": there & ((self.opinions == -1) | lost),
             "disseminating": self.disseminating,
-            "committed": self.committed,
             "declared": self.declared >= 0,
             "working": self.working,
             "byzantine": self.has_fault(BYZANTINE),
@@ -100,5 +99,5 @@ def scene_of(scenario: Scenario) -> dict[str, Any]:
         "tasks": scenario.tasks.count,
         "changes": scenario.dynamic,
         "truth": truth(scenario),
-        "declares": scenario.manifest.declares,
+        "declares": scenario.declares,
     }

@@ -49,8 +49,7 @@ class Outcome(NamedTuple):
         return f"{self.words}; {self.fill}: {self.missing}" if self.missing else self.words
 
 
-COMMITS: Final = Need("`decision.commit`", lambda scenario: scenario.decision.commit is not None)
-DECLARES: Final = Need("a strategy that defines `declare`", lambda scenario: scenario.manifest.declares)
+DECLARES: Final = Need("`decision.declare` or a strategy's own `declare`", lambda scenario: scenario.declares)
 CHANGES: Final = Need("a world that changes", lambda scenario: scenario.dynamic)
 RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
 OUTCOMES: Final = (
@@ -67,25 +66,6 @@ OUTCOMES: Final = (
         missing="undecided",
     ),
     Outcome("bits_sent", "total length of all messages sent", "bit", "int64", 0),
-    Outcome(
-        "commit_step",
-        "first step at which more than the threshold's share of the robots had committed",
-        *("step", "int64", -1),
-        missing="never",
-        needs=COMMITS,
-    ),
-    Outcome(
-        "committed_feasible",
-        "honest working robots committed to feasible at the end of the run",
-        *("robots", "int64", 0),
-        needs=COMMITS,
-    ),
-    Outcome(
-        "committed_infeasible",
-        "honest working robots committed to infeasible at the end of the run",
-        *("robots", "int64", 0),
-        needs=COMMITS,
-    ),
     Outcome(
         "declare_step",
         "first step at which more than the threshold's share of the robots had declared",
@@ -173,9 +153,6 @@ ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
 """Outcomes that a record holds as columns of one array, in their order there."""
 (
     BITS_SENT,
-    COMMIT_STEP,
-    COMMITTED_FEASIBLE,
-    COMMITTED_INFEASIBLE,
     DECLARE_STEP,
     DECLARED_FEASIBLE,
     DECLARED_INFEASIBLE,

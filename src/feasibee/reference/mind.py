@@ -13,7 +13,7 @@ from typing import Any, Protocol
 from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
 from feasibee.reference.draws import TURN, duration, happens, philox
 from feasibee.robot import controller
-from feasibee.robot.controller import Commit, Controller, Message
+from feasibee.robot.controller import Controller, Declare, Message
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
@@ -147,25 +147,25 @@ class Mind(Controller):
 
 def plain_settings(settings: Settings) -> dict[str, Any]:
     """Return settings as plain values, which JSON keeps exactly."""
-    commit = settings.commit
+    rule = settings.declare
     return vars(settings) | {
         "setting": settings.setting._asdict(),
-        "commit": None if commit is None else commit._asdict() | {"quorum": str(commit.quorum)},
+        "declare": None if rule is None else rule._asdict() | {"quorum": str(rule.quorum)},
     }
 
 
 def settings_from(plain: Mapping[str, Any]) -> Settings:
     """Return settings from the form of `plain_settings`."""
-    commit = plain["commit"]
-    if commit is not None:
-        commit = Commit(**{**commit, "quorum": Fraction(commit["quorum"])})
+    rule = plain["declare"]
+    if rule is not None:
+        rule = Declare(**{**rule, "quorum": Fraction(rule["quorum"])})
     return Settings(
         **{
             **plain,
             "coordinates": tuple(plain["coordinates"]),
             "me": tuple(plain["me"]),
             "place": tuple(plain["place"]),
-            "commit": commit,
+            "declare": rule,
             "setting": Setting(**plain["setting"]),
         }
     )

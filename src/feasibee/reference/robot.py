@@ -14,7 +14,7 @@ from feasibee.reference.draws import cos_sin, duration, happens, philox
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
-from feasibee.robot.controller import Commit, Message
+from feasibee.robot.controller import Declare, Message
 from feasibee.scenario.fields import Robots
 from feasibee.scenario.scenario import Scenario
 
@@ -141,7 +141,7 @@ class Robot:
 
 def settings_of(scenario: Scenario) -> controller.Settings:
     """Return what a scenario sets for the controller of each robot."""
-    decision, rule = scenario.decision, scenario.decision.commit
+    decision, rule = scenario.decision, scenario.decision.declare
     return controller.Settings(
         exploration=decision.exploration,
         gain=decision.gain,
@@ -152,7 +152,7 @@ def settings_of(scenario: Scenario) -> controller.Settings:
         every_message=decision.inbox == "every-message",
         inbox_size=decision.inbox_size,
         parameters=list(decision.parameters.values()),
-        commit=Commit(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
+        declare=Declare(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
         sets=_hall_sets(scenario),
         setting=scenario.setting,
     )

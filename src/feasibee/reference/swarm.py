@@ -52,15 +52,11 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
                 record.held[row, step] = swarm.decision
                 record.robots_present[row, step] = len(swarm.robots)
                 record.tasks_present[row, step] = len(swarm.tasks)
-            if record.commit_step[row] == -1 and swarm.is_committed:
-                record.commit_step[row] = step
             if record.declare_step[row] == -1 and swarm.has_declared:
                 record.declare_step[row] = step
             if scenario.run.stop_at_decision and record.decision[row] != UNDECIDED:
                 break
         record.bits_sent[row] = swarm.bits_sent
-        record.committed_feasible[row] = swarm.committed_to(FEASIBLE)
-        record.committed_infeasible[row] = swarm.committed_to(INFEASIBLE)
         record.declared_feasible[row] = swarm.declared(FEASIBLE)
         record.declared_infeasible[row] = swarm.declared(INFEASIBLE)
         record.feasible_at_end[row] = swarm.feasible_count
@@ -198,12 +194,12 @@ class Swarm:
                 yield kinds[choose(words[0], len(kinds))] if kinds else 0, words[1]
 
     def _bits(self, sender: Robot, message: Message) -> int:
-        """Return the length of a message in bits: id, opinion, value and commitment, or knowledge."""
-        commitment = self.scenario.decision.commit is not None
+        """Return the length of a message in bits: id, opinion, value and declaration, or knowledge."""
+        says_declared = self.scenario.decision.declare is not None
         if sender.mind.knowledge:
             bits = sender.mind.knowledge.bits(message.knowledge)
-            return bits + (self.names.id_bits + 2 if commitment else 0)
-        return self.names.id_bits + 1 + sender.mind.strategy.value_bits + commitment
+            return bits + (self.names.id_bits + 2 if says_declared else 0)
+        return self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
 
     @property
     def counted(self) -> list[Robot]:
@@ -223,16 +219,6 @@ class Swarm:
     def infeasible_count(self) -> int:
         """Number of counted robots with opinion 0."""
         return len(self.holding(INFEASIBLE))
-
-    def committed_to(self, opinion: int) -> int:
-        """Return how many counted robots have committed to an opinion."""
-        return sum(robot.mind.committed for robot in self.holding(opinion))
-
-    @property
-    def is_committed(self) -> bool:
-        """Whether more than the threshold's share of the counted robots has committed."""
-        committed = self.committed_to(FEASIBLE) + self.committed_to(INFEASIBLE)
-        return committed > exact(self.scenario.decision.threshold) * len(self.counted)
 
     def declared(self, opinion: int) -> int:
         """Return how many counted robots have declared an opinion."""

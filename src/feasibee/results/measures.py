@@ -112,18 +112,23 @@ def robot_steps(results: Any) -> NDArray[np.int64]:
 
 
 def is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray[np.bool_]:
-    """Return whether a number of robots of each run is more than the threshold's share of those that count.
+    """Return whether a number of robots of each run is more than the threshold's share of the counted ones."""
+    needed, counted = exact(scenario.decision.threshold), counted_robots(results, scenario)
+    enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
+    return enough
+
+
+def counted_robots(results: Any, scenario: Scenario) -> NDArray[np.int64]:
+    """Return the number of counted robots at the end of each run: shape (runs,).
 
     Robots may stop working during a run. A run may end at its decision, before they do.
     """
-    needed, stop = exact(scenario.decision.threshold), scenario.faults.stop_step
-    last = np.full(counts.size, scenario.run.steps)
+    stop, last = scenario.faults.stop_step, np.full(column(results, "decision").size, scenario.run.steps)
     if scenario.run.stop_at_decision:
         decided = column(results, "decision_step")
         last = np.where(decided >= 0, decided, last)
-    counted = np.where(last < stop, scenario.counted(0), scenario.counted(stop))
-    enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
-    return enough
+    counted: NDArray[np.int64] = np.where(last < stop, scenario.counted(0), scenario.counted(stop))
+    return counted
 
 
 def column(results: Any, name: str) -> NDArray[np.int64]:
@@ -132,8 +137,11 @@ def column(results: Any, name: str) -> NDArray[np.int64]:
 
 
 class Declarations(NamedTuple):
-    """Declarations in the runs of a scenario."""
+    """Declarations in the runs of a scenario (model.md 6.14, 6.15)."""
 
+    feasible: float
+    infeasible: float
+    """Share of the counted robots of all runs that declared feasible, and infeasible."""
     ok: Interval
     """Share of runs in which more than the threshold's share of robots declared rightly, and none wrongly."""
     wrong: Interval
@@ -144,6 +152,8 @@ class Declarations(NamedTuple):
     def to_dict(self) -> dict[str, Any]:
         """Return the statistics as plain tables, for programs."""
         return {
+            "feasible": self.feasible,
+            "infeasible": self.infeasible,
             "ok": self.ok._asdict(),
             "wrong": self.wrong._asdict(),
             "step_90": {
@@ -164,6 +174,13 @@ def declarations(results: Any, scenario: Scenario) -> Declarations | None:
         What the runs were simulated from.
     """
     return measured(results, scenario).declared
+
+
+def _declared_shares(results: Any, scenario: Scenario) -> tuple[float, float]:
+    """Return the shares of the counted robots of all runs that declared feasible, and infeasible."""
+    feasible, infeasible = (column(results, f"declared_{name}") for name in ("feasible", "infeasible"))
+    robots = max(1, int(counted_robots(results, scenario).sum()))
+    return float(feasible.sum() / robots), float(infeasible.sum() / robots)
 
 
 def declared_right(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
@@ -530,6 +547,8 @@ class Measured(NamedTuple):
     """Steps of the decisions."""
     bits: float
     """Bits per robot-step."""
+    declared_shares: tuple[float, float] | None
+    """Shares of the counted robots that declared feasible, and infeasible; None if they can't declare."""
     declare_times: DeclareTimes | None
     """None if the robots can't declare."""
     followed: RunCounts | None
@@ -556,9 +575,9 @@ class Measured(NamedTuple):
     def declared(self) -> Declarations | None:
         """Declarations in the runs; None without runs, or if the robots can't declare."""
         ok, wrong = self.share("declared_ok"), self.share("declared_wrong")
-        if ok is None or wrong is None or self.declare_times is None:
+        if ok is None or wrong is None or self.declare_times is None or self.declared_shares is None:
             return None
-        return Declarations(ok, wrong, self.declare_times)
+        return Declarations(*self.declared_shares, ok, wrong, self.declare_times)
 
 
 def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Measured:
@@ -579,7 +598,8 @@ def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Meas
         {each.name: int(each.holds(results, scenario).sum()) for each in had if each.holds},
         decision_times(results.decision_step),
         mean_bits(results, scenario),
-        declare_times(column(results, "declare_step")) if scenario.manifest.declares else None,
+        _declared_shares(results, scenario) if scenario.declares else None,
+        declare_times(column(results, "declare_step")) if scenario.declares else None,
         counts_of(results) if scenario.dynamic else None,
         sequential,
     )

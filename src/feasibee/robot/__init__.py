@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from feasibee.robot.controller import Commit, Controller, Message, Settings
+from feasibee.robot.controller import Controller, Declare, Message, Settings
 from feasibee.robot.wire import Wire, WireError
 
-__all__ = ["Commit", "Controller", "Message", "Settings", "Wire", "WireError"]
+__all__ = ["Controller", "Declare", "Message", "Settings", "Wire", "WireError"]

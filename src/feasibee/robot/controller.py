@@ -47,14 +47,14 @@ class Message(NamedTuple):
     """The opinion: 1 feasible, 0 infeasible; -1 if the bytes that hold knowledge don't have it."""
     value: int = 0
     """The value as a whole number of ``value_bits`` bits; 0 if the strategy sends none."""
-    committed: bool = False
-    """Whether the sender has committed to its opinion."""
+    declared: bool = False
+    """Whether the sender has declared its opinion, if it declares by votes."""
     knowledge: tuple[int, ...] = ()
     """The words of the message, if the strategy passes on knowledge."""
 
 
-class Commit(NamedTuple):
-    """The rule by which a robot commits to its opinion for good (model.md 6.14)."""
+class Declare(NamedTuple):
+    """The rule by which a robot declares its opinion, because others hold it, too (model.md 6.14)."""
 
     quorum: Fraction
     """Least share of the inbox that must agree with the opinion."""
@@ -86,8 +86,8 @@ class Settings:
     """How many different robots' messages it keeps, the newest; by default all."""
     parameters: Sequence[float] | None = None
     """The strategy's, in its order; by default its own."""
-    commit: Commit | None = None
-    """When it commits to its opinion; by default never."""
+    declare: Declare | None = None
+    """When it declares by the opinions that it hears; by default never."""
     sets: Sequence[tuple[Sequence[int], Sequence[int]]] = (((1,), (1,)),)
     """For unlike robots and tasks: what each class of both adds to the two sides of a set of skills."""
     me: tuple[int, int, int] = (0, 0, 0)
@@ -139,7 +139,8 @@ class Controller:
         self.opinion = NONE if strategy.starts_neutral else opinion
         self.settings = settings
         self._stubborn = stubborn
-        self.committed = False
+        self.declared = NONE
+        """The opinion that it has declared: 1 feasible, 0 infeasible, -1 not yet (model.md 6.15)."""
         self.explorations = 0
         self.feasible_quality = 0.5
         parameters = settings.parameters
@@ -170,12 +171,12 @@ class Controller:
     def compose(self, opinion: int, value: int) -> Message:
         """Return a message of this step with this opinion and value; call it at most once per step."""
         knowledge = self.knowledge.message() if self.knowledge else ()
-        return Message(opinion, value, self.committed, knowledge)
+        says_declared = self.settings.declare is not None and self.declared != NONE
+        return Message(opinion, value, says_declared, knowledge)
 
     @property
-    def declared(self) -> int:
-        """The opinion that it has declared: 1 feasible, 0 infeasible, -1 not yet (model.md 6.15)."""
-        return self.knowledge.declared if self.knowledge else NONE
+    def _keeps_opinion(self) -> bool:
+        return self._stubborn or self.declared != NONE
 
     def move_to(self, x: float, y: float) -> None:
         """Store the robot's position in the frame that all robots share, in units."""
@@ -231,8 +232,11 @@ class Controller:
 
     def _follow(self, knowledge: Knowledge) -> None:
         """Declare, or adopt the opinion that follows from what is known (model.md 6.11, 6.15)."""
-        opinion = knowledge.declared if knowledge.declare() else knowledge.judge()
-        if opinion != NONE and not (self._stubborn or self.committed):
+        keeps_opinion = self._keeps_opinion
+        opinion = knowledge.judge()
+        if self.declared == NONE and self.strategy.declare is not None:
+            opinion = self.declared = knowledge.declare()
+        if opinion != NONE and not keeps_opinion:
             self.opinion = opinion
 
     def _explore(self) -> None:
@@ -299,18 +303,19 @@ class Controller:
         decided = _opinion(self.strategy.decide(self._mind(), inbox))
         if self._draw_switch is not None and self._draw_switch():  # model.md 6.10
             decided = int(self.feasible_quality >= 0.5)
-        if not (self._stubborn or self.committed or self.declared != NONE):
+        if not self._keeps_opinion:
             self.opinion = decided
-        if self.settings.commit is not None:
-            self._consider_commitment(self.settings.commit, inbox)
+        if self.settings.declare is not None:
+            self._declare_by_votes(self.settings.declare, inbox)
 
-    def _consider_commitment(self, rule: Commit, inbox: Inbox) -> None:
-        """Commit if enough successive inboxes agreed with the robot's opinion (model.md 6.14)."""
+    def _declare_by_votes(self, rule: Declare, inbox: Inbox) -> None:
+        """Declare if enough successive inboxes agreed with the robot's opinion (model.md 6.14)."""
         agreeing = {1: inbox.feasible_votes, 0: inbox.infeasible_votes}.get(self.opinion, 0)
         votes = inbox.feasible_votes + inbox.infeasible_votes
         agrees = self.opinion != NONE and votes >= rule.heard and agreeing >= rule.quorum * votes
         self._agreed = self._agreed + 1 if agrees else 0
-        self.committed = self.committed or self._agreed >= rule.rounds
+        if self.declared == NONE and self._agreed >= rule.rounds:
+            self.declared = self.opinion
 
 
 def _opinion(number: int) -> int:

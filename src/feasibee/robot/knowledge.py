@@ -24,7 +24,6 @@ class Knowledge:
     def __init__(self, strategy: Strategy, me: Me) -> None:
         functions: Any = strategy  # those for knowledge are None in other strategies only
         self._strategy = functions
-        self.declared = -1
         known, self._length = strategy.row_lengths(me.setting)
         self.me = me
         self.words = Words([0] * known)
@@ -75,12 +74,9 @@ class Knowledge:
         """Store the robot's position in the frame that all robots share, in units."""
         self.me = self.me._replace(x=x, y=y)
 
-    def declare(self) -> bool:
-        """Ask the robot whether it is sure; return whether it declares in this step (model.md 6.15)."""
-        if self.declared != -1 or self._strategy.declare is None:
-            return False
-        self.declared = int(self._strategy.declare(self.words, self.me))
-        return self.declared != -1
+    def declare(self) -> int:
+        """Ask the robot what it is sure of: 1, 0, or -1 if it isn't sure (model.md 6.15)."""
+        return int(self._strategy.declare(self.words, self.me))
 
     def judge(self) -> int:
         """Ask the robot for its opinion: 1, 0, or -1 to keep its own (model.md 6.11)."""

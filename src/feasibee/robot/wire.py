@@ -188,7 +188,7 @@ class Heard(NamedTuple):
 class Wire:
     """Encodes and decodes the messages of one strategy.
 
-    All robots of a swarm need the same strategy, parameters, length of ids and rule to commit. A frame of
+    All robots of a swarm need the same strategy, parameters, length of ids and rule to declare. A frame of
     others is reported as such.
 
     Parameters
@@ -197,8 +197,8 @@ class Wire:
         The strategy, such as ``STRATEGIES["dmmd"]``.
     id_bits : int
         Length of a robot's id, in bits; takes the place of ``setting.id_bits``.
-    commits : bool
-        Whether messages say whether the sender has committed (model.md 6.14).
+    declares : bool
+        Whether messages say whether the sender has declared (model.md 6.14).
     setting : Setting, optional
         The numbers that the strategy's knowledge depends on; needed if it passes on knowledge.
     task_of : callable, optional
@@ -224,7 +224,7 @@ class Wire:
         strategy: Strategy,
         id_bits: int,
         *,
-        commits: bool = False,
+        declares: bool = False,
         setting: Setting | None = None,
         task_of: Callable[[int], int] | None = None,
     ) -> None:
@@ -235,7 +235,7 @@ class Wire:
         self._hooks: Any = strategy
         self._knowledge = strategy.knowledge
         self._value_bits = strategy.value_bits
-        self._id_bits, self._commits, self._task_of = id_bits, commits, task_of
+        self._id_bits, self._declares, self._task_of = id_bits, declares, task_of
         self._setting = setting._replace(id_bits=id_bits) if setting is not None else None
         self._words = 0
         if strategy.knowledge and self._setting is not None:
@@ -291,7 +291,7 @@ class Wire:
 
     def _scheme(self, strategy: Strategy) -> bytes:
         """Return bytes that differ between strategies and settings, for the header."""
-        numbers = [self._id_bits, self._value_bits, int(self._commits)]
+        numbers = [self._id_bits, self._value_bits, int(self._declares)]
         if self._setting is not None and strategy.knowledge:
             setting = self._setting
             numbers += [self._words, setting.robot_classes, setting.task_classes, int(setting.knows_count)]
@@ -301,14 +301,14 @@ class Wire:
 
     def _written(self, sender: int, message: Message) -> BitWriter:
         writer = BitWriter()
-        if message.committed and not self._commits:
-            raise WireError("has a commitment; give the wire commits=True")
-        if self._commits or not (self._knowledge and self.is_exact):
+        if message.declared and not self._declares:
+            raise WireError("has a declaration; give the wire declares=True")
+        if self._declares or not (self._knowledge and self.is_exact):
             writer.number(sender, self._id_bits)
             writer.number(message.opinion, 1)
             writer.number(message.value, self._value_bits)
-            if self._commits:
-                writer.flag(message.committed)
+            if self._declares:
+                writer.flag(message.declared)
         if self._knowledge:
             if len(message.knowledge) != self._words:
                 raise WireError(f"has {len(message.knowledge)} words of knowledge; must have {self._words}")
@@ -320,14 +320,14 @@ class Wire:
         return writer
 
     def _read(self, reader: BitReader) -> Heard:
-        sender, opinion, value, committed = NONE, NONE, 0, False
-        if self._commits or not (self._knowledge and self.is_exact):
+        sender, opinion, value, declared = NONE, NONE, 0, False
+        if self._declares or not (self._knowledge and self.is_exact):
             robots = self._setting.robots if self._setting and self._knowledge else 2**self._id_bits
             sender, opinion = reader.below(robots, self._id_bits), reader.number(1)
             value = reader.number(self._value_bits)
-            committed = self._commits and reader.flag()
+            declared = self._declares and reader.flag()
         if not self._knowledge:
-            return Heard(sender, Message(opinion, value, committed))
+            return Heard(sender, Message(opinion, value, declared))
         words = Words([0] * self._words)
         if self.is_exact:
             named = self._hooks.unpack(words, reader, self._setting)
@@ -335,4 +335,4 @@ class Wire:
             sender = max(sender, named)
         else:
             words[:] = [reader.word() for _ in words]
-        return Heard(sender, Message(opinion, value, committed, tuple(words)))
+        return Heard(sender, Message(opinion, value, declared, tuple(words)))

@@ -97,18 +97,18 @@ def _decision_problems(scenario: Scenario) -> Iterator[Problem]:
     if _listens_for(scenario) > LARGEST:
         rule = f"last must be ≤ {LARGEST} in ARGoS"
         yield Problem("decision.listen", _plain(decision.listen), rule, 'use "dissemination"')
-    if decision.commit is None:
+    if decision.declare is None:
         return
     for key in ("rounds", "heard"):
-        if getattr(decision.commit, key) > LARGEST:
+        if getattr(decision.declare, key) > LARGEST:
             rule = f"must be ≤ {LARGEST} in ARGoS"
             yield Problem(
-                f"decision.commit.{key}", getattr(decision.commit, key), rule, f"use 1 to {LARGEST}"
+                f"decision.declare.{key}", getattr(decision.declare, key), rule, f"use 1 to {LARGEST}"
             )
-    if 10_000 % exact(decision.commit.quorum).denominator:
+    if 10_000 % exact(decision.declare.quorum).denominator:
         rule = "must have at most 4 decimals in ARGoS"
-        nearest = f"use {round(decision.commit.quorum, 4)}"
-        yield Problem("decision.commit.quorum", decision.commit.quorum, rule, nearest)
+        nearest = f"use {round(decision.declare.quorum, 4)}"
+        yield Problem("decision.declare.quorum", decision.declare.quorum, rule, nearest)
 
 
 def _experiment(scenario: Scenario, unit: float) -> dict[str, Any]:
@@ -162,10 +162,10 @@ def _decision(scenario: Scenario) -> dict[str, str]:
         "own_vote": _bool(decision.own_vote),
         "switching": _number(decision.switching or 0.0),
     }
-    if decision.commit is not None:
-        attributes["commit_rounds"] = str(decision.commit.rounds)
-        attributes["commit_heard"] = str(decision.commit.heard)
-        attributes["commit_quorum"] = _number(decision.commit.quorum)
+    if decision.declare is not None:
+        attributes["declare_rounds"] = str(decision.declare.rounds)
+        attributes["declare_heard"] = str(decision.declare.heard)
+        attributes["declare_quorum"] = _number(decision.declare.quorum)
     attributes.update({name: _parameter(name, value) for name, value in decision.parameters.items()})
     return attributes
 

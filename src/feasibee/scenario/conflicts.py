@@ -244,8 +244,8 @@ def _placement(sections: Explicit) -> Iterator[Problem]:
 def _for_good(sections: Explicit, fit: Callable[..., bool], strategy: Manifest | None) -> Iterator[Problem]:
     """Find what is for good, in a world that changes (model.md 6.17.10)."""
     why = "is for good, but the world of this scenario changes"
-    if fit("decision.commit") and sections["decision"]["commit"] is not None:
-        yield Problem("decision.commit", "a rule", why, "leave it out, or leave out events and rates")
+    if fit("decision.declare") and sections["decision"]["declare"] is not None:
+        yield Problem("decision.declare", "a rule", why, "leave it out, or leave out events and rates")
     if strategy is not None and strategy.declares:
         rule = f"declares, which {why}"
         remedy = "choose roster, or leave out events and rates"
@@ -431,9 +431,9 @@ def _strategy(explicit: Explicit, fit: Any, strategy: Manifest) -> Iterator[Prob
             rule = f"{strategy.name} compares one number of robots with one number of tasks"
             remedy = f"leave it out and set {section}.count, or choose census"
             yield Problem(f"{section}.classes", f"{len(explicit[section]['classes'])} classes", rule, remedy)
-    if strategy.declares and fit("decision.commit") and decision["commit"] is not None:
+    if strategy.declares and fit("decision.declare") and decision["declare"] is not None:
         rule = f"{strategy.name} declares by its own word, and its messages have no opinion to agree with"
-        yield Problem("decision.commit", decision["commit"], rule, "leave it out")
+        yield Problem("decision.declare", decision["declare"], rule, "leave it out")
     says_no_lie = "encode" in strategy.functions and "lie" not in strategy.functions
     if says_no_lie and fit("faults.byzantine") and explicit["faults"]["byzantine"] not in (0, {"count": 0}):
         rule = f"{strategy.name} has encode, but no function for a Byzantine robot's message"

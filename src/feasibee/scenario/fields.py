@@ -394,8 +394,8 @@ class Radio(Section):
     )
 
 
-class Commit(Section):
-    """A robot's own stopping rule: a committed robot keeps its opinion and says that it is committed."""
+class Declare(Section):
+    """When a robot declares its opinion, because those whom it hears hold it, too (model.md 6.14)."""
 
     quorum: Annotated[Share, AfterValidator(few_decimals)] = Field(
         0.9, description="Least share of a robot's inbox that must agree with its decision."
@@ -461,9 +461,10 @@ class Decision(Section):
         "favour, whatever it heard; by default none does.",
         examples=[0.05],
     )
-    commit: Commit | None = Field(
+    declare: Declare | None = Field(
         None,
-        description="Rule by which a robot commits to its opinion; by default none does.",
+        description="Rule by which a robot declares its opinion, if its strategy doesn't define `declare`; "
+        "by default none does.",
         examples=[{"quorum": 0.9, "rounds": 3, "heard": 3}],
     )
     threshold: float = Field(

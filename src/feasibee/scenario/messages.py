@@ -45,11 +45,11 @@ def message_bits(scenario: Scenario) -> MessageBits:
 
 
 def bare_bits(scenario: Scenario, id_bits: int) -> int:
-    """Return the length of a message without its knowledge: id, opinion, value and commitment."""
-    commitment = int(scenario.decision.commit is not None)
+    """Return the length of a message without its knowledge: id, opinion, value and declaration."""
+    says_declared = int(scenario.decision.declare is not None)
     if scenario.strategy.knowledge:
-        return (id_bits + 2) * commitment
-    return id_bits + 1 + scenario.strategy.value_bits + commitment
+        return (id_bits + 2) * says_declared
+    return id_bits + 1 + scenario.strategy.value_bits + says_declared
 
 
 def _after_all(strategy: Strategy, robots: list[Me]) -> Words:

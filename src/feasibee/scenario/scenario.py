@@ -75,6 +75,7 @@ WORDS: Final = {
 REMEDIES: Final = {"faulty": "use {count = 1} for one robot"}
 """What to do about the errors of some types of fields, by the type of the error."""
 REMOVED: Final = {
+    "decision.commit": "write decision.declare: the rule has another name",
     "sensing.memory": 'leave it out: with observation "unique", each exploration counts anew',
     "response.release": "leave it out: robots are released if the strategy defines gap",
 }
@@ -279,6 +280,11 @@ class Scenario(BaseModel):
             whole_robots(getattr(self.faults, kind), self.robots.count) for kind in KINDS
         )
         return stopped, byzantine, stubborn
+
+    @property
+    def declares(self) -> bool:
+        """Whether robots declare, by their strategy or by votes (model.md 6.14, 6.15)."""
+        return self.manifest.declares or self.decision.declare is not None
 
     @property
     def dynamic(self) -> bool:

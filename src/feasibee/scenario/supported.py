@@ -25,7 +25,7 @@ COMMON: Final = frozenset(
 """Fields that every backend supports."""
 FAST_PATH: Final = COMMON | {"robots.know_count", "units.metres", "units.seconds"}
 """Fields that the fast path of the engine implements; the general engine simulates any other scenario."""
-IN_C: Final = COMMON | {"decision.inbox_size", "decision.switching", "decision.commit"}
+IN_C: Final = COMMON | {"decision.inbox_size", "decision.switching", "decision.declare"}
 """Fields that a world around the controller in C has."""
 PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "units.seconds"}
 """Fields that a page simulates."""

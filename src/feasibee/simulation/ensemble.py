@@ -58,8 +58,7 @@ def simulate(
     -------
     xarray.Dataset
         Over ``run``: ``decision``, ``decision_step``, ``bits_sent``, ``feasible_at_end``,
-        ``infeasible_at_end``; if robots commit ``commit_step``, ``committed_feasible``,
-        ``committed_infeasible``; if they declare ``declare_step``, ``declared_feasible``,
+        ``infeasible_at_end``; if robots declare ``declare_step``, ``declared_feasible``,
         ``declared_infeasible``. With curves, over ``run`` and ``step``: ``feasible_count``,
         ``infeasible_count``. In a world that changes also ``truth``, ``held``, ``robots_present``,
         ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``, ``units`` and

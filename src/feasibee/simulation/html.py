@@ -42,7 +42,7 @@ def show_swarm(swarm: Any, run: int) -> str:
         for name, count in counts.items()
     )
     outcome = f"{DECISIONS[swarm.decision]} (truth: {DECISIONS[int(swarm.truth)]})"
-    if world.manifest.declares:
+    if world.declares:
         outcome += "; declared: {} feasible, {} infeasible".format(*swarm.declared_counts)
     head = f"<p><strong>Run {run}, step {swarm.step}</strong>: {legend}; {outcome}</p>"
     return framed(head + drawn + folded("scenario", world._repr_html_()))

@@ -14,8 +14,8 @@ from feasibee.engine.params import (
     WHILE_DISSEMINATING,
     ArenaParams,
     Band,
-    CommitParams,
     DecisionParams,
+    DeclareParams,
     FaultParams,
     Grid,
     KnowledgeParams,
@@ -205,7 +205,7 @@ def _knowledge(strategy: Strategy, setting: Setting) -> KnowledgeParams:
 
 
 def _decision(scenario: Scenario, most: int) -> DecisionParams:
-    decision, rule = scenario.decision, scenario.decision.commit
+    decision, rule = scenario.decision, scenario.decision.declare
     return DecisionParams(
         exploration=decision.exploration,
         gain=decision.gain,
@@ -217,7 +217,7 @@ def _decision(scenario: Scenario, most: int) -> DecisionParams:
         inbox_is_set=_inbox_is_set(scenario),
         own_vote=int(decision.own_vote),
         switching=probability(decision.switching or 0.0),
-        commit=CommitParams(
+        declare=DeclareParams(
             enabled=rule is not None,
             share=exact(rule.quorum).numerator if rule else 0,
             whole=exact(rule.quorum).denominator if rule else 1,

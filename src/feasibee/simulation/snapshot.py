@@ -22,7 +22,6 @@ FLAGS = (
     "feasible",
     "neutral",
     "disseminating",
-    "committed",
     "declared",
     "working",
     "byzantine",
@@ -116,7 +115,7 @@ class RobotState(NamedTuple):
     heard: tuple[tuple[int, int, int], ...]
     """Id, latest opinion and value of each sender in its inbox, by id.
 
-    None if the inbox keeps every message, or if robots pass on knowledge and have no rule to commit.
+    None if the inbox keeps every message, or if robots pass on knowledge and don't declare by votes.
     """
     agreed: int
     """Number of successive decisions with which its inbox agreed."""

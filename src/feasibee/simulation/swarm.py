@@ -271,11 +271,6 @@ class Swarm:
         return int(self._record.decision[0]), int(self._record.decision_step[0])
 
     @property
-    def committed(self) -> NDArray[np.bool_]:
-        """Whether each robot has committed to its opinion: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.Set.COMMITTED]).astype(np.bool_)
-
-    @property
     def declared(self) -> NDArray[np.int8]:
         """What each robot has declared: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing yet."""
         sets, layout = self._state.sets, self._layout

@@ -44,7 +44,6 @@ from feasibee.results.measures import (
 from feasibee.results.responding import Judgement, Service, judgement
 from feasibee.results.statistics import (
     Interval,
-    decision_times,
     mean_difference,
     paired_difference,
     wilson,
@@ -88,12 +87,6 @@ class Outcome:
     """Number of runs that were right at each step; shape (steps + 1,)."""
     bits: NDArray[np.float64]
     """Bits sent per robot-step; shape (runs,)."""
-    committed: NDArray[np.float64]
-    committed_wrong: NDArray[np.float64]
-    """Share of the counted robots that are committed at the last step, and committed to the wrong opinion;
-    shape (runs,)."""
-    commit_step: NDArray[np.int64]
-    """First step at which more than the threshold's share were committed, shape (runs,); -1 if never."""
     found: Measured
     """The measures of its runs."""
     judgement: Judgement | None
@@ -277,9 +270,7 @@ def right_at_end(
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Summarise the runs of one contender at one number of tasks."""
     feasible = truth(scenario)
-    counted = max(1, scenario.counted(scenario.run.steps))
     steps = scenario.robots.count * scenario.run.steps
-    committed = np.stack([record.committed_infeasible, record.committed_feasible])
     return Outcome(
         contender=contender,
         robots=scenario.robots.count,
@@ -290,9 +281,6 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         right_steps=right_shares(record) if scenario.dynamic else np.empty(0),
         right_at=_right_at(record, scenario, feasible),
         bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
-        committed=committed.sum(axis=0) / counted,
-        committed_wrong=committed[0 if feasible else 1] / counted,
-        commit_step=record.commit_step,
         found=measured(record, scenario),
         judgement=judgement(record, scenario),
         infeasible_at=(
@@ -476,6 +464,7 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
     """Return the columns of an outcome in ``compare.csv``."""
     declared, tracked, judged = each.declared, each.tracking, each.judgement
     steps = (None, None) if declared is None else declared.step_90[:2]
+    words = declared and (round(declared.feasible, 6), round(declared.infeasible, 6))
     row = {
         **{"contender": each.contender, "robots": each.robots, "tasks": each.tasks},
         "truth": DECISIONS[int(each.feasible)],
@@ -485,9 +474,7 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
         **columns(f"difference_from_{baseline.contender}", difference(each, baseline)),
         **columns("step", each.found.times),
         "bits_per_robot_and_step": f"{each.bits.mean():.6g}",
-        "committed": f"{each.committed.mean():.6g}",
-        "committed_wrong": f"{each.committed_wrong.mean():.6g}",
-        "commit_step_median": decision_times(each.commit_step).median,
+        **{"robots_declared": words and sum(words), "robots_declared_wrong": words and words[each.feasible]},
         **columns("declared_ok", declared and declared.ok),
         **columns("declared_wrong", declared and declared.wrong),
         **dict(zip(("declare_step_median", "declare_step_p95"), steps, strict=True)),

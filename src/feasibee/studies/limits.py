@@ -16,7 +16,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
@@ -28,8 +27,8 @@ from feasibee.figures.style import save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
-from feasibee.results.measures import columns, declared_right, declared_wrong
-from feasibee.results.statistics import DeclareTimes, Interval, declare_times, wilson
+from feasibee.results.measures import columns, measured
+from feasibee.results.statistics import DeclareTimes, Interval, declare_times
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -183,7 +182,7 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
         {
             "decision.strategy": str(Path(oracle.__file__)),
             "decision.parameters": {"cells_per_range": float(cells_per_range)},
-            "decision.commit": None,
+            "decision.declare": None,
             "decision.listen": "always",
             "decision.quality_floor": 0,
             "sensing.false_robots": 0.0,
@@ -269,7 +268,7 @@ def _nth(steps: NDArray[np.int32], scenario: Scenario) -> int:
 
 
 RULE: Final = {"quorum": 0.9, "rounds": 3, "heard": 3}
-"""The rule to commit of strategies whose robots don't declare."""
+"""The rule by which robots declare whose strategy has no word of its own (model.md 6.14)."""
 OFFSETS: Final = (-1, 0, 1, 2)
 """Numbers of tasks, less the number of robots."""
 
@@ -288,15 +287,15 @@ class Contender:
     """Whether robots know their number; by default if the strategy needs it, or the scenario says so."""
 
     def scenario(self, base: Scenario) -> Scenario:
-        """Return a scenario with this contender; robots that don't declare commit."""
+        """Return a scenario with this contender; robots declare by votes if their strategy doesn't."""
         own = {"decision.strategy": self.strategy, "decision.parameters": self.parameters}
-        apt = {**own, "decision.commit": None, "robots.know_count": True, "run.stop_at_decision": False}
+        apt = {**own, "decision.declare": None, "robots.know_count": True, "run.stop_at_decision": False}
         manifest = base.replace(apt).manifest
         knows = self.knows_count
         if knows is None:
             knows = manifest.needs_count or base.robots.know_count
         return base.replace(
-            {**apt, "decision.commit": None if manifest.declares else RULE, "robots.know_count": knows}
+            {**apt, "decision.declare": None if manifest.declares else RULE, "robots.know_count": knows}
         )
 
 
@@ -309,8 +308,8 @@ CONTENDERS: Final = (
     Contender("quiet census, n known", "quiet-census", knows_count=True),
     Contender("quiet census, n unknown", "quiet-census", knows_count=False),
     Contender("map", "map"),
-    Contender("tally, committed", "tally"),
-    Contender("census, committed", "census"),
+    Contender("tally, by votes", "tally"),
+    Contender("census, by votes", "census"),
 )
 """What is compared by default."""
 
@@ -321,8 +320,6 @@ class Spoken:
 
     contender: str
     """Its name."""
-    declares: bool
-    """Whether robots declare; otherwise they commit."""
     robots: int
     tasks: int
     """Number of robots, and of tasks."""
@@ -405,32 +402,19 @@ def tasks_near(scenario: Scenario, tasks: Sequence[int] = ()) -> list[int]:
 
 
 def spoken(contender: str, scenario: Scenario, record: Record) -> Spoken:
-    """Summarise the declarations of a contender's runs, or its commitments if robots don't declare."""
-    feasible, declares = truth(scenario), scenario.manifest.declares
-    words: Any = record if declares else _commitments(record)
-    right, wrong = declared_right(words, scenario, feasible), declared_wrong(words, scenario, feasible)
+    """Summarise the declarations of a contender's runs."""
+    found = measured(record, scenario)
+    assert found.declared is not None  # all contenders declare
     return Spoken(
         contender=contender,
-        declares=declares,
         robots=scenario.robots.count,
         tasks=scenario.tasks.count,
-        feasible=feasible,
-        runs=record.runs,
-        ok=wilson(int(right.sum()), record.runs),
-        wrong=wilson(int(wrong.sum()), record.runs),
-        times=declare_times(words.declare_step),
-        bits=float(record.bits_sent.mean()) / (scenario.robots.count * scenario.run.steps),
-    )
-
-
-def _commitments(record: Record) -> SimpleNamespace:
-    """Return the commitments of a record as declarations."""
-    return SimpleNamespace(
-        decision=record.decision,
-        decision_step=record.decision_step,
-        declare_step=record.commit_step,
-        declared_feasible=record.committed_feasible,
-        declared_infeasible=record.committed_infeasible,
+        feasible=truth(scenario),
+        runs=found.runs,
+        ok=found.declared.ok,
+        wrong=found.declared.wrong,
+        times=found.declared.step_90,
+        bits=found.bits,
     )
 
 
@@ -458,10 +442,7 @@ def write_frontier(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limi
     for number, limit in bounds.items():
         group = [each for each in found if each.tasks == number]
         verdict = "feasible" if group[0].feasible else "infeasible"
-        words = [
-            Word(each.contender, each.declares, each.bits, each.ok.estimate, *each.times[:2])
-            for each in group
-        ]
+        words = [Word(each.contender, each.bits, each.ok.estimate, *each.times[:2]) for each in group]
         steps = {name: times[:2] for name, times in limit.times.items()}
         panels.append(Panel(f"m = {number}: {verdict}", words, steps))
     most = next(iter(bounds.values())).scenario.run.steps
@@ -481,8 +462,7 @@ def write_limits(path: Path, bounds: dict[int, Limits]) -> None:
 
 def _row(each: Spoken) -> dict[str, object]:
     return {
-        **{"contender": each.contender, "word": "declares" if each.declares else "commits"},
-        **{"robots": each.robots, "tasks": each.tasks},
+        **{"contender": each.contender, "robots": each.robots, "tasks": each.tasks},
         "truth": DECISIONS[int(each.feasible)],
         "runs": each.runs,
         **columns("ok", each.ok),

@@ -120,7 +120,7 @@ def _truth(assessment: Findings) -> str:
 def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
     if outcome.declared is None:
         return []
-    ok, wrong, steps = outcome.declared
+    _, _, ok, wrong, steps = outcome.declared
     when = (
         "Fewer than 95 % of the swarms declare."
         if steps.p95 is None

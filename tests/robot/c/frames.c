@@ -87,7 +87,7 @@ static void print_robot(uint8_t number)
     const struct feasibee_robot *robot = &robots[number];
     char line[32];
     char *end = hex(line, (robot->opinion + 1) | (robot->declared + 1) << 2, 1);
-    end = hex(end, robot->disseminating | robot->committed << 1, 1);
+    end = hex(end, robot->disseminating | (robot->declared != FEASIBEE_NONE) << 1, 1);
     end = hex(end, robot->phase_left, 2);
     end = hex(end, feasibee_crc(frames[number], lengths[number]), 8);
 #if FEASIBEE_WORDS > 0

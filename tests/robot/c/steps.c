@@ -66,7 +66,7 @@ static void hear(uint32_t word)
     feasibee_id sender = (word & 255) % 40;
     struct feasibee_message message;
     message.opinion = word >> 8 & 1;
-    message.committed = false;
+    message.declared = false;
     message.value = settings.strategy->sends_value ? word >> 16 : 0;
 #ifdef FRAMES
     size_t length = feasibee_encode(&wire, sender, &message, frame, sizeof frame);
@@ -88,9 +88,9 @@ static void step(void)
     bool sends = feasibee_message(&robot, &message);
     feasibee_end_step(&robot);
     char line[20];
-    char *end = hex(line, (robot.opinion + 1) | robot.committed << 2 | robot.disseminating << 3, 1);
+    char *end = hex(line, (robot.opinion + 1) | (robot.declared != FEASIBEE_NONE) << 2 | robot.disseminating << 3, 1);
     end = hex(end, robot.phase_left, 2);
-    end = hex(end, sends ? message.opinion | message.committed << 1 : 15, 1);
+    end = hex(end, sends ? message.opinion | message.declared << 1 : 15, 1);
     end = hex(end, sends ? message.value : 0, 4);
 #ifdef FRAMES
     size_t length = sends ? feasibee_encode(&wire, robot.me.id, &message, frame, sizeof frame) : 0;

@@ -33,7 +33,7 @@ const FLASH = 700; // milliseconds
  * A run that has begun, from the server; see opened() in session.py.
  * @typedef {World & {
  *   generation: number, request: number | null, seed: string, run: string, fields: Record<string, string | number | boolean>,
- *   toml: string, proof: string, robotClasses: string[], kinds: number[], threshold: number, commits: boolean,
+ *   toml: string, proof: string, robotClasses: string[], kinds: number[], threshold: number,
  *   lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
  * }} Opened
  */

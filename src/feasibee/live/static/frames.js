@@ -3,12 +3,11 @@ export const PROTOCOL = 4;
 export const FEASIBLE = 1,
   NEUTRAL = 2,
   DISSEMINATING = 4,
-  COMMITTED = 8,
-  DECLARED = 16,
-  WORKING = 32,
-  BYZANTINE = 64,
-  STUBBORN = 128,
-  THERE = 256;
+  DECLARED = 8,
+  WORKING = 16,
+  BYZANTINE = 32,
+  STUBBORN = 64,
+  THERE = 128;
 const FRAME = 1;
 
 /**
@@ -18,7 +17,7 @@ const FRAME = 1;
 function frame(buffer, view) {
   const length = view.getInt32(16, true),
     robots = view.getUint32(4, true),
-    placed = view.getUint32(68, true);
+    placed = view.getUint32(64, true);
   return {
     kind: /** @type {const} */ ("frame"),
     generation: view.getUint16(2, true),
@@ -35,25 +34,24 @@ function frame(buffer, view) {
     counted: view.getUint32(36, true),
     disseminating: view.getUint32(40, true),
     working: view.getUint32(44, true),
-    committed: view.getUint32(48, true),
-    declaredFeasible: view.getUint32(52, true),
-    declaredInfeasible: view.getUint32(56, true),
-    there: view.getUint32(60, true),
-    tasks: view.getUint32(64, true),
+    declaredFeasible: view.getUint32(48, true),
+    declaredInfeasible: view.getUint32(52, true),
+    there: view.getUint32(56, true),
+    tasks: view.getUint32(60, true),
     placed,
-    truth: view.getUint32(72, true),
-    bits: Number(view.getBigUint64(76, true)),
-    robotSteps: Number(view.getBigUint64(84, true)),
-    feasibleCounts: new Int32Array(buffer, 92, length),
-    infeasibleCounts: new Int32Array(buffer, 92 + 4 * length, length),
-    countedCounts: new Int32Array(buffer, 92 + 8 * length, length),
-    x: new Uint16Array(buffer, 92 + 12 * length, robots),
-    y: new Uint16Array(buffer, 92 + 12 * length + 2 * robots, robots),
-    flags: new Uint16Array(buffer, 92 + 12 * length + 4 * robots, robots),
-    taskX: new Uint16Array(buffer, 92 + 12 * length + 6 * robots, placed),
-    taskY: new Uint16Array(buffer, 92 + 12 * length + 6 * robots + 2 * placed, placed),
-    heading: new Uint8Array(buffer, 92 + 12 * length + 6 * robots + 4 * placed, robots),
-    truths: new Uint8Array(buffer, 92 + 12 * length + 7 * robots + 4 * placed, length),
+    truth: view.getUint32(68, true),
+    bits: Number(view.getBigUint64(72, true)),
+    robotSteps: Number(view.getBigUint64(80, true)),
+    feasibleCounts: new Int32Array(buffer, 88, length),
+    infeasibleCounts: new Int32Array(buffer, 88 + 4 * length, length),
+    countedCounts: new Int32Array(buffer, 88 + 8 * length, length),
+    x: new Uint16Array(buffer, 88 + 12 * length, robots),
+    y: new Uint16Array(buffer, 88 + 12 * length + 2 * robots, robots),
+    flags: new Uint16Array(buffer, 88 + 12 * length + 4 * robots, robots),
+    taskX: new Uint16Array(buffer, 88 + 12 * length + 6 * robots, placed),
+    taskY: new Uint16Array(buffer, 88 + 12 * length + 6 * robots + 2 * placed, placed),
+    heading: new Uint8Array(buffer, 88 + 12 * length + 6 * robots + 4 * placed, robots),
+    truths: new Uint8Array(buffer, 88 + 12 * length + 7 * robots + 4 * placed, length),
   };
 }
 

@@ -38,7 +38,6 @@ export class Readings {
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
     $("legend-truth").hidden = !world.changes;
     $("stopped-row").hidden = !fields["faults.stopped"];
-    $("committed-row").hidden = $("legend-committed").hidden = !world.commits;
     $("declared-row").hidden = $("legend-declared").hidden = !world.declares;
     $("legend-stopped").hidden = !fields["faults.stopped"];
     $("legend-liar").hidden = !fields["faults.byzantine"];
@@ -76,7 +75,6 @@ export class Readings {
       undecided,
       exploring: frame.working - frame.disseminating,
       disseminating: frame.disseminating,
-      committed: frame.committed,
       now: frame.step,
       stopped: frame.there - frame.working,
     };

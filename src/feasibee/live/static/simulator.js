@@ -47,7 +47,8 @@ class Page {
     this.shown = -1;
     this.said = "";
     this.stale = false;
-    $("legend-committed").hidden = !given.numbers[given.names.indexOf("rounds")];
+    this.declares = given.numbers[given.names.indexOf("rounds")] > 0;
+    $("legend-declared").hidden = !this.declares;
     this.controls = new Controls(given, (settings) => this.begin(settings));
     this.player.play(!this.calm.matches);
     this.setSpeed(this.player.speed);
@@ -68,7 +69,7 @@ class Page {
     arena.open({
       ...lengths,
       ...{ size: [side, side], walls: false, robots, numbers: robots, tasks, last },
-      ...{ truth: robots >= tasks, changes: false, declares: false },
+      ...{ truth: robots >= tasks, changes: false, declares: this.declares },
     });
     arena.setTasks({ x: taskX, y: taskY });
     this.restart();
@@ -111,6 +112,8 @@ class Page {
 
   repaint() {
     this.stale = false;
+    this.declares = given.numbers[given.names.indexOf("rounds")] > 0;
+    $("legend-declared").hidden = !this.declares;
     this.shades = colours();
     this.arena.setColours(this.shades);
     this.shown = -1;

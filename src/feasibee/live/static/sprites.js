@@ -1,11 +1,11 @@
 // Small pictures of robots, one for each look.
 
 import { contextOf } from "./crowd.js";
-import { BYZANTINE, COMMITTED, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
+import { BYZANTINE, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
 
 /** @import { Colours } from "./arena.js" */
 
-export const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | COMMITTED | DECLARED | WORKING | BYZANTINE; // flags that show
+export const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | DECLARED | WORKING | BYZANTINE; // flags that show
 
 /**
  * Draw a robot: its opinion as a disc, or a ring if infeasible; what else it is around or upon it.
@@ -38,8 +38,8 @@ export function drawSprite(flags, radius, colours) {
 }
 
 /**
- * Draw the disc of the opinion, the ring of a robot that disseminates, the dot of one that is committed, and
- * the dark rim of one that has declared.
+ * Draw the disc of the opinion, the ring of a robot that disseminates, and the dark rim of one that has
+ * declared.
  * @param {CanvasRenderingContext2D} pen
  * @param {number} flags
  * @param {number} radius
@@ -72,10 +72,5 @@ function drawOpinion(pen, flags, radius, colours) {
     pen.lineWidth = Math.max(1, 0.3 * radius);
     disc(radius);
     pen.stroke();
-  }
-  if (flags & COMMITTED) {
-    pen.fillStyle = flags & FEASIBLE ? colours.ground : colour;
-    disc(0.25 * radius);
-    pen.fill();
   }
 }

@@ -2,7 +2,6 @@
 
 import {
   BYZANTINE,
-  COMMITTED,
   DECLARED,
   DISSEMINATING,
   FEASIBLE,
@@ -39,7 +38,6 @@ function describe(world, robot, flags) {
     name && `class ${name}`,
     flags & BYZANTINE && "Byzantine",
     flags & STUBBORN && "stubborn",
-    flags & COMMITTED && "committed",
     flags & DECLARED && "has declared",
     (!(flags & WORKING) || flags & BYZANTINE) && "not counted",
   ];

@@ -29,8 +29,8 @@ MOST: Final = {
     "run.steps": STEPS_LIMIT,
     "decision.dissemination_floor": 65_535,
     "decision.quality_floor": 65_535,
-    "decision.commit.rounds": 65_535,
-    "decision.commit.heard": 65_535,
+    "decision.declare.rounds": 65_535,
+    "decision.declare.heard": 65_535,
 }
 """Largest values of fields in a page."""
 EVERY_MESSAGE_LIMIT: Final = 20.0
@@ -77,9 +77,9 @@ def check_scenario(scenario: Scenario) -> None:
 
 def numbers_of(scenario: Scenario) -> list[float]:
     """Return the numbers of a scenario, in the order of `NUMBERS`."""
-    decision, commit = scenario.decision, scenario.decision.commit
+    decision, rule = scenario.decision, scenario.decision.declare
     unit = max(map(exact, scenario.arena.size)) / TURN
-    quorum = exact(commit.quorum) if commit else Fraction(1)
+    quorum = exact(rule.quorum) if rule else Fraction(1)
     switching = decision.switching
     numbers: dict[str, float] = {
         "robots": scenario.robots.count,
@@ -99,8 +99,8 @@ def numbers_of(scenario: Scenario) -> list[float]:
         "own_vote": int(decision.own_vote),
         "every_message": int(decision.inbox == "every-message"),
         "switching": -1 if switching is None else math.ceil(exact(switching) * TURN),
-        "rounds": commit.rounds if commit else 0,
-        "heard": commit.heard if commit else 0,
+        "rounds": rule.rounds if rule else 0,
+        "heard": rule.heard if rule else 0,
         "quorum": quorum.numerator,
         "quorum_of": quorum.denominator,
         **_parameters(scenario),
@@ -145,7 +145,7 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
         rule = "aren't simulated by a page, whose world stays as it is"
         yield Problem("events", len(scenario.events), rule, "leave them out, or use feasibee watch")
     for path, most in MOST.items():
-        if path.startswith("decision.commit.") and scenario.decision.commit is None:
+        if path.startswith("decision.declare.") and scenario.decision.declare is None:
             continue
         if (value := scenario.get(path)) > most:
             yield Problem(path, value, f"must be at most {most:,} in a page", f"use {most:,} or less")
@@ -158,7 +158,7 @@ def _instead(default: object) -> str:
 
 
 def _combinations(scenario: Scenario) -> Iterator[Problem]:
-    """Yield the problems of shape, strategy, inbox and commitment."""
+    """Yield the problems of shape, strategy, inbox and declaration."""
     decision, (width, height) = scenario.decision, scenario.arena.size
     if width != height:
         rule = "must be a square in a page"
@@ -169,10 +169,10 @@ def _combinations(scenario: Scenario) -> Iterator[Problem]:
         yield Problem("decision.strategy", decision.strategy, rule, remedy)
     if decision.inbox == "every-message":
         yield from _every_message(scenario)
-    if decision.commit and exact(decision.commit.quorum).denominator > 65_535:
+    if decision.declare and exact(decision.declare.quorum).denominator > 65_535:
         rule = "must have at most 4 decimals in a page"
         yield Problem(
-            "decision.commit.quorum", decision.commit.quorum, rule, f"use {decision.commit.quorum:.4f}"
+            "decision.declare.quorum", decision.declare.quorum, rule, f"use {decision.declare.quorum:.4f}"
         )
 
 

@@ -21,7 +21,7 @@ enum number {
 };
 
 /* Bits of a robot's flags, as in live/layout.py; a test compares them. */
-enum flag { FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, COMMITTED = 8, WORKING = 32, THERE = 256 };
+enum flag { FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, DECLARED = 8, WORKING = 16, THERE = 128 };
 
 /* A robot's body: its place is in the arrays that the page reads. */
 struct body {
@@ -107,7 +107,7 @@ static void read_settings(void)
     settings.inbox_size = (uint16_t)whole(INBOX_SIZE); /* at most WORLD_ROBOTS */
     settings.own_vote = whole(OWN_VOTE);
     settings.every_message = whole(EVERY_MESSAGE);
-    settings.commit = (struct feasibee_commit){(uint16_t)whole(ROUNDS), (uint16_t)whole(HEARD),
+    settings.declare = (struct feasibee_declare){(uint16_t)whole(ROUNDS), (uint16_t)whole(HEARD),
                                                (uint16_t)whole(QUORUM), (uint16_t)whole(QUORUM_OF)};
     settings.parameters = (struct feasibee_parameters){(uint16_t)whole(K), whole(VOTERS), numbers[CREDENCE],
                                                        whole(POSITIVE_FEEDBACK)};
@@ -150,7 +150,7 @@ static void show(void)
         infeasible += mind->opinion == FEASIBEE_INFEASIBLE;
         flags[i] = (uint16_t)(WORKING | THERE | (mind->opinion == FEASIBEE_FEASIBLE ? FEASIBLE : 0) |
                               (mind->opinion == FEASIBEE_NONE ? NEUTRAL : 0) |
-                              (mind->disseminating ? DISSEMINATING : 0) | (mind->committed ? COMMITTED : 0));
+                              (mind->disseminating ? DISSEMINATING : 0) | (mind->declared != FEASIBEE_NONE ? DECLARED : 0));
     }
 }
 

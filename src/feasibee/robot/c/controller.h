@@ -88,7 +88,7 @@ struct feasibee_choice {
 /* What a robot broadcasts in addition to its id. */
 struct feasibee_message {
     int8_t opinion; /* 1 feasible, 0 infeasible; -1 if the bytes that hold knowledge don't have it */
-    bool committed;
+    bool declared; /* the sender has declared its opinion, if it declares by votes */
     uint16_t value; /* of 16 bits; 0 if the strategy sends none */
 #if FEASIBEE_WORDS > 0
     uint32_t words[FEASIBEE_MESSAGE_WORDS]; /* knowledge */
@@ -118,9 +118,9 @@ struct feasibee_strategy {
     const struct feasibee_knowledge *knowledge; /* NULL: the strategy passes on opinions only */
 };
 
-/* When a robot commits to its opinion (model.md 6.14). */
-struct feasibee_commit {
-    uint16_t rounds;      /* successive decisions that must agree; 0: it never commits */
+/* When a robot declares its opinion, because others hold it, too (model.md 6.14). */
+struct feasibee_declare {
+    uint16_t rounds;      /* successive decisions that must agree; 0: never */
     uint16_t heard;       /* least number of messages in such an inbox */
     uint16_t quorum;      /* least share of them that must agree: quorum / quorum_of */
     uint16_t quorum_of;
@@ -146,7 +146,7 @@ struct feasibee_settings {
     bool own_vote;                /* whether its own opinion counts in its majority */
     bool every_message;           /* every message is a vote; not for strategies that send values */
     bool stubborn;                /* it never changes its opinion (a fault) */
-    struct feasibee_commit commit;
+    struct feasibee_declare declare;
     struct feasibee_parameters parameters;
     uint32_t (*draw_duration)(void *context, const struct feasibee_mean *mean); /* steps, 1 to 2^30 */
     struct feasibee_choice (*draw_choice)(void *context);
@@ -188,14 +188,13 @@ union feasibee_memory {
 #endif
 };
 
-/* One robot. Read opinion, committed, disseminating, declared, phase_left; the rest is the controller's. */
+/* One robot. Read opinion, disseminating, declared, phase_left; the rest is the controller's. */
 struct feasibee_robot {
     const struct feasibee_settings *settings;
     struct feasibee_me me;
     int8_t opinion;      /* 1 feasible, 0 infeasible, -1 none */
-    int8_t declared;     /* the opinion that it has declared; -1 not yet (model.md 6.15) */
+    int8_t declared;     /* the opinion that it has declared, and keeps; -1 not yet (model.md 6.15) */
     bool disseminating;  /* otherwise it explores */
-    bool committed;      /* it keeps its opinion for good (model.md 6.14) */
     uint32_t phase_left; /* steps until the phase ends */
     uint32_t robots_seen;
     uint32_t tasks_seen;

@@ -17,10 +17,10 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.own_vote = true;
     settings.every_message = false;
     settings.stubborn = false;
-    settings.commit.rounds = 0;
-    settings.commit.heard = 3;
-    settings.commit.quorum = 9;
-    settings.commit.quorum_of = 10;
+    settings.declare.rounds = 0;
+    settings.declare.heard = 3;
+    settings.declare.quorum = 9;
+    settings.declare.quorum_of = 10;
     settings.parameters.k = 3;
     settings.parameters.voters = UINT32_C(1) << 30;
     settings.parameters.credence = 0.95;
@@ -91,11 +91,16 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
     robot->phase_left += robot->settings->dissemination_floor;
 }
 
-/* Commit if enough successive inboxes agreed with the robot's opinion (model.md 6.14). */
-static inline void feasibee_consider_commitment(struct feasibee_robot *robot,
-                                                const struct feasibee_votes *votes)
+static inline bool feasibee_keeps_opinion(const struct feasibee_robot *robot)
 {
-    const struct feasibee_commit *rule = &robot->settings->commit;
+    return robot->settings->stubborn || robot->declared != FEASIBEE_NONE;
+}
+
+/* Declare if enough successive inboxes agreed with the robot's opinion (model.md 6.14). */
+static inline void feasibee_declare_by_votes(struct feasibee_robot *robot,
+                                             const struct feasibee_votes *votes)
+{
+    const struct feasibee_declare *rule = &robot->settings->declare;
     uint16_t agreeing = robot->opinion == FEASIBEE_FEASIBLE ? votes->feasible : votes->infeasible;
     uint16_t all = (uint16_t)(votes->feasible + votes->infeasible);
     bool agrees = robot->opinion != FEASIBEE_NONE && all >= rule->heard &&
@@ -104,7 +109,8 @@ static inline void feasibee_consider_commitment(struct feasibee_robot *robot,
         robot->agreed = 0;
     else if (robot->agreed < rule->rounds)
         robot->agreed++;
-    robot->committed = robot->committed || robot->agreed >= rule->rounds;
+    if (robot->declared == FEASIBEE_NONE && robot->agreed >= rule->rounds)
+        robot->declared = robot->opinion;
 }
 
 /* Decide by the inbox or the knowledge (model.md 4.6). */
@@ -119,10 +125,10 @@ static inline void feasibee_decide(struct feasibee_robot *robot)
         struct feasibee_ratio quality = robot->feasible_quality;
         decided = quality.part >= quality.whole - quality.part ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
     }
-    if (!settings->stubborn && !robot->committed && robot->declared == FEASIBEE_NONE)
+    if (!feasibee_keeps_opinion(robot))
         robot->opinion = decided;
-    if (settings->commit.rounds > 0)
-        feasibee_consider_commitment(robot, &votes);
+    if (settings->declare.rounds > 0)
+        feasibee_declare_by_votes(robot, &votes);
 }
 
 #if FEASIBEE_WORDS > 0
@@ -131,12 +137,11 @@ static inline void feasibee_decide(struct feasibee_robot *robot)
 static inline void feasibee_follow(struct feasibee_robot *robot)
 {
     const struct feasibee_knowledge *knowledge = robot->settings->strategy->knowledge;
-    int8_t opinion = FEASIBEE_NONE;
+    bool keeps_opinion = feasibee_keeps_opinion(robot);
+    int8_t opinion = knowledge->judge ? knowledge->judge(robot) : (int8_t)FEASIBEE_NONE;
     if (knowledge->declare && robot->declared == FEASIBEE_NONE)
         opinion = robot->declared = knowledge->declare(robot);
-    if (opinion == FEASIBEE_NONE && knowledge->judge)
-        opinion = knowledge->judge(robot);
-    if (opinion != FEASIBEE_NONE && !robot->settings->stubborn && !robot->committed)
+    if (opinion != FEASIBEE_NONE && !keeps_opinion)
         robot->opinion = opinion;
 }
 
@@ -208,7 +213,7 @@ static inline bool feasibee_message(struct feasibee_robot *robot, struct feasibe
         return false;
     message->opinion = robot->said;
     message->value = robot->value;
-    message->committed = robot->committed;
+    message->declared = robot->settings->declare.rounds > 0 && robot->declared != FEASIBEE_NONE;
 #if FEASIBEE_WORDS > 0
     if (robot->settings->strategy->knowledge)
         robot->settings->strategy->knowledge->encode(robot, message->words);

@@ -76,9 +76,9 @@ static inline uint32_t feasibee_crc_of_setting(uint32_t crc, const struct feasib
 
 #endif
 
-static inline bool feasibee_commits(const struct feasibee_settings *settings)
+static inline bool feasibee_declares_by_votes(const struct feasibee_settings *settings)
 {
-    return settings->commit.rounds > 0;
+    return settings->declare.rounds > 0;
 }
 
 /* Return the wire of a strategy, by its name in Python, such as "k-unanimity". id_bits is that of the
@@ -93,7 +93,7 @@ static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settin
     crc = feasibee_crc_of_byte(crc, 0);
     crc = feasibee_crc_of_number(crc, id_bits);
     crc = feasibee_crc_of_number(crc, settings->strategy->sends_value ? 16 : 0);
-    crc = feasibee_crc_of_number(crc, feasibee_commits(settings));
+    crc = feasibee_crc_of_number(crc, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
     if (settings->strategy->knowledge)
         crc = feasibee_crc_of_setting(crc, settings->strategy->knowledge, settings->setting);
@@ -102,10 +102,10 @@ static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settin
     return wire;
 }
 
-/* Return whether messages have id, opinion and commitment in addition to knowledge, if any. */
+/* Return whether messages have id, opinion and declaration in addition to knowledge, if any. */
 static inline bool feasibee_has_opinion(const struct feasibee_settings *settings)
 {
-    return settings->strategy->knowledge == NULL || feasibee_commits(settings);
+    return settings->strategy->knowledge == NULL || feasibee_declares_by_votes(settings);
 }
 
 /* Write the frame of a message; return its length in bytes, or 0 if the room is too small or a number of the
@@ -124,7 +124,7 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
         feasibee_write(&writer, (uint32_t)(int32_t)message->opinion, 1);
         feasibee_write(&writer, message->value, settings->strategy->sends_value ? 16 : 0);
     }
-    feasibee_write(&writer, message->committed, feasibee_commits(settings));
+    feasibee_write(&writer, message->declared, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
     if (settings->strategy->knowledge)
         settings->strategy->knowledge->pack(&writer, message->words, sender, settings->setting);
@@ -147,7 +147,7 @@ static inline void feasibee_read_opinion(struct feasibee_reader *reader, const s
     message->opinion = (int8_t)feasibee_read(reader, 1);
     if (wire->settings->strategy->sends_value)
         message->value = (uint16_t)feasibee_read(reader, 16);
-    message->committed = feasibee_commits(wire->settings) && feasibee_read_flag(reader);
+    message->declared = feasibee_declares_by_votes(wire->settings) && feasibee_read_flag(reader);
 }
 
 #if FEASIBEE_WORDS > 0
@@ -171,7 +171,7 @@ static inline void feasibee_read_knowledge(struct feasibee_reader *reader, const
 /* Read a frame; return whether it is one of this wire. Otherwise sender and message mean nothing.
  *
  * Messages with knowledge have no opinion (FEASIBEE_NONE) and, for some strategies, no sender (all ones),
- * unless there is a rule to commit; feasibee_hear() takes both as they are. */
+ * unless there is a rule to declare; feasibee_hear() takes both as they are. */
 static inline bool feasibee_decode(const struct feasibee_wire *wire, const uint8_t *frame, size_t length,
                                    feasibee_id *sender, struct feasibee_message *message)
 {
@@ -187,7 +187,7 @@ static inline bool feasibee_decode(const struct feasibee_wire *wire, const uint8
     *sender = (feasibee_id)-1;
     message->opinion = FEASIBEE_NONE;
     message->value = 0;
-    message->committed = false;
+    message->declared = false;
     if (feasibee_has_opinion(wire->settings))
         feasibee_read_opinion(&reader, wire, sender, message);
 #if FEASIBEE_WORDS > 0
