@@ -10,7 +10,7 @@ from feasibee.field.checks import HEARD, HELLO, SAID
 from feasibee.field.connections import ACCEPT, DOWN, HEADER, TOKEN, UP, WINDOW, Client, Server, packed
 
 KEY = b"sixteen or more characters"
-SAYING = {"t": 0, "said": None, "was": [0, False, -1, False, 1, 1, None]}
+SAYING = {"t": 0, "said": None, "was": [0, -1, False, 1, 1, None]}
 
 
 @pytest.fixture(params=[b"", KEY], ids=["no key", "a key"])

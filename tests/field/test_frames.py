@@ -18,7 +18,7 @@ from feasibee.field.node import Node
 from feasibee.field.robot import Robot
 from feasibee.field.world import World
 
-STATUS = [0, False, -1, False, 1, 1, None]
+STATUS = [0, -1, False, 1, 1, None]
 BODIES = {
     HELLO: {"robot": 3, "nonce": 5},
     SAID: {"t": 0, "said": None, "was": STATUS},

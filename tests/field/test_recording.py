@@ -173,7 +173,7 @@ def test_a_log_of_a_killed_world_is_shown_without_its_last_line(plain, tmp_path)
         ({"bodies": [[0, 0, 0, 0, 1, 1e9]] * 4}, None),
         ({"bodies": [[0.5, 0, 0, 0, 1, 1]] * 4}, "no valid bodies"),
         ({"bodies": [[10**400, 0, 0, 0, 1, 1]] * 4}, "no valid bodies"),
-        ({"minds": [[5, False, -1, True, 1]] * 4}, "no valid minds"),
+        ({"minds": [[5, -1, True, 1]] * 4}, "no valid minds"),
         ({"minds": None}, "no valid minds"),
         ({"lost": [4]}, "no valid lost"),
         ({"lost": None}, "no valid lost"),
@@ -199,7 +199,7 @@ def test_a_damaged_line_is_named(plain, tmp_path, fields, told):
 @pytest.mark.parametrize(
     ("fields", "told"),
     [
-        ({"version": 1}, "isn't the world's log of a field, version 4; run the field again with --out"),
+        ({"version": 1}, "isn't the world's log of a field, version 5; run the field again with --out"),
         ({"feasibee": "robot"}, "isn't the world's log of a field"),
         ({"scenario": 5}, "line 1: has no scenario"),
         ({"scenario": "robots = 5"}, "line 1: has a field that can't be"),

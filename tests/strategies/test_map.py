@@ -37,8 +37,7 @@ def look(own, x, y, *tasks):
     """Let a robot explore for a step at a place, with these tasks in sight; return what it declares."""
     own.move_to(x, y)
     own.observe(tasks)
-    own.declare()
-    return own.declared
+    return own.declare()
 
 
 def values(own):

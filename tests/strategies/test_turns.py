@@ -40,10 +40,11 @@ def turns_of(robot, messages):
 
 def declared(robot, steps):
     """Let a robot pass so many steps; return what it declares in the last, or -1."""
+    said = -1
     for _ in range(steps):
-        robot.declare()
+        said = robot.declare()
         robot.end_step(explores=True)
-    return robot.declared
+    return said
 
 
 # --- Names in turn ---

@@ -23,7 +23,7 @@ def is_whole(value: Any, least: int, most: int) -> bool:
 
 def is_sighting(value: Any) -> bool:
     """Return whether a value has the form of `node.sighting_of`."""
-    if not (isinstance(value, list) and len(value) == 6):
+    if not (isinstance(value, list) and len(value) == 7):
         return False
     is_robot, name, kind, mark, x, y, number = value
     return (

@@ -112,7 +112,7 @@ def robot_steps(results: Any) -> NDArray[np.int64]:
 
 
 def is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray[np.bool_]:
-    """Return whether a number of robots of each run is more than the threshold's share of the counted ones."""
+    """Return whether a number of robots of each run is more than the threshold of the counted ones."""
     needed, counted = exact(scenario.decision.threshold), counted_robots(results, scenario)
     enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
     return enough

@@ -1,15 +1,6 @@
 // The tooltip of the robot under the pointer.
 
-import {
-  BYZANTINE,
-  DECLARED,
-  DISSEMINATING,
-  FEASIBLE,
-  NEUTRAL,
-  STUBBORN,
-  THERE,
-  WORKING,
-} from "./frames.js";
+import { BYZANTINE, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STUBBORN, THERE, WORKING } from "./frames.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Lane } from "./lane.js" */
