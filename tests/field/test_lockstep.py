@@ -19,7 +19,7 @@ def check_equal(scenario, folder, **options):
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
     for step, swarm in zip(steps, play(scenario, 1, 0), strict=True):
-        minds = [(mind[4], mind[5]) for mind in step["minds"]]
+        minds = [(mind[3], mind[4]) for mind in step["minds"]]
         assert minds == [(robot.mind.phase_left, robot.mind.phases) for robot in swarm.robots], step["step"]
     assert [step["step"] for step in steps] == list(range(len(expected)))
     assert (result["decision"], result["decision_step"]) == (DECISIONS[decision], decision_step)
