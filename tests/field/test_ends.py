@@ -22,9 +22,7 @@ SLOW = pytest.mark.slow  # a second each, as the two before them
 LONG = ("--hz", "100", "--set", "run.steps=100000", "--set", "robots.count=3", "--patience", "600")
 """A field that lasts a quarter of an hour, whose robots would wait ten minutes for a world that is silent."""
 PATIENCE = 60
-"""Seconds that a field has to begin; the machine may be busy with other tests."""
-SOON = 3
-"""Seconds in which all processes of a field end."""
+"""Seconds that a field has to begin and to end; the machine may be busy with other tests."""
 
 
 class Running:
@@ -68,8 +66,8 @@ class Running:
         return found
 
     def sees_all_end(self):
-        """Return whether all processes end soon, and leave nothing temporary."""
-        limit = time.monotonic() + SOON
+        """Wait until all processes have ended; return whether they do, and leave nothing temporary."""
+        limit = time.monotonic() + PATIENCE
         while (self.others() or any(self.folder.iterdir())) and time.monotonic() < limit:
             time.sleep(0.05)
         return self.others() == [] and list(self.folder.iterdir()) == []

@@ -78,10 +78,11 @@ class Link:
         except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
             self._socket.close()
             why = error.strerror if isinstance(error, OSError) else "invalid name"
-            action, remedy = ("listen on", "another port") if listens else ("send to", "the world's address")
-            raise FeasibeeError(
-                f"{join_address(host, port)}: can't {action} it: {why}; use {remedy}"
-            ) from None
+            where, remedy = join_address(host, port), "another port"
+            if not port:
+                where, remedy = f"--host {host}", DEFAULT_HOST
+            action, remedy = ("listen on", remedy) if listens else ("send to", "the world's address")
+            raise FeasibeeError(f"{where}: can't {action} it: {why}; use {remedy}") from None
         self._socket.setblocking(False)
         self.address = join_address(*self._socket.getsockname()[:2]) if listens else join_address(host, port)
 

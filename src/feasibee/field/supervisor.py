@@ -7,7 +7,6 @@ import os
 import secrets
 import select
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -35,7 +34,7 @@ Tell = Callable[[Mapping[str, Any]], None]
 class Network(NamedTuple):
     """How the processes of a field find each other."""
 
-    host: str = "127.0.0.1"
+    host: str = DEFAULT_HOST
     port: int = 0
     """Port of the world; 0 takes a free one."""
     key: str = ""
@@ -71,7 +70,7 @@ class Field:
     ) -> None:
         self._plan, self._network, self._named, self._tell = plan, network, folder, tell
         self._starts_robots = starts_robots
-        self._port = network.port or _free_port(network)
+        self._port = network.port
         self._session = secrets.randbits(63) + 1
         self._environment = {**os.environ, KEY_VARIABLE: network.key}
         self._world: Process | None = None
@@ -116,9 +115,11 @@ class Field:
     def _follow(self, event: Mapping[str, Any]) -> None:
         """Act on an event of the world."""
         self._tell(event)
-        if event["event"] == "listening" and self._starts_robots and self._nursery is None:
-            self._started.update(event["robots"])
-            self._start_robots(event["address"], event["robots"])
+        if event["event"] == "listening":
+            host, self._port = split_address(event["address"])  # a world that starts again keeps the port
+            if self._starts_robots and self._nursery is None:
+                self._started.update(event["robots"])
+                self._start_robots(host, event["robots"])
         elif event["event"] == "comes" and event["robot"] not in self._started:
             self._started.add(event["robot"])  # a world that starts again says it once more
             self._tell_robots("start", [event["robot"]])
@@ -164,11 +165,11 @@ class Field:
         }
         self._world = _started("worldprocess", order, self._environment)
 
-    def _start_robots(self, address: str, numbers: list[int]) -> None:
+    def _start_robots(self, host: str, numbers: list[int]) -> None:
         manifest = self._plan.scenario.manifest
-        host, port = split_address(address)
+        host = DEFAULT_HOST if host in ("0.0.0.0", "::") else host
         order = {
-            "connect": address if host not in ("0.0.0.0", "::") else join_address(DEFAULT_HOST, port),
+            "connect": join_address(host, self._port),
             "numbers": numbers,
             "patience": max(20.0, 4 * self._plan.patience),
             "strategy_file": manifest.name if manifest.source else None,
@@ -247,15 +248,3 @@ def _close(process: Process) -> None:
         if pipe is not None:
             with suppress(OSError):
                 pipe.close()
-
-
-def _free_port(network: Network) -> int:
-    """Return a free port, which the world keeps when it starts again."""
-    family = socket.AF_INET6 if ":" in network.host else socket.AF_INET
-    try:
-        with socket.socket(family, socket.SOCK_DGRAM) as probe:
-            probe.bind((network.host, 0))
-            return int(probe.getsockname()[1])
-    except (OSError, UnicodeError, TypeError) as error:  # TypeError: a NUL in the name
-        why = error.strerror if isinstance(error, OSError) else "invalid name"
-        raise FeasibeeError(f"--host {network.host}: can't listen on it: {why}; use 127.0.0.1") from None
