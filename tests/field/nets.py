@@ -1,14 +1,35 @@
-"""A network in memory, on which tests see each packet and write any other one."""
+"""A network in memory, on which tests see each packet, write any other one, and attack a whole field."""
 
 from __future__ import annotations
 
+import time
 from collections import defaultdict, deque
+from threading import Condition, Thread
+from typing import NamedTuple
+
+from fields import opinions, steps_of
 
 from feasibee.field.checks import HELLO
 from feasibee.field.connections import Client, Server
+from feasibee.field.robot import Robot
+from feasibee.field.world import World
+from feasibee.field.worldprocess import Lockstep
 
 ASKED = HELLO, {"robot": 0, "nonce": 0}
 """What a robot says that asks for a connection."""
+KEY = b"sixteen or more characters"
+
+
+class Way(NamedTuple):
+    """Where a packet goes: up to the world from a peer, or down to it."""
+
+    peer: str | int
+    up: bool
+
+
+def let_pass(packet, way):
+    """Attack nothing: an attack takes a packet and its way, and returns all that is sent instead."""
+    return [(packet, way)]
 
 
 class Net:
@@ -16,49 +37,50 @@ class Net:
 
     address = "127.0.0.1:1"
 
-    def __init__(self):
+    def __init__(self, attack=let_pass):
         self.up, self.down = deque(), defaultdict(deque)
         self.seen = []
-        """All packets sent: the packet, its peer, and whether it went up."""
+        """All packets sent, with their ways."""
+        self._attack, self._news = attack, Condition()
+
+    def put(self, packet, way):
+        """Let a packet pass the attack."""
+        with self._news:
+            self.seen.append((packet, way))
+            for each, (peer, up) in self._attack(packet, way):
+                (self.up if up else self.down[peer]).append((each, peer))
+            self._news.notify_all()
+
+    def take(self, waiting, timeout):
+        """Return the next packet of a queue and its peer; wait for it so many seconds."""
+        with self._news:
+            self._news.wait_for(lambda: waiting, timeout)
+            return waiting.popleft() if waiting else None
 
     def send(self, packet, peer=None):
-        self.seen.append((packet, peer, False))
-        self.down[peer].append(packet)
+        self.put(packet, Way(peer, up=False))
 
     def receive(self, timeout):
-        return self.up.popleft() if self.up else None
-
-    def close(self):
-        """Do nothing."""
-
-    def sent(self, peer, up):
-        return [packet for packet, whose, way in self.seen if (whose, way) == (peer, up)]
+        return self.take(self.up, timeout)
 
 
 class Wire:
     """The link of a peer of the world."""
 
-    address = Net.address
-
     def __init__(self, net, peer):
         self._net, self._peer = net, peer
 
     def send(self, packet, peer=None):
-        self._net.seen.append((packet, self._peer, True))
-        self._net.up.append((packet, self._peer))
+        self._net.put(packet, Way(self._peer, up=True))
 
     def receive(self, timeout):
-        waiting = self._net.down[self._peer]
-        return (waiting.popleft(), None) if waiting else None
-
-    def close(self):
-        """Do nothing."""
+        return self._net.take(self._net.down[self._peer], timeout)
 
 
 class Pair:
-    """A world's side of all connections, and one robot's or viewer's side."""
+    """A world's side of all connections, and one robot's side."""
 
-    def __init__(self, key=b"", peer="peer", receive=None):
+    def __init__(self, key=b"", peer="peer"):
         self.net = Net()
         self._key, self._peer = key, peer
         self.server = Server(self.net, 7, key)
@@ -80,10 +102,11 @@ class Pair:
 def settle(pair):
     """Let both sides read until nothing is on its way; return the frames that they accepted."""
     up, down = [], []
-    while pair.net.up or pair.net.down[pair.client._link._peer]:
+    waiting = pair.net.down[pair.client._link._peer]
+    while pair.net.up or waiting:
         while pair.net.up:
             up.append(pair.server.receive(0.0))
-        while pair.net.down[pair.client._link._peer]:
+        while waiting:
             down.append(pair.client.receive(0.0))
     return [each for each in up if each], [each for each in down if each]
 
@@ -92,3 +115,34 @@ def joined(pair):
     """Let a client ask until it has its connection; return what the world accepted."""
     pair.client.send(*ASKED)
     return settle(pair)[0]
+
+
+def play(plan, folder, attack, robots=3, robots_first=False):
+    """Run a field under an attack; the world may begin before the robots or after they have asked for it.
+
+    Return the opinions at each step, the world's result, how the robots ended, and the packets.
+    """
+    folder.mkdir(exist_ok=True)
+    net, found, ended = Net(attack), [], {}
+
+    def be_the_world():
+        while robots_first and len({way.peer for _, way in net.seen}) < robots:
+            time.sleep(0.01)
+        world = World(plan, Server(net, 7, KEY), lambda event: None, folder / "world.jsonl")
+        try:
+            world.gather()
+            Lockstep(world).play()
+        finally:
+            found.append(world.end())
+
+    def be_a_robot(number):
+        robot = Robot(Wire(net, number), KEY, number, patience=10.0)
+        ended[number] = robot.run(), robot.why
+
+    threads = [Thread(target=be_the_world)]
+    threads += [Thread(target=be_a_robot, args=[number]) for number in range(robots)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join(60)
+    return opinions(steps_of(folder)), found, ended, net.seen

@@ -7,8 +7,7 @@ import random
 
 import pytest
 from fields import a_plan, simulated, small
-from nets import Net, Wire
-from wires import KEY, Way, play
+from nets import KEY, Net, Way, Wire, let_pass, play
 
 from feasibee.field.checks import HELLO, REFUSED, WELCOME
 from feasibee.field.connections import Client, Server
@@ -30,10 +29,6 @@ def expect_the_run(attack, folder, **options):
     return seen
 
 
-def let_pass(packet, way):
-    return [(packet, way)]
-
-
 def reflect(*, up):
     """Send packets of one way on, and back to their sender, as if the other side had sent them."""
 
@@ -49,7 +44,7 @@ def repeat(packet, way):
 
 def cross(packet, way):
     """Send each packet on the wires of all robots."""
-    return [(packet, way), *((packet, way._replace(robot=other)) for other in range(3))]
+    return [(packet, way), *((packet, way._replace(peer=other)) for other in range(3))]
 
 
 def redirect():
@@ -80,8 +75,8 @@ def recorded(seen, *, up):
     begun = set()
 
     def attack(packet, way):
-        before = [] if way.robot in begun else [each for each in seen if each[1] == Way(way.robot, up)]
-        begun.add(way.robot)
+        before = [] if way.peer in begun else [each for each in seen if each[1] == Way(way.peer, up)]
+        begun.add(way.peer)
         return [*before, (packet, way)]
 
     return attack

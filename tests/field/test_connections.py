@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from nets import ASKED, Pair, Wire, joined, settle
+from nets import ASKED, KEY, Pair, Wire, joined, settle
 
 from feasibee.field import connections
 from feasibee.field.checks import HEARD, HELLO, SAID
 from feasibee.field.connections import ACCEPT, DOWN, HEADER, TOKEN, UP, WINDOW, Client, Server, packed
 
-KEY = b"sixteen or more characters"
 SAYING = {"t": 0, "said": None, "was": [0, -1, False, 1, 1, None]}
 
 
@@ -58,7 +57,8 @@ def test_both_sides_read_what_the_other_one_wrote(key):
     (up,), (down,) = settle(pair)
     assert (up.kind, up.body) == (SAID, SAYING)
     assert (down.kind, down.body) == (HEARD, {"heard": [1, "00"]})
-    assert (b'"said"' in pair.net.sent("peer", up=True)[-1]) == (not key)
+    said = [packet for packet, way in pair.net.seen if way.up][-1]
+    assert (b'"said"' in said) == (not key)
     assert not pair.client.dropped + pair.server.dropped
 
 
@@ -75,15 +75,15 @@ def test_packets_may_overtake_each_other_and_count_once(key):
 def test_a_packet_sent_back_to_its_sender_is_dropped(key):
     pair = connected(key)
     (packet,) = packets_of(pair)
-    pair.net.down["peer"].append(packet)
+    pair.net.down["peer"].append((packet, "peer"))
     pair.server.send(pair.channel, HEARD, {"heard": [1, "00"]})
-    down = pair.net.down["peer"].pop()
+    down, _ = pair.net.down["peer"].pop()
     assert pair.client.receive(0.0) is arrives(pair, down) is None
     if key:  # without one, anybody can write these
-        pair.net.down["peer"].append(packet[:3] + bytes([DOWN]) + packet[4:])
+        pair.net.down["peer"].append((packet[:3] + bytes([DOWN]) + packet[4:], "peer"))
         assert pair.client.receive(0.0) is arrives(pair, down[:3] + bytes([UP]) + down[4:]) is None
         assert pair.client.dropped["not sealed with the key"] == 1
-    pair.net.down["peer"].append(down)
+    pair.net.down["peer"].append((down, "peer"))
     assert [frame.kind for frame in settle(pair)[1]] == [HEARD]
     assert arrives(pair, packet) == 0
 
@@ -126,15 +126,15 @@ def test_no_changed_or_cut_handshake_leads_to_a_connection():
         arrives(pair, changed)
         assert not pair.server._known
     arrives(pair, asking)
-    (accepting,) = (each for each in pair.net.down["peer"] if each[3] == ACCEPT)
+    (accepting,) = (each for each, _ in pair.net.down["peer"] if each[3] == ACCEPT)
     right = [each for bit, each in enumerate(flipped(accepting)) if bit in number]
     wrong = [each for each in flipped(accepting) if each not in right]
     for changed in (*wrong, *(accepting[:length] for length in range(len(accepting)))):
         pair.net.down["peer"].clear()
-        pair.net.down["peer"].append(changed)
+        pair.net.down["peer"].append((changed, "peer"))
         pair.client.receive(0.0)
         assert pair.client.session == 0
-    pair.net.down["peer"].append(accepting)
+    pair.net.down["peer"].append((accepting, "peer"))
     assert settle(pair)[0]
     assert pair.client.session == 7
 
@@ -159,13 +159,13 @@ def test_an_address_that_did_not_answer_gets_no_more_bytes_than_came_from_it(key
     pair = connected(key)
     pair.client.send(*ASKED)
     settle(pair)
-    packets = [packet for packet, _, _ in pair.net.seen]
+    packets = [packet for packet, _ in pair.net.seen]
     packets += [packet[:length] for packet in packets for length in range(len(packet))]
     got = 0
     for packet in packets:
         pair.net.up.append((packet, "victim"))
         assert pair.server.receive(0.0) is None
-        (*answers,) = pair.net.down["victim"]
+        answers = [answer for answer, _ in pair.net.down["victim"]]
         pair.net.down["victim"].clear()
         assert sum(map(len, answers)) <= len(packet)
         got += len(answers)
@@ -207,7 +207,7 @@ def test_tokens_sent_by_anybody_end_no_connection(key, monkeypatch):
     pair = connected(key)
     before = pair.channel
     for k in range(3):
-        pair.net.down["peer"].append(packed(TOKEN, before.name, bytes([k] * 8)))
+        pair.net.down["peer"].append((packed(TOKEN, before.name, bytes([k] * 8)), "peer"))
         pair.client.receive(0.0)
         pair.server.send(before, HEARD, {"heard": [1, "00"]})
         assert pair.client.receive(0.0).kind == HEARD
@@ -217,7 +217,7 @@ def test_tokens_sent_by_anybody_end_no_connection(key, monkeypatch):
     pair.client.send(SAID, SAYING)
     assert [frame.kind for frame in settle(pair)[0]] == [SAID]
     monkeypatch.setattr(connections, "AGAIN", 1e9)
-    pair.net.down["peer"].append(packed(TOKEN, pair.client._channels[0].name, bytes([9] * 8)))
+    pair.net.down["peer"].append((packed(TOKEN, pair.client._channels[0].name, bytes([9] * 8)), "peer"))
     assert settle(pair) == ([], [])
     assert not pair.client._is_asking
 

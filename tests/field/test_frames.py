@@ -79,7 +79,8 @@ def test_a_robot_survives_any_packet(pair):
     for step in range(1, 5_000):
         kind = generator.choice([STEP, END, SIGHT, HEARD])
         packet = pair.channel.write(kind, BODIES[kind] | ({"t": step} if kind in (STEP, END) else {}))
-        pair.net.down["peer"].append(mutated(generator, packet) if generator.random() < 0.8 else packet)
+        packet = mutated(generator, packet) if generator.random() < 0.8 else packet
+        pair.net.down["peer"].append((packet, "peer"))
         robot._answers = {(step - 1, True): robot._ready}  # whatever step or number a changed packet had
         pair.client._channels[0]._newest = -1
         frame = robot._receive(0.0)
