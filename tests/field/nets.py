@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict, deque
+from contextlib import closing
 from threading import Condition, Thread
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from fields import opinions, steps_of
 
 from feasibee.field.checks import HELLO
 from feasibee.field.connections import Client, Server
+from feasibee.field.logs import LineLog
 from feasibee.field.robot import Robot
 from feasibee.field.world import World
 from feasibee.field.worldprocess import Lockstep
@@ -117,32 +118,36 @@ def joined(pair):
     return settle(pair)[0]
 
 
-def play(plan, folder, attack, robots=3, robots_first=False):
-    """Run a field under an attack; the world may begin before the robots or after they have asked for it.
+def play(plan, folder, attack=let_pass):
+    """Run a field in lockstep, in threads; its logs are in a folder.
 
     Return the opinions at each step, the world's result, how the robots ended, and the packets.
     """
     folder.mkdir(exist_ok=True)
-    net, found, ended = Net(attack), [], {}
-
-    def be_the_world():
-        while robots_first and len({way.peer for _, way in net.seen}) < robots:
-            time.sleep(0.01)
-        world = World(plan, Server(net, 7, KEY), lambda event: None, folder / "world.jsonl")
-        try:
-            world.gather()
-            Lockstep(world).play()
-        finally:
-            found.append(world.end())
+    net, ended, threads = Net(attack), {}, []
 
     def be_a_robot(number):
-        robot = Robot(Wire(net, number), KEY, number, patience=10.0)
-        ended[number] = robot.run(), robot.why
+        strategy = plan.scenario.strategy if plan.scenario.manifest.source else None
+        with closing(LineLog(folder / f"robot-{number}.jsonl")) as log:
+            robot = Robot(Wire(net, number), KEY, number, log, strategy, patience=10.0)
+            ended[number] = robot.run(), robot.why
 
-    threads = [Thread(target=be_the_world)]
-    threads += [Thread(target=be_a_robot, args=[number]) for number in range(robots)]
-    for each in threads:
-        each.start()
-    for each in threads:
-        each.join(60)
-    return opinions(steps_of(folder)), found, ended, net.seen
+    def start(number):
+        threads.append(Thread(target=be_a_robot, args=[number]))
+        threads[-1].start()
+
+    def follow(event):
+        if event["event"] == "comes":
+            start(event["robot"])
+
+    world = World(plan, Server(net, 7, KEY), follow, folder / "world.jsonl")
+    for body in world.bodies.bodies:
+        start(body.process)
+    try:
+        world.gather()
+        Lockstep(world).play()
+    finally:
+        result = world.end()
+        for each in threads:
+            each.join(60)
+    return opinions(steps_of(folder)), result, ended, net.seen

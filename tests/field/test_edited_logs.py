@@ -7,18 +7,18 @@ import json
 import random
 import signal
 import sys
+import tracemalloc
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
 
 import pytest
 from fields import STREAMS, a_plan, small
+from nets import play
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
-from feasibee.field.bodies import Bodies
 from feasibee.field.logs import WorldLog
-from feasibee.field.node import Node
 from feasibee.field.recording import Recording
 from feasibee.field.replay import _Declare, _Setting, _Settings, replay
 from feasibee.reference.mind import Settings
@@ -77,41 +77,11 @@ class HangError(BaseException):
     """Reading a log takes too long; no library catches this."""
 
 
-def logs_of(scenario, steps=12):
-    """Return the lines of the robots' logs and those of the world of a field without its network."""
-    bodies, robots, world = Bodies(scenario, 1, 0), [], []
-    nodes = []
-    for body in bodies.everyone:
-        robots.append([])
-        nodes.append(Node(json.loads(json.dumps(bodies.orders(body))), robots[-1].append))
-    for step in range(steps):
-        bodies.time = step
-        world.append(world_line(bodies, nodes, step))
-        sights = [json.loads(json.dumps(bodies.sight_of(body))) for body in bodies.everyone]
-        said = [
-            node.speak(step + 1, tuple(sight["place"]), sight.get("insight"))
-            for node, sight in zip(nodes, sights, strict=True)
-        ]
-        for number, (node, sight) in enumerate(zip(nodes, sights, strict=True)):
-            node.sense(sight["see"])
-            node.finish([[k, text] for k, text in enumerate(said) if k != number and text is not None])
-        bodies.advance(bodies.bodies)
-    return [[json.dumps(line) for line in lines] for lines in robots], world
-
-
-def world_line(bodies, nodes, step):
-    return {
-        "step": step,
-        "bodies": [body.state() for body in bodies.bodies],
-        "minds": [list(node.status) for node in nodes],
-        "said": [None for _ in nodes],
-        "lost": [],
-        "decision": [-1, -1],
-        "robots": [body.number for body in bodies.bodies],
-        "processes": [body.process for body in bodies.bodies],
-        "tasks": list(bodies.tasks),
-        "truth": bodies.truth,
-    }
+def logs_of(scenario, folder, steps=12):
+    """Return the lines of a field's logs, by the names of the files."""
+    changes = {"arena.side": 8.0, "run.steps": steps, "run.stop_at_decision": False}
+    play(a_plan(scenario.replace(changes)), folder)
+    return {log.name: log.read_text().splitlines() for log in sorted(folder.glob("*.jsonl"))}
 
 
 def places(value, path=()):
@@ -219,26 +189,23 @@ def refusals(read, path, lines, seed, edits):
 @pytest.mark.parametrize("name", WORLDS)
 def test_an_edited_log_of_a_robot_is_replayed_or_refused_in_a_line(name, edits, tmp_path):
     base = Scenario() if name == "classes" else small()
-    robots, _ = logs_of(base.replace({"arena.side": 8.0, **WORLDS[name]}))
-    for number, lines in enumerate(robots):
-        path = tmp_path / f"robot-{number}.jsonl"
-        path.write_text("\n".join(lines) + "\n")
-        assert replay(path).steps == 12
-    assert refusals(replay, path, lines, sorted(WORLDS).index(name), edits) > edits // 4
+    logs = logs_of(base.replace(WORLDS[name]), tmp_path)
+    del logs["world.jsonl"]
+    for log, lines in logs.items():
+        assert replay(tmp_path / log).steps == len(lines) - 1
+    path = tmp_path / "robot-3.jsonl"
+    assert refusals(replay, path, logs[path.name], sorted(WORLDS).index(name), edits) > edits // 4
 
 
 @pytest.mark.parametrize("edits", [150, pytest.param(3_000, marks=pytest.mark.slow)])
 def test_an_edited_log_of_a_world_is_shown_or_refused_in_a_line(edits, tmp_path):
-    scenario = small(steps=12, **WORLDS["liars"])
-    log = WorldLog(tmp_path / "world.jsonl", a_plan(scenario), appends=False)
-    for line in logs_of(scenario)[1]:
-        log.write(line)
-    log.write({"event": "fault", "step": 3, "kind": "partition", "count": 0, "robots": [], "lasts": 5.0})
-    log.close()
-    lines = (tmp_path / "world.jsonl").read_text().splitlines()
-    assert Recording(tmp_path).last == 11
-    read = refusals(lambda path: shown(Recording(path.parent)), tmp_path / "world.jsonl", lines, 1, edits)
-    assert read > edits // 2
+    lines = logs_of(small(**WORLDS["liars"]), tmp_path)["world.jsonl"]
+    fault = {"event": "fault", "step": 3, "kind": "partition", "count": 0, "robots": [], "lasts": 5.0}
+    lines.insert(-1, json.dumps(fault))
+    path = tmp_path / "world.jsonl"
+    path.write_text("\n".join(lines) + "\n")
+    assert Recording(tmp_path).last == 12
+    assert refusals(lambda path: shown(Recording(path.parent)), path, lines, 1, edits) > edits // 2
 
 
 def shown(recording):
@@ -266,33 +233,28 @@ def shown(recording):
     ],
 )
 def test_no_number_of_a_logs_head_takes_more_memory_than_its_scenario(tmp_path, name, value):
-    import tracemalloc
-
-    robots, _ = logs_of(small(steps=2, **WORLDS["liars with a roster"]), 2)
-    head = json.loads(robots[0][0])
+    lines = logs_of(small(**WORLDS["liars with a roster"]), tmp_path, 2)["robot-0.jsonl"]
+    head = json.loads(lines[0])
     head["settings"]["setting"][name] = value
     path = tmp_path / "robot-0.jsonl"
-    path.write_text("\n".join([json.dumps(head), *robots[0][1:]]) + "\n")
-    tracemalloc.start()
-    try:
-        with pytest.raises(FeasibeeError, match=r"line 1: has no valid settings\."):
-            replay(path)
-        assert tracemalloc.get_traced_memory()[1] < 20 * 2**20
-    finally:
-        tracemalloc.stop()
+    path.write_text("\n".join([json.dumps(head), *lines[1:]]) + "\n")
+    refuses_with_little_memory(lambda: replay(path), r"line 1: has no valid settings\.")
 
 
 def test_a_worlds_log_takes_no_more_memory_than_its_lines(tmp_path):
     """The scenario in its head has a million tasks, and its first step four."""
-    import tracemalloc
-
+    _, *steps = logs_of(small(), tmp_path, 1)["world.jsonl"]
     log = WorldLog(tmp_path / "world.jsonl", a_plan(small(**{"tasks.count": 10**6})), appends=False)
-    log.write(logs_of(small(), 1)[1][0])
+    log.write(json.loads(steps[0]))
     log.close()
+    refuses_with_little_memory(lambda: Recording(tmp_path), "line 2: has no valid tasks")
+
+
+def refuses_with_little_memory(read, why):
     tracemalloc.start()
     try:
-        with pytest.raises(FeasibeeError, match="line 2: has no valid tasks"):
-            Recording(tmp_path)
+        with pytest.raises(FeasibeeError, match=why):
+            read()
         assert tracemalloc.get_traced_memory()[1] < 20 * 2**20
     finally:
         tracemalloc.stop()

@@ -5,17 +5,16 @@ from __future__ import annotations
 import sys
 
 import pytest
-from fields import STREAMS, a_plan, opinions, run, simulated, small
+from fields import STREAMS, a_plan, opinions, run, simulated, small, steps_of
+from nets import play as play_in_memory
 
 from feasibee import Scenario
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 
-
-def check_equal(scenario, folder, **options):
-    result, _, steps = run(a_plan(scenario), folder, **options)
+def check_equal(scenario, folder, result):
+    steps = steps_of(folder)
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
     for step, swarm in zip(steps, play(scenario, 1, 0), strict=True):
@@ -116,38 +115,27 @@ WORLDS = {
 }
 
 
-QUICK = (
-    "the paper's strategy",
-    "faults",
-    "bad senses and radio",
-    "tasks that appear and vanish",
-    "robots and tasks that come and go",
-    "an operator who calls and releases",
-)
-
-
-@pytest.mark.parametrize(
-    "world", [world if world in QUICK else pytest.param(world, marks=pytest.mark.slow) for world in WORLDS]
-)
+@pytest.mark.parametrize("world", WORLDS)
 def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
-    check_equal(small(**WORLDS[world]), tmp_path)
+    scenario = small(**WORLDS[world])
+    check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path)[1])
 
 
-def test_a_field_whose_packets_are_sealed_equals_the_run(tmp_path):
-    check_equal(small(), tmp_path, key="a key of some length")
-
-
-@pytest.mark.slow
-def test_a_field_with_a_users_strategy_equals_the_run(tmp_path):
+@pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+@pytest.mark.parametrize("own", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_field_of_sealed_packets_and_processes_equals_the_run(own, tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(
         "def quality(robots_seen, tasks_seen):\n    return 0.6\n"
         "def dissemination(quality, gain):\n    return gain * quality\n"
         "def decide(mind, inbox):\n    return 1 if inbox.chance < 0.5 else 0\n"
     )
-    check_equal(small(**{"decision.strategy": str(path)}), tmp_path / "out")
+    scenario = small(**{"decision.strategy": str(path)} if own else {})
+    check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path, key="a key of some length")[0])
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 def test_fifty_processes_over_300_steps_equal_the_run(tmp_path):
-    check_equal(Scenario().replace({"robots.count": 50, "run.steps": 300}), tmp_path)
+    scenario = Scenario().replace({"robots.count": 50, "run.steps": 300})
+    check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path)[0])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from commands import invoke, refused_in_a_line
 from fields import STREAMS, a_plan, run, small
+from nets import play
 from PIL import Image, ImageColor
 
 from feasibee import Swarm
@@ -45,7 +46,7 @@ FAULTS = (Fault(10, "kill", 2, (4, 5)), Fault(20, "partition", lasts=5.0))
 def plain(tmp_path_factory):
     """The folder of a field in lockstep without faults."""
     folder = tmp_path_factory.mktemp("plain")
-    run(a_plan(PLAIN), folder)
+    play(a_plan(PLAIN), folder)
     return folder
 
 
@@ -88,7 +89,7 @@ def check_equal(scenario, folder):
 
 @pytest.mark.parametrize("world", list(WORLDS)[1:])
 def test_each_frame_of_a_field_in_lockstep_equals_that_of_the_run(world, tmp_path):
-    run(a_plan(WORLDS[world]), tmp_path)
+    play(a_plan(WORLDS[world]), tmp_path)
     check_equal(WORLDS[world], tmp_path)
 
 
