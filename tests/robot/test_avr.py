@@ -18,6 +18,7 @@ def both(strategy, folder, steps):
     return lines, boards.expected(strategy, steps)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("frames", [False, True])
 def test_dmmd_equals_python_and_fits_a_kilobot(frames, tmp_path):
     """Flash and RAM include the test's own generator and printing, and with frames those that it makes."""

@@ -19,6 +19,7 @@ def same(board, strategy, steps, folder, *flags):
     assert lines == python
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("strategy", SMALL)
 def test_robots_on_8_bits_know_and_send_the_same(strategy, tmp_path):
     same("ATmega328P", strategy, 100, tmp_path)

@@ -113,6 +113,7 @@ def assert_same(program, name, packets, most=2_000):
         assert place == len(ran.stdout)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("name", NAMES)
 def test_frames_in_c_are_those_of_python(name, frames):
     assert_same(frames, name, 1_000)

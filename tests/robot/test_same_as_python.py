@@ -31,6 +31,7 @@ def test_all_strategies_without_knowledge_are_driven():
     assert all(name in strategies_in_c() for name, each in STRATEGIES.items() if not each.knowledge)
 
 
+@pytest.mark.quick(8)
 @pytest.mark.parametrize("strategy", NAMES)
 def test_c_and_python_agree(strategy, build):
     program, whole = build

@@ -7,7 +7,6 @@ from dataclasses import replace
 from zlib import crc32
 
 import pytest
-from quick import quick
 
 from feasibee import Scenario
 from feasibee.reference.swarm import Swarm
@@ -114,7 +113,8 @@ def once(words):
     return (words[0], *names, *[0] * (len(words) - 1 - len(names)))
 
 
-@pytest.mark.parametrize("says", quick([None, "colluding", "opposite"], 2))
+@pytest.mark.quick(8)
+@pytest.mark.parametrize("says", [None, "colluding", "opposite"])
 @pytest.mark.parametrize(("name", "parameters", "fields"), VARIANTS)
 def test_the_messages_of_a_run_survive_and_take_the_bits_that_it_accounts(name, parameters, fields, says):
     declares = says != "colluding" and not STRATEGIES[name].declares
@@ -148,6 +148,7 @@ def state_of(robot):
     return mind.opinion, mind.declared, mind.disseminating, mind.phase_left, known
 
 
+@pytest.mark.quick(8)
 @pytest.mark.parametrize("declares", [False, True])
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_a_robot_that_hears_frames_does_what_it_does_with_messages(name, declares):
@@ -357,6 +358,7 @@ def assert_rejected_or_whole(packets):
         assert wire.encode(max(heard.sender, 0), sent) == packet
 
 
+@pytest.mark.slow
 def test_damaged_packets_are_rejected_and_no_message_has_two_frames():
     assert_rejected_or_whole(10_000)
 
