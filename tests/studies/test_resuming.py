@@ -86,7 +86,6 @@ STUDIES = {
     "sensitivity": sensitivity_study,
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
-each_short_study = pytest.mark.parametrize("study", STUDIES)
 
 
 @dataclass
@@ -139,7 +138,7 @@ def undisturbed():
 
 
 @pytest.mark.quick(1)
-@each_short_study
+@each_study
 def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
     """To the same bytes, and no run is computed twice; an interrupt is an error as any other."""
     error = KeyboardInterrupt() if study == "comparison" else RuntimeError("crashed")
