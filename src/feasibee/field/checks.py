@@ -23,7 +23,7 @@ def is_whole(value: Any, least: int, most: int) -> bool:
 
 def is_sighting(value: Any) -> bool:
     """Return whether a value has the form of `node.sighting_of`."""
-    if not (isinstance(value, list) and len(value) == 7):
+    if not is_list(value, length=7):
         return False
     is_robot, name, kind, mark, x, y, number = value
     return (
@@ -38,14 +38,12 @@ def is_sighting(value: Any) -> bool:
 
 def is_heard(value: Any) -> bool:
     """Return whether a value is a pair of a sender's number and its message."""
-    return (
-        isinstance(value, list) and len(value) == 2 and is_whole(value[0], -1, 2**32) and _is_text(value[1])
-    )
+    return is_list(value, length=2) and is_whole(value[0], -1, 2**32) and _is_text(value[1])
 
 
 def is_status(value: Any) -> bool:
     """Return whether a value has the form of `node.Status`."""
-    if not (isinstance(value, list) and len(value) == 6):
+    if not is_list(value, length=6):
         return False
     opinion, declared, disseminating, left, phases, gap = value
     return (
@@ -64,25 +62,22 @@ def is_insight(value: Any) -> bool:
         return True
     if not (isinstance(value, dict) and is_whole(value.get("truth"), 0, 1)):
         return False
-    invented = value.get("invented", [])
-    return _is_list(invented, lambda things: _is_list(things, is_sighting)) and len(invented) == 2
+    return is_list(value.get("invented"), lambda things: is_list(things, is_sighting), 2)
 
 
 def is_place(value: Any) -> bool:
     """Return whether a value is a pair of numbers that can be coordinates."""
-    return (
-        isinstance(value, list)
-        and len(value) == 2
-        and all(type(each) in (int, float) and abs(each) <= FARTHEST for each in value)
-    )
+    return is_list(value, lambda each: type(each) in (int, float) and abs(each) <= FARTHEST, 2)
 
 
 def _is_text(value: Any) -> bool:
     return isinstance(value, str) and len(value) <= TEXT_LIMIT
 
 
-def _is_list(value: Any, check: Callable[[Any], bool]) -> bool:
-    return isinstance(value, list) and all(check(each) for each in value)
+def is_list(value: Any, check: Callable[[Any], bool] | None = None, length: int | None = None) -> bool:
+    """Return whether a value is a list, of a length and of values that pass a check."""
+    fits = isinstance(value, list) and length in (None, len(value))
+    return fits and (check is None or all(map(check, value)))
 
 
 def _is_step(body: dict[str, Any]) -> bool:
@@ -100,11 +95,8 @@ def _is_said(body: dict[str, Any]) -> bool:
 
 
 def _is_seen(body: dict[str, Any]) -> bool:
-    return (
-        is_place(body.get("place"))
-        and _is_list(body.get("see"), is_sighting)
-        and is_insight(body.get("insight"))
-    )
+    sees = is_list(body.get("see"), is_sighting)
+    return sees and is_place(body.get("place")) and is_insight(body.get("insight"))
 
 
 def _is_hello(body: dict[str, Any]) -> bool:
@@ -126,7 +118,7 @@ CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
     HEARD: lambda body: is_heard(body.get("heard")),
     BYE: lambda body: True,
     REFUSED: lambda body: _is_text(body.get("why")),
-    END: lambda body: _is_step(body) and _is_list(body.get("heard"), is_heard),
+    END: lambda body: _is_step(body) and is_list(body.get("heard"), is_heard),
     WAIT: lambda body: True,
 }
 """What a packet of each kind may hold."""

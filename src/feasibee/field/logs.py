@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.files.locking import lock
-from feasibee.files.reading import named, why_not
+from feasibee.files.reading import named, read_text, why_not
 from feasibee.files.writing import make_folder
 
 if TYPE_CHECKING:
@@ -132,6 +132,40 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
         return [json.loads(line) for line in data[:end].splitlines()]
     except (OSError, ValueError) as error:
         raise FeasibeeError(f"{named(path)}: can't be resumed: {error}; start the field again") from None
+
+
+def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tuple[list[str], str]:
+    """Return the complete lines of a log, and the rest of its text, of a process that was killed.
+
+    Parameters
+    ----------
+    path : Path
+        The log.
+    what : str
+        What it is, for the error if it can't be read.
+    first : mapping
+        What its first line has.
+    wrong : str
+        What the error says of a log whose first line differs.
+
+    Raises
+    ------
+    FeasibeeError
+        If it isn't such a log.
+    """
+    *lines, rest = read_text(path, what, LOG_LIMIT).split("\n")
+    if not lines:
+        raise damaged(path, 1, "is incomplete")
+    if not first.items() <= parsed(path, 1, lines[0]).items():
+        raise FeasibeeError(f"{named(path)}: {wrong}")
+    return lines, rest
+
+
+def check_line(path: Path, at: int, fits: Mapping[str, bool]) -> None:
+    """Raise the error of the first part of a line that doesn't fit."""
+    for name, fit in fits.items():
+        if not fit:
+            raise damaged(path, at, f"has no valid {name}")
 
 
 def parsed(path: Path, at: int, text: str) -> dict[str, Any]:

@@ -47,11 +47,6 @@ class _TaskNames:
         return thing._replace(id=self.of_position(_ROSTER.place_of(thing, self._setting)))
 
 
-def _names_of(strategy: Strategy, setting: Setting) -> _TaskNames | None:
-    """Return the names of a strategy whose messages name tasks by position; None for the other ones."""
-    return _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
-
-
 VERSION: Final = 3
 """Version of a robot's log."""
 HEARD_LIMIT: Final = 4_096
@@ -115,21 +110,22 @@ class Node:
         self._write = write
         self._draws: list[Words] = []
         self._drawn = draw or (lambda counter, purpose: philox(*settings.coordinates, counter, purpose))
-        self._line: dict[str, Any] = {}
         self._insight = known_from(orders["insight"])
         self._asks_gap = orders["asks_gap"]
         self._mind = _DrawingMind(strategy, settings, self._draw)
         self._id = settings.me[0]
-        self._names = _names_of(strategy, settings.setting)
+        setting = settings.setting
+        self._names = _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
         self._wire = Wire(
             strategy,
-            _id_bits(settings.setting),
+            # Messages may name invented robots, and those of any number.
+            max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length()),
             declares=settings.declare is not None,
-            setting=settings.setting,
+            setting=setting,
             task_of=self._names.of_position if self._names else None,
         )
-        if write is not None:
-            write({"feasibee": "robot", "version": VERSION, **orders, "draws": self._taken(), **self._now()})
+        self._line: dict[str, Any] = {"feasibee": "robot", "version": VERSION, **orders}
+        self._log()
 
     @property
     def status(self) -> Status:
@@ -193,11 +189,7 @@ class Node:
             self._line["heard"].append([sender, text])
             self._mind.hear(sender if named == -1 else named, message)
         self._mind.end_step()
-        if self._write is not None:
-            self._write({**self._line, "draws": self._taken(), **self._now()})
-
-    def _now(self) -> dict[str, Any]:
-        return {"status": list(self.status)}
+        self._log()
 
     def _draw(self, counter: int, purpose: int) -> Words:
         words = self._drawn(counter, purpose)
@@ -205,10 +197,11 @@ class Node:
             self._draws.append(words)
         return words
 
-    def _taken(self) -> list[Words]:
-        """Return the draws since the last line."""
-        taken, self._draws = self._draws, []
-        return taken
+    def _log(self) -> None:
+        """Write the line of this step, with the draws since the last one."""
+        if self._write is not None:
+            self._write({**self._line, "draws": self._draws, "status": list(self.status)})
+            self._draws = []
 
 
 class _DrawingMind(Mind):
@@ -220,11 +213,6 @@ class _DrawingMind(Mind):
 
     def _words(self, counter: int, purpose: int) -> Words:
         return self._draw(counter, purpose)
-
-
-def _id_bits(setting: Setting) -> int:
-    """Return the length of an id in messages, which may name invented robots and those of any number."""
-    return max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length())
 
 
 def sighting_of(thing: Thing, number: int) -> list[Any]:

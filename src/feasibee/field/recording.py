@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.bodies import Bodies
-from feasibee.field.checks import ROBOTS_LIMIT, is_status, is_whole
-from feasibee.field.logs import LOG_LIMIT, VERSION, damaged, parsed
+from feasibee.field.checks import ROBOTS_LIMIT, is_list, is_status, is_whole
+from feasibee.field.logs import LOG_LIMIT, VERSION, check_line, damaged, parsed, read_log
 from feasibee.field.plan import KINDS, PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
-from feasibee.files.reading import named, read_text
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED
 from feasibee.scenario.paths import toml_tables
@@ -51,12 +50,13 @@ class Recording:
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / LOG
-        what = "the folder that `feasibee launch --out FOLDER` has written"
-        text = read_text(self._path, what, LOG_LIMIT)
-        *lines, rest = text.split("\n")  # a killed world's last one is incomplete
-        if not lines:
-            raise damaged(self._path, 1, "is incomplete")
-        self._head, self._read = lines[0], len(text.encode()) - len(rest.encode())
+        lines, _ = read_log(
+            self._path,
+            "the folder that `feasibee launch --out FOLDER` has written",
+            {"feasibee": "field", "version": VERSION},
+            f"isn't the world's log of a field, version {VERSION}; run the field again with --out",
+        )
+        self._head, self._read = lines[0], sum(len(line.encode()) + 1 for line in lines)
         head = parsed(self._path, 1, self._head)
         self.scenario, self.which = _read_head(self._path, head)
         self.hz: float | None = None if head.get("lockstep") else head.get("hz")
@@ -66,11 +66,8 @@ class Recording:
         """Whether the world has ended the field; false, too, if it was killed."""
         self._steps: list[_Step] = []
         self._lines, self.step = 1, 0
-        self._works: list[NDArray[np.bool_]] = []
-        self._counted: list[NDArray[np.bool_]] = []
-        self._counts = np.zeros(0, np.int64)
-        self._holding = {opinion: np.zeros(0, np.int64) for opinion in (FEASIBLE, INFEASIBLE)}
-        self._truths = np.zeros(0, np.bool_)
+        self._counts = np.zeros((0, 4), np.int64)
+        """At each step: counted robots that hold feasible and infeasible, all counted ones, and the truth."""
         self._take(lines[1:])
 
     def grow(self) -> bool:
@@ -97,36 +94,63 @@ class Recording:
 
     def _take(self, lines: list[str]) -> None:
         """Take further lines of the log."""
-        before = len(self._steps)
+        counts = []
         for text in lines:
             self._lines += 1
             line = parsed(self._path, self._lines, text)
             if "event" not in line:
-                self._steps.append(_step(self._path, self._lines, line, len(self._steps), self.scenario))
+                step = self._step(line)
+                self._steps.append(step)
+                held = step.minds[step.counted, 0]
+                counts.append([*((held == each).sum() for each in (1, 0)), step.counted.sum(), step.truth])
             elif line["event"] == "fault":
-                self.faults.append(_fault(self._path, self._lines, line, self.scenario.robots.count))
+                self.faults.append(self._fault(line))
             elif line["event"] == "end":
                 self.has_ended = True
             elif line["event"] not in ("lost", "back", "comes", "leaves"):
                 raise damaged(self._path, self._lines, "has no valid event")
         self.faults.sort(key=lambda fault: fault.step)
-        if len(self._steps) > before:
-            self._add(before)
+        self._counts = np.append(self._counts, np.array(counts, np.int64).reshape(-1, 4), axis=0)
 
-    def _add(self, first: int) -> None:
-        """Add the counts of the steps from one on."""
-        new = self._steps[first:]
-        shown = [
-            step.shown(number, self._first_faults, self.scenario) for number, step in enumerate(new, first)
-        ]
-        self._works += [works for works, _ in shown]
-        counted = [counted for _, counted in shown]
-        self._counted += counted
-        self._counts = np.append(self._counts, [each.sum() for each in counted])
-        held = [step.minds[:, 0][counts] for step, counts in zip(new, counted, strict=True)]
-        for opinion, counts in self._holding.items():
-            self._holding[opinion] = np.append(counts, [(each == opinion).sum() for each in held])
-        self._truths = np.append(self._truths, [bool(step.truth) for step in new])
+    def _step(self, line: dict[str, Any]) -> _Step:
+        """Return a step's line, if it can be one."""
+        number, most, scenario = len(self._steps), self.scenario.most, self.scenario
+        given: list[Any] = [line.get(name) for name in _Step._fields[:8]]
+        bodies, minds, lost, decision, robots, processes, tasks, truth = given
+        there = len(robots) if isinstance(robots, list) else 0
+        starts = number == 0 and not any(event.step == 0 for event in scenario.events)
+        fits = {
+            f"step {number}": is_whole(line.get("step"), number, number),
+            "robots": _are_numbers(robots, most.robots) and (not starts or there == scenario.robots.count),
+            "processes": _are_numbers(processes, ROBOTS_LIMIT) and len(processes) == there,
+            "tasks": _are_numbers(tasks, most.tasks) and (not starts or len(tasks) == scenario.tasks.count),
+            "truth": is_whole(truth, 0, 1),
+            "bodies": is_list(bodies, _is_body, there),
+            "minds": is_list(minds, is_status, there),
+            "lost": _are_numbers(lost, most.robots),
+            "decision": _is_decision(decision, number),
+        }
+        check_line(self._path, self._lines, fits)
+        first = self._first_faults
+        faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
+        works = ~np.isin(robots, lost) & ((number < scenario.faults.stop_step) | (faults != STOPPED))
+        shown = np.array([mind[:3] for mind in minds], np.int8).reshape(-1, 3)
+        places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
+        others = lost, (decision[0], decision[1]), robots, processes, tasks, truth
+        return _Step(places, shown, *others, faults, works, works & (faults != BYZANTINE))
+
+    def _fault(self, line: dict[str, Any]) -> Fault:
+        """Return the fault of a line, if it can be one."""
+        step, kind, numbers, lasts = (line.get(name) for name in ("step", "kind", "robots", "lasts"))
+        fits = (
+            is_whole(step, 1, FAR)
+            and kind in KINDS
+            and _are_numbers(numbers, self.scenario.robots.count)
+            and type(lasts) in (int, float)
+            and 0 <= lasts <= FAR  # type: ignore[operator]
+        )
+        check_line(self._path, self._lines, {"fault": fits})
+        return Fault(step, kind, len(numbers), tuple(numbers), lasts)  # type: ignore[arg-type]
 
     @cached_property
     def _bodies(self) -> Bodies:
@@ -137,6 +161,10 @@ class Recording:
     def _first_faults(self) -> NDArray[np.str_]:
         """The faults of the robots of the start."""
         return np.array([body.fault for body in self._bodies.everyone[: self.scenario.robots.count]])
+
+    @property
+    def _now(self) -> _Step:
+        return self._steps[self.step]
 
     @property
     def last(self) -> int:
@@ -160,7 +188,7 @@ class Recording:
     @property
     def task_numbers(self) -> NDArray[np.int64]:
         """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
-        return np.array(self._steps[self.step].tasks, np.int64)
+        return np.array(self._now.tasks, np.int64)
 
     @property
     def robot_kinds(self) -> list[int]:
@@ -169,7 +197,7 @@ class Recording:
 
     def coarse_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the robots, in 65,536ths of the arena's longer side: uint16, shape (robots,)."""
-        x, y = self._coarse(self._steps[self.step].bodies[:, :2])
+        x, y = self._coarse(self._now.bodies[:, :2])
         return self._rows(x, 0), self._rows(y, 0)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -177,7 +205,7 @@ class Recording:
         return self._coarse(self._task_places())
 
     def _task_places(self) -> NDArray[np.int64]:
-        places = [self._bodies.world.task_place(number) for number in self._steps[self.step].tasks]
+        places = [self._bodies.world.task_place(number) for number in self._now.tasks]
         return np.array(places, np.int64).reshape(-1, 2)
 
     def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -187,85 +215,84 @@ class Recording:
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2)."""
-        return self._rows(self._in_units(self._steps[self.step].bodies[:, :2]), 0.0)
+        return self._rows(self._in_units(self._now.bodies[:, :2]), 0.0)
 
     @property
     def headings(self) -> NDArray[np.float64]:
         """Directions of robots in radians: float64, shape (robots,); 0 if a robot stopped or is lost."""
-        dx, dy = self._steps[self.step].bodies[:, 2:].T
-        return self._rows(np.where(self._works[self.step], np.arctan2(dy, dx), 0.0), 0.0)
+        dx, dy = self._now.bodies[:, 2:].T
+        return self._rows(np.where(self._now.works, np.arctan2(dy, dx), 0.0), 0.0)
 
     @property
     def present(self) -> NDArray[np.bool_]:
         """Whether a robot, lost or not, has each number at this step: bool, shape (robots,)."""
-        return self._rows(np.ones(len(self._steps[self.step].robots), np.bool_), False)
+        return self._rows(np.ones(len(self._now.robots), np.bool_), False)
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """Opinions that the robots last reported: int8, shape (robots,)."""
-        return self._rows(self._steps[self.step].minds[:, 0], -1)
+        return self._rows(self._now.minds[:, 0], -1)
 
     @property
     def declared(self) -> NDArray[np.int8]:
         """What each robot has declared: int8, shape (robots,), -1 for nothing."""
-        return self._rows(self._steps[self.step].minds[:, 1], -1)
+        return self._rows(self._now.minds[:, 1], -1)
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
         """Whether each robot is disseminating: bool, shape (robots,)."""
-        tells = self._steps[self.step].minds[:, 2].astype(np.bool_)
-        return self._rows(tells & self._works[self.step], False)
+        tells = self._now.minds[:, 2].astype(np.bool_)
+        return self._rows(tells & self._now.works, False)
 
     @property
     def working(self) -> NDArray[np.bool_]:
         """Whether each robot works, and its process answers: bool, shape (robots,)."""
-        return self._rows(self._works[self.step], False)
+        return self._rows(self._now.works, False)
 
     def has_fault(self, kind: str) -> NDArray[np.bool_]:
         """Return whether each robot has a fault of a kind: bool, shape (robots,)."""
-        return self._rows(self._steps[self.step].faults(self._first_faults) == kind, False)
+        return self._rows(self._now.faults == kind, False)
 
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Whether each robot counts in the decision: bool, shape (robots,)."""
-        return self._rows(self._counted[self.step], False)
+        return self._rows(self._now.counted, False)
 
     @property
     def lost(self) -> NDArray[np.bool_]:
         """Whether each robot's process is silent: bool, shape (robots,)."""
-        step = self._steps[self.step]
-        return self._rows(np.isin(step.robots, step.lost), False)
+        return self._rows(np.isin(self._now.robots, self._now.lost), False)
 
     def _rows(self, values: NDArray[Any], nobody: float) -> NDArray[Any]:
         """Return values of the robots of this step by number, with another one for free numbers."""
         found = np.full((self.scenario.most.robots, *values.shape[1:]), nobody, values.dtype)
-        found[self._steps[self.step].robots] = values
+        found[self._now.robots] = values
         return found
 
     @property
     def feasible_counts(self) -> NDArray[np.int64]:
         """Number of counted robots with opinion 1 at each step so far."""
-        return self._holding[FEASIBLE][: self.step + 1]
+        return self._counts[: self.step + 1, 0]
 
     @property
     def infeasible_counts(self) -> NDArray[np.int64]:
         """Number of counted robots with opinion 0 at each step so far."""
-        return self._holding[INFEASIBLE][: self.step + 1]
+        return self._counts[: self.step + 1, 1]
 
     @property
     def counted_counts(self) -> NDArray[np.int64]:
         """Number of counted robots at each step so far."""
-        return self._counts[: self.step + 1]
+        return self._counts[: self.step + 1, 2]
 
     @property
     def feasible_count(self) -> int:
         """Number of counted robots with opinion 1."""
-        return int(self._holding[FEASIBLE][self.step])
+        return int(self._counts[self.step, 0])
 
     @property
     def infeasible_count(self) -> int:
         """Number of counted robots with opinion 0."""
-        return int(self._holding[INFEASIBLE][self.step])
+        return int(self._counts[self.step, 1])
 
     @property
     def declared_counts(self) -> tuple[int, int]:
@@ -276,17 +303,17 @@ class Recording:
     @property
     def truths(self) -> NDArray[np.bool_]:
         """Whether the tasks were feasible at each step so far."""
-        return self._truths[: self.step + 1]
+        return self._counts[: self.step + 1, 3].astype(np.bool_)
 
     @property
     def truth(self) -> bool:
         """Whether the tasks of this step are feasible for the robots of this step."""
-        return bool(self._truths[self.step])
+        return bool(self._now.truth)
 
     @property
     def decision(self) -> int:
         """Decision of the counted robots at this step: 1 feasible, 0 infeasible, -1 undecided."""
-        needed = exact(self.scenario.decision.threshold) * int(self.counted.sum())
+        needed = exact(self.scenario.decision.threshold) * int(self._counts[self.step, 2])
         if self.feasible_count > needed:
             return FEASIBLE
         return INFEASIBLE if self.infeasible_count > needed else UNDECIDED
@@ -294,7 +321,7 @@ class Recording:
     @property
     def first_decision(self) -> tuple[int, int]:
         """First decision of the field so far and its step; -1 and -1 while undecided."""
-        return self._steps[self.step].decision
+        return self._now.decision
 
     def notes_at(self, step: int) -> list[str]:
         """Return lines on the last fault of processes, on radio that is cut, and on lost robots at a step."""
@@ -331,27 +358,14 @@ class _Step(NamedTuple):
     tasks: list[int]
     """Numbers of the tasks."""
     truth: int
-
-    def shown(
-        self, number: int, faults: NDArray[np.str_], scenario: Scenario
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which robots work and which ones count at this step; ``faults`` are those of the start."""
-        has = self.faults(faults)
-        works = ~np.isin(self.robots, self.lost)
-        if number >= scenario.faults.stop_step:
-            works &= has != STOPPED
-        return works, works & (has != BYZANTINE)
-
-    def faults(self, first: NDArray[np.str_]) -> NDArray[np.str_]:
-        """Return the fault of each robot; those that came later than the first ones have none."""
-        return np.array([first[each] if each < len(first) else HONEST for each in self.processes], np.str_)
+    faults: NDArray[np.str_]
+    """The fault of each robot."""
+    works: NDArray[np.bool_]
+    counted: NDArray[np.bool_]
 
 
 def _read_head(path: Path, head: dict[str, Any]) -> tuple[Scenario, Runs]:
     """Return the scenario of a log, and which run its field is."""
-    if head.get("feasibee") != "field" or head.get("version") != VERSION:
-        rule = f"isn't the world's log of a field, version {VERSION}"
-        raise FeasibeeError(f"{named(path)}: {rule}; run the field again with --out")
     toml, source = head.get("scenario"), head.get("source")
     if not (isinstance(toml, str) and isinstance(source, str)):
         raise damaged(path, 1, "has no scenario")
@@ -369,56 +383,12 @@ def _read_head(path: Path, head: dict[str, Any]) -> tuple[Scenario, Runs]:
     raise damaged(path, 1, f"has a field that can't be: {why}")
 
 
-def _step(path: Path, at: int, line: dict[str, Any], number: int, scenario: Scenario) -> _Step:
-    """Return a step's line, if it can be one."""
-    given: list[Any] = [line.get(name) for name in _Step._fields]
-    bodies, minds, lost, decision, robots, processes, tasks, truth = given
-    most = scenario.most
-    there = len(robots) if isinstance(robots, list) else 0
-    starts = number == 0 and not any(event.step == 0 for event in scenario.events)
-    fits = {
-        f"step {number}": is_whole(line.get("step"), number, number),
-        "robots": _are_numbers(robots, most.robots) and (not starts or there == scenario.robots.count),
-        "processes": _are_numbers(processes, ROBOTS_LIMIT) and len(processes) == there,
-        "tasks": _are_numbers(tasks, most.tasks) and (not starts or len(tasks) == scenario.tasks.count),
-        "truth": is_whole(truth, 0, 1),
-        "bodies": _is_list(bodies, there) and all(map(_is_body, bodies)),
-        "minds": _is_list(minds, there) and all(map(is_status, minds)),
-        "lost": _are_numbers(lost, most.robots),
-        "decision": _is_decision(decision, number),
-    }
-    for name, fit in fits.items():
-        if not fit:
-            raise damaged(path, at, f"has no valid {name}")
-    shown = np.array([mind[:3] for mind in minds], np.int8).reshape(-1, 3)
-    places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
-    return _Step(places, shown, lost, (decision[0], decision[1]), robots, processes, tasks, truth)
-
-
-def _fault(path: Path, at: int, line: dict[str, Any], robots: int) -> Fault:
-    """Return the fault of a line, if it can be one."""
-    step, kind, numbers, lasts = (line.get(name) for name in ("step", "kind", "robots", "lasts"))
-    if not (
-        is_whole(step, 1, FAR)
-        and kind in KINDS
-        and _are_numbers(numbers, robots)
-        and type(lasts) in (int, float)
-        and 0 <= lasts <= FAR  # type: ignore[operator]
-    ):
-        raise damaged(path, at, "has no valid fault")
-    return Fault(step, kind, len(numbers), tuple(numbers), lasts)  # type: ignore[arg-type]
-
-
-def _is_list(value: Any, length: int) -> bool:
-    return isinstance(value, list) and len(value) == length
-
-
 def _is_body(value: Any) -> bool:
-    return _is_list(value, 6) and all(is_whole(each, -FAR, FAR) for each in value[:4])
+    return is_list(value, length=6) and all(is_whole(each, -FAR, FAR) for each in value[:4])
 
 
 def _is_decision(value: Any, now: int) -> bool:
-    if not _is_list(value, 2):
+    if not is_list(value, length=2):
         return False
     opinion, step = value
     least, most = (-1, -1) if opinion == UNDECIDED else (0, now)
@@ -426,4 +396,4 @@ def _is_decision(value: Any, now: int) -> bool:
 
 
 def _are_numbers(value: Any, limit: int) -> bool:
-    return isinstance(value, list) and all(is_whole(each, 0, limit - 1) for each in value)
+    return is_list(value, lambda each: is_whole(each, 0, limit - 1))

@@ -10,10 +10,19 @@ from typing import Annotated, Any, Final, NamedTuple, get_args
 from pydantic import Field, Strict, ValidationError
 
 from feasibee.errors import FeasibeeError, one_line, quoted
-from feasibee.field.checks import FARTHEST, is_heard, is_insight, is_place, is_sighting, is_status, is_whole
-from feasibee.field.logs import LOG_LIMIT, damaged, parsed
+from feasibee.field.checks import (
+    FARTHEST,
+    is_heard,
+    is_insight,
+    is_list,
+    is_place,
+    is_sighting,
+    is_status,
+    is_whole,
+)
+from feasibee.field.logs import check_line, damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node, Words
-from feasibee.files.reading import named, read_text
+from feasibee.files.reading import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.scenario.fields import Duration, Faults, Length, Section, Share, Speed
@@ -21,7 +30,6 @@ from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy
 
-_WORD_LIMIT = 2**32
 _UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """Errors of a strategy that is given what its own robots never see, or that isn't the robot's."""
 _CLASSES: Final = 16
@@ -173,12 +181,13 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
     FeasibeeError
         If the file is no log of a robot, is damaged, or says anything else than the replay.
     """
-    *lines, rest = read_text(path, "the log of a robot, such as robot-3.jsonl", LOG_LIMIT).split("\n")
-    if not lines:
-        raise damaged(path, 1, "is incomplete")
+    lines, rest = read_log(
+        path,
+        "the log of a robot, such as robot-3.jsonl",
+        {"feasibee": "robot", "version": VERSION},
+        f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl",
+    )
     head = parsed(path, 1, lines[0])
-    if head.get("feasibee") != "robot" or head.get("version") != VERSION:
-        raise FeasibeeError(f"{named(path)}: isn't the log of a robot, version {VERSION}; name robot-K.jsonl")
     draws = deque(_draws(path, 1, head))
     node, written = _node(path, head, draws, strategy)
     _compare(path, 1, head, written.pop(), draws)
@@ -233,29 +242,23 @@ def _unfit(path: Path, at: int, error: Exception, draws: deque[Words]) -> Feasib
 def _step(path: Path, at: int, text: str) -> dict[str, Any]:
     """Return a step's line, if it can be one."""
     line = parsed(path, at, text)
-    see, heard = line.get("see"), line.get("heard")
     fits = {
         "step": is_whole(line.get("step"), 0, 2**62),
         "place": is_place(line.get("place")),
-        "see": isinstance(see, list) and all(map(is_sighting, see)),
-        "heard": isinstance(heard, list) and all(map(is_heard, heard)),
+        "see": is_list(line.get("see"), is_sighting),
+        "heard": is_list(line.get("heard"), is_heard),
         "status": is_status(line.get("status")),
         "insight": is_insight(line.get("insight")),
     }
-    for name, fit in fits.items():
-        if not fit:
-            raise damaged(path, at, f"has no valid {name}")
+    check_line(path, at, fits)
     return line
 
 
 def _draws(path: Path, at: int, line: dict[str, Any]) -> list[Words]:
-    draws = line.get("draws")
-    if isinstance(draws, list) and all(
-        isinstance(each, list) and len(each) == 4 and all(is_whole(word, 0, _WORD_LIMIT - 1) for word in each)
-        for each in draws
-    ):
-        return [(a, b, c, d) for a, b, c, d in draws]
-    raise damaged(path, at, "has no valid draws")
+    draws: Any = line.get("draws")
+    fit = is_list(draws, lambda each: is_list(each, lambda word: is_whole(word, 0, 2**32 - 1), 4))
+    check_line(path, at, {"draws": fit})
+    return [(a, b, c, d) for a, b, c, d in draws]
 
 
 def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque[Words]) -> None:

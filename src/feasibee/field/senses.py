@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.checks import is_heard, is_place, is_sighting, is_whole
+from feasibee.field.checks import is_heard, is_list, is_place, is_sighting, is_whole
 from feasibee.field.connections import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.files.reading import named, why_not
@@ -80,10 +80,9 @@ def _parsed(text: bytes) -> dict[str, Any] | None:
     counts = [found.get("robots", 0), found.get("tasks", 0)]
     fits = (
         is_place(place)
-        and isinstance(heard, list)
+        and is_list(heard)
         and len(heard) <= HEARD_LIMIT
-        and isinstance(see, list)
-        and all(map(is_sighting, see))
+        and is_list(see, is_sighting)
         and all(is_whole(count, 0, COUNT_LIMIT) for count in counts)
     )
     if not fits:

@@ -6,7 +6,7 @@ import json
 import random
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,7 @@ from feasibee.field.node import Status
 from feasibee.field.plan import PARTITION, PROCESS, Fault, Plan
 from feasibee.model.codes import DECISIONS, UNDECIDED
 from feasibee.model.record import Record
-from feasibee.results.measures import tracked as measures_of
-from feasibee.scenario.scenario import Scenario
+from feasibee.results.measures import tracked
 
 
 class World:
@@ -60,11 +59,13 @@ class World:
         self.step = 0
         self.decision, self.decision_step = UNDECIDED, -1
         self._tracked: list[tuple[int, int]] = []
+        """The truth and the opinion held, at each step."""
         self._channels: dict[int, Channel] = {}
         self._waiting: dict[int, Channel] = {}
         self._nonces: dict[int, int] = {}
         self._wait_for_go = wait_for_go
         self._cut_until = -1.0
+        """The step until which the two halves of the swarm don't hear each other."""
         self._faults = list(plan.faults)
         self.said: dict[int, str | None] = {}
         self._recorded = -1
@@ -222,7 +223,7 @@ class World:
         if sender is receiver:
             return False
         half = self.plan.scenario.robots.count // 2
-        if self.is_cut and (sender.number < half) != (receiver.number < half):
+        if self.step < self._cut_until and (sender.number < half) != (receiver.number < half):
             return False
         return self.bodies.hears(receiver, sender)
 
@@ -282,11 +283,6 @@ class World:
         self.log.write(line)
 
     @property
-    def is_cut(self) -> bool:
-        """Whether the two halves of the swarm don't hear each other."""
-        return self.step < self._cut_until
-
-    @property
     def lost(self) -> list[int]:
         """The numbers of the robots whose processes are silent."""
         return [body.number for body in self.bodies.bodies if body.lost]
@@ -295,6 +291,14 @@ class World:
     def is_over(self) -> bool:
         """Whether the swarm has decided, and that ends the run."""
         return self.plan.scenario.run.stop_at_decision and self.decision != UNDECIDED
+
+    def _measures(self) -> dict[str, Any]:
+        """Return the measures of a field; none if its world doesn't change."""
+        if not self.plan.scenario.dynamic:
+            return {}
+        record = Record.empty(0, 1, 0, len(self._tracked))
+        record.truth[0], record.held[0] = np.array(self._tracked).T
+        return tracked(record, self.plan.scenario)
 
     def end(self) -> dict[str, Any]:
         """Let the robots go; return the result."""
@@ -314,7 +318,7 @@ class World:
             "infeasible": self.bodies.infeasible_count,
             "lost": [body.process for body in self.bodies.bodies if body.lost],
             "dropped": dict(self.server.dropped),
-            **tracked(self.plan.scenario, self._tracked),
+            **self._measures(),
         }
 
 
@@ -322,20 +326,3 @@ def print_event(event: Mapping[str, Any]) -> None:
     """Print an event as one line of JSON, for the field that started the world."""
     sys.stdout.write(json.dumps(event) + "\n")
     sys.stdout.flush()
-
-
-def tracked(scenario: Scenario, steps: Sequence[tuple[int, int]]) -> dict[str, Any]:
-    """Return the measures of a field; none if its world doesn't change.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What the field ran.
-    steps : sequence of pairs of int
-        The truth and the opinion held, at each step.
-    """
-    if not scenario.dynamic:
-        return {}
-    record = Record.empty(0, 1, 0, len(steps))
-    record.truth[0], record.held[0] = np.array(steps).T
-    return measures_of(record, scenario)
