@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
 
-import pytest
-
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee.robot import Controller, Declare, Message, Settings, Wire, firmware
 from feasibee.strategies import STRATEGIES
+from tests.robot.driving import Draws, needs, run
 
 SOURCES = Path(__file__).parent / "c"
 
@@ -118,22 +115,22 @@ def assignments(name, value):
 
 def build(board, strategy, folder, steps, *flags):
     """Compile the program of ``steps.c`` for a board and a strategy."""
-    processor = PROCESSORS[BOARDS[board].processor]
-    needs(processor.compiler[0], processor.packages)
-    (folder / "feasibee.h").write_text(firmware.header(strategy=strategy, inbox=32))
     (folder / "cases.h").write_text(in_c(cases_of(strategy)))
-    path = folder / f"{board}-{strategy}.elf"
-    command = [
-        *processor.compiler,
-        *SHARED,
-        "-I",
-        str(folder),
-        f"-DSTRATEGY={constant(strategy)}",
-        f"-DSTEPS={steps}",
-    ]
-    run([*command, *flags, str(SOURCES / "steps.c"), "-o", str(path), *BOARDS[board].link])
-    flash, ram = processor.bytes_of(path)
-    return Program(BOARDS[board], path, flash, ram)
+    header = firmware.header(strategy=strategy, inbox=32)
+    flags = (f"-DSTRATEGY={constant(strategy)}", f"-DSTEPS={steps}", *flags)
+    return compiled(board, folder, header, SOURCES / "steps.c", *flags)
+
+
+def compiled(board, folder, header, source, *flags):
+    """Compile a program for a board."""
+    board = BOARDS[board]
+    processor = PROCESSORS[board.processor]
+    needs(processor.compiler[0], processor.packages)
+    (folder / "feasibee.h").write_text(header)
+    path = folder / "program.elf"
+    include = [f"-I{folder}", f"-I{SOURCES}"]
+    run([*processor.compiler, *SHARED, *include, *flags, source, "-o", path, *board.link])
+    return Program(board, path, *processor.bytes_of(path))
 
 
 def outputs(program):
@@ -144,36 +141,7 @@ def outputs(program):
     return lines, int(stack, 16)
 
 
-def needs(tool, packages):
-    """Skip a test if a tool is missing."""
-    if shutil.which(tool) is None:
-        pytest.skip(f"no {tool}; Debian has it in {packages}")
-
-
-def run(command):
-    """Run a command and return all that it printed; its errors are the test's."""
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=600, stdin=subprocess.DEVNULL, check=False
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return done.stdout + done.stderr
-
-
-class Words:
-    """The generator of ``steps.c``: xorshift with 32 bits (Marsaglia 2003)."""
-
-    def __init__(self, seed):
-        self.state = seed
-
-    def word(self):
-        """Return the next 32 bits."""
-        self.state ^= self.state << 13 & 0xFFFFFFFF
-        self.state ^= self.state >> 17
-        self.state ^= self.state << 5 & 0xFFFFFFFF
-        return self.state
-
-
-def robot_of(strategy, number, case, words):
+def robot_of(strategy, number, case, draws):
     """Return the controller that a case of ``steps.c`` has."""
     case = dict(case)
     rounds, heard, quorum, of = case.pop("declare", (0, 0, 1, 1))
@@ -182,8 +150,8 @@ def robot_of(strategy, number, case, words):
     return Controller(
         STRATEGIES[strategy],
         opinion=number & 1,
-        draw_duration=lambda mean: int(mean) + 1 + (words.word() & 7),
-        draw_choice=lambda: (words.word() / 2**32, words.word() / 2**32),
+        draw_duration=lambda mean: int(mean) + 1 + (draws.word() & 7),
+        draw_choice=draws.choice,
         settings=Settings(
             declare=Declare(Fraction(quorum, of), rounds, heard) if rounds else None,
             inbox_size=case.pop("inbox_size", 32),
@@ -206,13 +174,13 @@ def expected(strategy, steps, frames=False):
 def states(strategy, number, case, steps, frames=False):
     """Yield the state of a robot after each step, as ``steps.c`` prints it."""
     wire = Wire(STRATEGIES[strategy], 6, declares="declare" in case)
-    words = Words(17 + number)
-    robot = robot_of(strategy, number, case, words)
+    draws = Draws(17 + number)
+    robot = robot_of(strategy, number, case, draws)
     for _ in range(steps):
-        word = words.word()
+        word = draws.word()
         robot.observe(word & 3, word >> 2 & 3)
         for _ in range(word >> 4 & 3):
-            heard = words.word()
+            heard = draws.word()
             if robot.listens:
                 value = heard >> 16 if STRATEGIES[strategy].value_bits else 0
                 robot.hear((heard & 255) % 40, Message(heard >> 8 & 1, value))

@@ -5,12 +5,13 @@ from __future__ import annotations
 from array import array
 from zlib import crc32
 
-from benchmarks.sizes import PROCESSORS, SHARED, setting_in_c
+from benchmarks.sizes import setting_in_c
 from feasibee.robot import Controller, Settings, Wire, firmware
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
 from tests.robot import boards
+from tests.robot.driving import Draws
 
 ROBOTS = 3
 
@@ -37,17 +38,10 @@ def in_c(strategy, setting, longest):
 def build(board, swarm, folder, steps, *flags):
     """Compile the program of ``frames.c`` for a board and a swarm that was run in Python."""
     strategy = swarm.strategy
-    processor = PROCESSORS[boards.BOARDS[board].processor]
-    boards.needs(processor.compiler[0], processor.packages)
     (folder / "swarm.h").write_text(in_c(strategy, swarm.setting, swarm.longest))
-    (folder / "feasibee.h").write_text('#include "swarm.h"\n' + firmware.header(strategy, inbox=12))
-    path = folder / "frames.elf"
-    include = [f"-I{folder}", f"-I{boards.SOURCES}", f"-DSTEPS={steps}"]
-    source = str(boards.SOURCES / "frames.c")
-    boards.run(
-        [*processor.compiler, *SHARED, *include, *flags, source, "-o", str(path), *boards.BOARDS[board].link]
-    )
-    return boards.Program(boards.BOARDS[board], path, *processor.bytes_of(path))
+    header = '#include "swarm.h"\n' + firmware.header(strategy, inbox=12)
+    source = boards.SOURCES / "frames.c"
+    return boards.compiled(board, folder, header, source, f"-DSTEPS={steps}", *flags)
 
 
 class Swarm:
@@ -60,14 +54,14 @@ class Swarm:
         self.longest = 0
         self.setting = setting_from((36, 34), (0, 0), False, None, parameters.values())
         self.wire = Wire(STRATEGIES[strategy], self.setting.id_bits, setting=self.setting)
-        self.words = words = boards.Words(17)
+        self.draws = draws = Draws(17)
         self.robots = [
             Controller(
                 STRATEGIES[strategy],
                 opinion=number & 1,
-                settings=Settings(me=(number, 0, words.word()), setting=self.setting),
-                draw_duration=lambda mean: 1 + (words.word() & 7),
-                draw_choice=lambda: (words.word() / 2**32, words.word() / 2**32),
+                settings=Settings(me=(number, 0, draws.word()), setting=self.setting),
+                draw_duration=lambda mean: 1 + (draws.word() & 7),
+                draw_choice=draws.choice,
             )
             for number in range(ROBOTS)
         ]
@@ -82,7 +76,7 @@ class Swarm:
         self.longest = max(self.longest, *map(len, frames))
         for own, robot in enumerate(self.robots):
             self._recognise(robot)
-            word = self.words.word()
+            word = self.draws.word()
             for other, frame in enumerate(frames):
                 if other != own and word >> other & 1 and frame and robot.listens:
                     robot.hear(*self.wire.decode(frame))
@@ -91,8 +85,8 @@ class Swarm:
             yield line_of(robot, frame)
 
     def _recognise(self, robot):
-        for _ in range(self.words.word() & 3):
-            word = self.words.word()
+        for _ in range(self.draws.word() & 3):
+            word = self.draws.word()
             number = (word >> 1) % (self.setting.robots if word & 1 else self.setting.tasks)
             mark = (number * 2 + (word & 1) + 1) * 2654435761 & 0xFFFFFFFF
             robot.recognise([Thing(bool(word & 1), number, 0, mark)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 import struct
 import subprocess
@@ -17,7 +16,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
-from tests.robot.driving import compiled
+from tests.robot.driving import Draws, compiled
 
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
@@ -84,31 +83,6 @@ def forged(frame, number, draw):
         bits = bits << 1 | bit
     body = frame[:3] + (bits << -number % 8).to_bytes(len(frame) - 7, "big")
     return body + crc32(body).to_bytes(4, "big")
-
-
-class Draws:
-    """The random draws of a robot in swarm.c."""
-
-    def __init__(self, word, whole_numbers):
-        self.last = word
-        self.whole_numbers = whole_numbers
-
-    def word(self):
-        word = self.last
-        word ^= word << 13 & 0xFFFFFFFF
-        word ^= word >> 17
-        self.last = word ^ word << 5 & 0xFFFFFFFF
-        return self.last
-
-    def duration(self, mean):
-        if self.whole_numbers:
-            return 1 + self.word() % 16
-        drawn = -mean * math.log((self.word() + 1) / 2**32)
-        return min(max(1, math.ceil(drawn)), 2**30)
-
-    def choice(self):
-        chance = self.word() / 2**32
-        return chance, self.word() / 2**32
 
 
 def setting_of(strategy, draw, whole_numbers, fixed):

@@ -7,6 +7,7 @@ import pytest
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee.robot.firmware import header
 from tests.robot import boards
+from tests.robot.driving import needs, run
 
 EXAMPLES = boards.SOURCES.parents[2] / "examples"
 INFEASIBLE_FOR_GOOD = "301"
@@ -25,28 +26,28 @@ def compiled(folder, compiler, *sources):
     """Compile an example with the stand-ins, warnings as errors, and return the program."""
     include = [f"-I{each}" for each in (folder, boards.SOURCES, boards.SOURCES / "vendor")]
     program = folder / "program"
-    boards.run([*compiler, "-Wall", "-Wextra", "-Werror", *include, *map(str, sources), "-o", str(program)])
+    run([*compiler, "-Wall", "-Wextra", "-Werror", *include, *map(str, sources), "-o", str(program)])
     return program
 
 
 @pytest.mark.parametrize(("flags", "printed"), [([], INFEASIBLE_FOR_GOOD), (["-DTASK=1"], TASK)])
 def test_a_kilobot_declares_with_its_neighbours_and_fits(flags, printed, folder):
     processor = PROCESSORS["ATmega328P"]
-    boards.needs(processor.compiler[0], processor.packages)
+    needs(processor.compiler[0], processor.packages)
     compiler = [*processor.compiler, *SHARED, *flags]
     program = compiled(folder, compiler, EXAMPLES / "kilobot" / "robot.c", boards.SOURCES / "kilobots.c")
     flash, ram = processor.bytes_of(program)
     assert flash <= 8 * 1024
     assert ram <= 512
     board = boards.BOARDS["ATmega328P"]
-    boards.needs(board.simulator[0], board.package)
-    assert printed in boards.run([*board.simulator, str(program)])
+    needs(board.simulator[0], board.package)
+    assert printed in run([*board.simulator, str(program)])
 
 
 def test_an_esp32_declares_with_its_neighbours(folder):
-    boards.needs("c++", "g++")
+    needs("c++", "g++")
     sketch = EXAMPLES / "arduino" / "feasibee_robot"
     program = compiled(
         folder, ["c++", "-std=gnu++17", "-include", "Arduino.h", f"-I{sketch}"], boards.SOURCES / "esp32.cpp"
     )
-    assert boards.run([str(program)]).split() == ["infeasible", "2"]
+    assert run([str(program)]).split() == ["infeasible", "2"]

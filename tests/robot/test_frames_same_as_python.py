@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import shutil
 import struct
 import subprocess
 from array import array
@@ -15,7 +14,7 @@ from feasibee.robot import Message, Wire, WireError
 from feasibee.robot.firmware import header
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
-from tests.robot.driving import SANITIZED, STRICT
+from tests.robot.driving import SANITIZED, built
 from tests.robot.swarms import NAMES, Episode, program, setting_bytes
 
 WORDS = 4096
@@ -139,8 +138,4 @@ def test_many_damaged_frames_in_c(name, frames):
     ],
 )
 def test_frames_compile_for_small_processors_without_warnings(command, package, flags, tmp_path):
-    if shutil.which(command[0]) is None:
-        pytest.skip(f"needs a cross-compiler: Debian's packages {package}")
-    (tmp_path / "feasibee.h").write_text(header())
-    (tmp_path / "radio.c").write_text(RADIO)
-    subprocess.run([*command, *STRICT, "-Os", *flags, "-c", "radio.c"], cwd=tmp_path, check=True)
+    built(tmp_path, RADIO, header(), "-Os", *flags, "-c", command=[*command, "-std=c99"], packages=package)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import random
-import shutil
-import subprocess
 from fractions import Fraction
 
 import pytest
@@ -15,7 +13,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, totals
 from feasibee.strategies.contract import Me, Thing
-from tests.robot.driving import STRICT
+from tests.robot.driving import built
 
 SOURCE = """
 #define FEASIBEE_WORDS 400
@@ -115,15 +113,8 @@ GENERATOR_SEED = 17
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory):
     """Return the functions of SOURCE."""
-    if shutil.which("cc") is None:
-        pytest.skip("needs a C compiler: Debian's package gcc")
     folder = tmp_path_factory.mktemp("numbers")
-    (folder / "feasibee.h").write_text(header())
-    (folder / "numbers.c").write_text(SOURCE)
-    out = folder / "numbers.so"
-    command = ["cc", *STRICT, "-DFEASIBEE_DOUBLE", "-shared", "-fPIC", folder / "numbers.c", "-o", out, "-lm"]
-    subprocess.run(command, check=True)
-    library = ctypes.CDLL(str(out))
+    library = ctypes.CDLL(str(built(folder, SOURCE, header(), "-DFEASIBEE_DOUBLE", "-shared", "-fPIC")))
     library.kept.restype = ctypes.c_double
     return library
 

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks import sizes
 from tests.robot import boards
+from tests.robot.driving import needs
 
 PAGE = boards.SOURCES.parents[2] / "docs" / "targets.md"
 COLUMNS = [
@@ -50,7 +51,7 @@ def test_the_tables_have_all_their_strategies(name):
 )
 def test_sizes_on_an_atmega328p_are_on_the_page(name, strategy):
     processor = sizes.PROCESSORS["ATmega328P"]
-    boards.needs(processor.compiler[0], processor.packages)
+    needs(processor.compiler[0], processor.packages)
     assert_on_the_page(name, strategy, "ATmega328P")
 
 

@@ -1,28 +1,30 @@
-"""The page on bytes: its programs run, its list of layouts is complete, and users' files may define bytes."""
+"""Pages on robots: their programs run, their lists are complete; and users' files may define bytes."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from feasibee import FeasibeeError
+from feasibee import FeasibeeError, Scenario
 from feasibee.robot import Message, Wire, WireError
 from feasibee.robot.firmware import header, strategies_in_c
 from feasibee.scenario.plugins import load
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
+from tests.robot.driving import HERE, SANITIZED, built, run
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "wire.md").read_text(encoding="utf-8")
 
 
-def blocks_of(language):
-    """Return the blocks of code on the page."""
-    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+def page(name):
+    return (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+
+
+def blocks_of(language, name="wire"):
+    """Return the blocks of code on a page."""
+    return re.findall(rf"```{language}\n(.*?)```", page(name), re.DOTALL)
 
 
 BYTES = "\n\n" + next(block for block in blocks_of("python") if block.startswith("def pack"))
@@ -89,19 +91,45 @@ def test_the_programs_on_the_page_print_what_it_says(capsys):
     assert capsys.readouterr().out.splitlines() == ["01 3c 30 3c 44 a0 ee f9", "(7, 1)"]
 
 
-def test_the_program_in_c_on_the_page_runs(tmp_path):
-    if shutil.which("cc") is None:
-        pytest.skip("needs a C compiler: Debian's package gcc")
-    (tmp_path / "feasibee.h").write_text(header())
-    (tmp_path / "program.c").write_text(blocks_of("c")[0])
-    options = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
-    subprocess.run(["cc", *options, "program.c", "-o", "program", "-lm"], cwd=tmp_path, check=True)
-    subprocess.run([tmp_path / "program"], check=True)
+def test_the_program_on_bytes_runs(tmp_path):
+    run([built(tmp_path, blocks_of("c")[0], header())])
+
+
+def test_the_program_of_a_controller_runs(tmp_path):
+    (code,) = blocks_of("c", "firmware")
+    program = built(tmp_path, code, header("dmmd", inbox=32), HERE / "stubs.c", *SANITIZED)
+    broadcasts, feasible = (int(number) for number in re.findall(r"\d+", run([program])))
+    assert 200 < broadcasts < 800
+    assert feasible > 900
+
+
+def test_the_settings_of_a_deployed_robot_are_those_of_its_scenario(tmp_path):
+    (settings,) = blocks_of("c", "deploying")
+    rule = "settings.declare"
+    values = f"{rule}.rounds, {rule}.heard, {rule}.quorum, {rule}.quorum_of"
+    code = f"""#include "feasibee.h"
+#include <stdio.h>
+int main(void)
+{{
+    {settings}
+    printf("%d %d %d/%d", {values});
+    return 0;
+}}
+"""
+    declare = Scenario().replace({"decision.declare.quorum": 0.9}).decision.declare
+    said = run([built(tmp_path, code, header("average", inbox=40))])
+    assert said == f"{declare.rounds} {declare.heard} 9/10"
+    assert declare.quorum == 0.9
+
+
+def test_the_page_of_the_controller_names_all_strategies_without_knowledge():
+    text = page("firmware")
+    assert all(f"`{name}`" in text for name in strategies_in_c() if not STRATEGIES[name].knowledge)
 
 
 def test_the_page_lists_the_layout_of_each_strategy_and_those_in_c():
     layouts = next(block for block in blocks_of("text") if "census" in block)
     with_knowledge = {name for name in STRATEGIES if STRATEGIES[name].knowledge}
     assert {line.split()[0] for line in layouts.splitlines() if line[0] != " "} == with_knowledge
-    said = re.split(r"Not\s+in\s+C: ", PAGE)[1].partition(", and classes")[0]
+    said = re.split(r"Not\s+in\s+C: ", page("wire"))[1].partition(", and classes")[0]
     assert set(re.findall("`(.*?)`", said)) == with_knowledge - set(strategies_in_c())

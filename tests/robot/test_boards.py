@@ -1,0 +1,66 @@
+"""The C header on boards equals Python: an ATmega328P of 8 bits in simavr, and ARM Cortex in QEMU."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.sizes import names_in_c
+from feasibee.robot.firmware import strategies_in_c
+from tests.robot import boards, frames
+
+DOUBLE = "-DFEASIBEE_DOUBLE"
+ARM = [("Cortex-M0", ()), ("Cortex-M4", ()), ("Cortex-M4", (DOUBLE,))]
+OPINIONS = names_in_c(knowledge=False)
+SMALL = ["dmmd", "dc", "census", "tally", "estimate", "quiet-census", "turns", "totals"]
+"""Strategies whose frames are tried on 8 bits, where ``int`` has 16; doubles have 32 bits there."""
+STRATEGIES = [
+    *((*build, name, 300) for build in ARM for name in ("dmmd", "average")),
+    *(pytest.param(*build, name, 3000, marks=pytest.mark.slow) for build in ARM for name in OPINIONS),
+    *(
+        pytest.param("ATmega328P", (), name, 2000 if name == "bayes" else 5000, marks=pytest.mark.slow)
+        for name in OPINIONS
+        if name != "average"
+    ),
+]
+FRAMES = [
+    *(("ATmega328P", (), name, 100) for name in SMALL),
+    *(pytest.param("Cortex-M4", (DOUBLE,), name, 1000, marks=pytest.mark.slow) for name in strategies_in_c()),
+]
+
+
+@pytest.mark.parametrize(("board", "flags", "strategy", "steps"), STRATEGIES)
+def test_a_strategy_equals_python(board, flags, strategy, steps, tmp_path):
+    lines, _ = boards.outputs(boards.build(board, strategy, tmp_path, steps, *flags))
+    assert lines == boards.expected(strategy, steps)
+
+
+@pytest.mark.parametrize(("board", "flags", "strategy", "steps"), FRAMES)
+def test_robots_that_exchange_frames_know_and_send_the_same(board, flags, strategy, steps, tmp_path):
+    swarm = frames.Swarm(strategy, quiet=0.0 if DOUBLE in flags else 20.0)
+    python = swarm.run(steps)
+    lines, _ = boards.outputs(frames.build(board, swarm, tmp_path, steps, *flags))
+    assert lines == python
+
+
+@pytest.mark.parametrize("frames", [False, True])
+def test_dmmd_equals_python_and_fits_a_kilobot(frames, tmp_path):
+    """Flash and RAM include the test's own generator and printing, and with frames those that it makes."""
+    flags = ['-DFRAMES="dmmd"'] if frames else []
+    program = boards.build("ATmega328P", "dmmd", tmp_path, 300, *flags)
+    lines, stack = boards.outputs(program)
+    assert lines == boards.expected("dmmd", 300, frames)
+    assert program.flash <= 8 * 1024
+    assert program.ram + stack <= 512
+
+
+@pytest.mark.slow
+def test_average_differs_by_one_in_the_last_of_16_bits(tmp_path):
+    """No opinion or phase differs, and few of the values do: docs/targets.md says how many."""
+    lines, _ = boards.outputs(boards.build("ATmega328P", "average", tmp_path, 20_000))
+    python = boards.expected("average", 20_000)
+    assert [line[:4] for line in lines] == [line[:4] for line in python]
+    distances = [
+        abs(int(line[4:], 16) - int(other[4:], 16)) for line, other in zip(lines, python, strict=True)
+    ]
+    assert max(distances) == 1
+    assert sum(distances) < 0.003 * len(distances)
