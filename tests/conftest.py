@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections import defaultdict
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -47,13 +48,27 @@ def pytest_configure(config):
     )
     settings.register_profile(
         "tests",
-        max_examples=25 if "not slow" in config.option.markexpr else 150,
+        max_examples=12 if "not slow" in config.option.markexpr else 150,
         derandomize=True,
         database=None,
         deadline=None,
         suppress_health_check=[HealthCheck[name] for name in harmless],
     )
     settings.load_profile("tests")
+
+
+@pytest.hookimpl(tryfirst=True)  # before slow tests are left out
+def pytest_collection_modifyitems(items):
+    """Mark the cases of quick tests slow, but so many."""
+    families = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("quick") and not item.get_closest_marker("slow"):
+            families[item.nodeid.partition("[")[0]].append(item)
+    for cases in families.values():
+        chosen = min(len(cases), cases[0].get_closest_marker("quick").args[0])
+        for place, item in enumerate(cases):
+            if place * chosen // len(cases) == (place - 1) * chosen // len(cases):
+                item.add_marker("slow")
 
 
 def pytest_sessionstart(session):

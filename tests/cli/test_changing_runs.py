@@ -90,6 +90,7 @@ def test_results_are_saved_with_their_truth_and_their_measures(file, record, tmp
         assert [int(row[name]) for row in rows] == values.tolist()
 
 
+@pytest.mark.slow
 def test_a_sweep_is_drawn_by_its_measures(file, tmp_path):
     study = tmp_path / "study.toml"
     study.write_text(

@@ -479,6 +479,7 @@ def test_a_plot_through_a_link_is_of_the_kind_of_the_links_suffix(here):
     assert names(here) == ["link.png", "real"]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["a.png", "a.pdf", "a.svg", "A.PNG"])
 def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
     assert invoke("run", "--runs", 3, "--steps", 5, "--out", name).exit_code == 0
@@ -487,6 +488,7 @@ def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
     assert names(here) == [name]
 
 
+@pytest.mark.slow
 def test_the_same_command_writes_the_same_plot(here):
     for name in ("a.png", "b.png"):
         assert invoke("run", "--runs", 3, "--steps", 30, "--out", name).exit_code == 0

@@ -114,11 +114,13 @@ def test_the_corpus_is_large():
     assert sum(map(len, corpora)) > 1500
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize(("name", "names"), groups(COMMANDS).items())
 def test_a_command_is_refused(here, name, names):
     in_each(names, lambda each: check_command(*COMMANDS[each]))
 
 
+@pytest.mark.quick(20)
 @pytest.mark.parametrize(("name", "names"), groups(SCENARIOS).items())
 def test_a_scenario_is_refused(here, name, names):
     """In the library, which is quicker; what is wrong by hand, by a command too."""
@@ -132,6 +134,7 @@ def test_a_scenario_is_refused(here, name, names):
     in_each(names, check_one)
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize(("name", "names"), groups(STUDIES).items())
 def test_a_study_is_refused(here, name, names):
     def check_one(each):
@@ -206,6 +209,7 @@ GREEDY = {
 """What took gigabytes, or never ended, or leaves Dask's threads behind: in processes of their own."""
 
 
+@pytest.mark.quick(3)
 @pytest.mark.skipif(sys.platform != "linux", reason="no /proc to look up memory")
 @pytest.mark.parametrize("name", GREEDY)
 def test_what_is_greedy_gets_little_memory_and_time(folder, name):

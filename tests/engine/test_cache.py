@@ -184,6 +184,7 @@ def flipped(data, share, bit):
     return data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_file_is_compiled_again_and_a_line_says_so(folder, capfd, damage):
     compiled()
@@ -246,6 +247,7 @@ def poisoned(tmp_path):
     cache_folder.cache_clear()
 
 
+@pytest.mark.quick(3)
 @owned
 @pytest.mark.parametrize("mode", [0o770, 0o707, 0o777, 0o1777, 0o720])
 @pytest.mark.parametrize("which", ["root", "folder"])

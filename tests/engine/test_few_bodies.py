@@ -73,6 +73,7 @@ def found_and_expected(scenario, places, steps):
     return found, expected
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
 @pytest.mark.parametrize("side", [8.0, [8.0, 5.0], [5.0, 9.0]])
 def test_the_quick_test_of_collisions_equals_exact_integers(boundary, side):

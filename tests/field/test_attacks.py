@@ -88,6 +88,7 @@ ATTACKS = {
 }
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("name", ATTACKS)
 def test_a_field_under_attack_equals_the_run(name, tmp_path):
     expect_the_run(ATTACKS[name](), tmp_path)

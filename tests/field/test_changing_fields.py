@@ -33,6 +33,7 @@ def logged(steps):
     return [(step["robots"], step["tasks"]) for step in steps]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_robots_and_tasks_come_and_go_as_in_the_run(lockstep, tmp_path):
     result, events, steps = run(a_plan(EVENTS, lockstep), tmp_path)
@@ -51,6 +52,7 @@ def test_robots_and_tasks_come_and_go_as_in_the_run(lockstep, tmp_path):
         assert played == [30 if k == stays else 4 for k in range(4)] + [19, 19]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_a_field_whose_robots_have_all_left_goes_on(lockstep, tmp_path):
     scenario = small(**{"robots.failure_rate": 0.5, "run.steps": 30})
@@ -61,6 +63,7 @@ def test_a_field_whose_robots_have_all_left_goes_on(lockstep, tmp_path):
         assert result["achieved_hz"] < 60  # by the world's own clock
 
 
+@pytest.mark.slow
 def test_a_restarted_world_knows_who_came_and_went(tmp_path):
     scenario = small(**STREAMS)
     faults = tuple(Fault(step, "restart-world") for step in (1, 9, 10, 27))

@@ -185,6 +185,7 @@ def refusals(read, path, lines, seed, edits):
     return found
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize("edits", [FEW, pytest.param(MANY, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", WORLDS)
 def test_an_edited_log_of_a_robot_is_replayed_or_refused_in_a_line(name, edits, tmp_path):

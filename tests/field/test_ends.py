@@ -103,6 +103,7 @@ def start(tmp_path):
         field.end()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "name", ["SIGKILL", "SIGTERM", *(pytest.param(n, marks=SLOW) for n in ("SIGHUP", "SIGINT"))]
 )
@@ -159,6 +160,7 @@ main(prog_name="feasibee")
 """
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("size", "told"),
     [

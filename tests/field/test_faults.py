@@ -23,6 +23,7 @@ def planned(scenario, **options):
     return tuple(schedule(faults, scenario.robots.count, scenario.run.steps))
 
 
+@pytest.mark.slow
 def test_killed_and_stopped_robots_are_lost_and_their_logs_replay(tmp_path):
     scenario = small(robots=6)
     faults = planned(scenario, kill="2@10", pause="1@20")

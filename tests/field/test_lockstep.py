@@ -117,6 +117,7 @@ WORLDS = {
 }
 
 
+@pytest.mark.quick(8)
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
     scenario = small(**WORLDS[world])

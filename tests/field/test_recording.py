@@ -87,12 +87,14 @@ def check_equal(scenario, folder):
         swarm.advance()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("world", list(WORLDS)[1:])
 def test_each_frame_of_a_field_in_lockstep_equals_that_of_the_run(world, tmp_path):
     play(a_plan(WORLDS[world]), tmp_path)
     check_equal(WORLDS[world], tmp_path)
 
 
+@pytest.mark.slow
 def test_a_file_of_a_field_in_lockstep_equals_that_of_the_run(plain, tmp_path):
     check_equal(PLAIN, plain)
     for suffix in (".gif", ".png"):
@@ -111,6 +113,7 @@ def test_the_command_writes_what_the_function_does(plain, tmp_path):
     assert len(frames_of(one)) == 3
 
 
+@pytest.mark.slow
 def test_lost_robots_are_grey_and_faults_are_in_words(faulty, tmp_path):
     restart = {"event": "fault", **Fault(30, "restart-world")._asdict()}
     log = (faulty / "world.jsonl").read_text() + json.dumps(restart) + "\n"

@@ -196,6 +196,7 @@ SHAPES = [
 ]
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("arena", [{}, *SHAPES])
 def test_an_arena_of_any_shape_is_drawn_whole(arena, tmp_path):
     """It failed on every rectangle, and cut the legend off."""
@@ -437,6 +438,7 @@ def test_a_figure_is_drawn_into_the_axes_given_or_into_new_ones(name):
     assert len(made.get_figure().axes) == 1
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
 @pytest.mark.parametrize("name", DRAWINGS)
 def test_the_same_figure_is_the_same_bytes_without_a_date(tmp_path, name, suffix):

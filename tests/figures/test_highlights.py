@@ -121,6 +121,7 @@ def boxes(drawn, ax):
     return [Text.get_window_extent(text) for text in ax.texts]  # without the lines to their points
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("seed", range(5))
 def test_names_at_points_cover_neither_names_nor_points(seed):
     random = np.random.default_rng(seed)

@@ -41,6 +41,7 @@ def swarm_at(step):
     return swarm
 
 
+@pytest.mark.slow
 def test_the_truth_of_each_step_is_said_and_gone_to_by_keys(visit, port):
     page = visit(port, reduced_motion="reduce")
     expect(page.locator("#marks-text")).to_contain_text(
@@ -85,6 +86,7 @@ def test_robots_and_tasks_are_drawn_while_they_are_there(visit, port):
     assert len(set(seen.values())) == 5
 
 
+@pytest.mark.slow
 def test_robots_that_have_left_are_not_drawn(visit):
     scenario = Scenario(tasks={"count": 0}, events=[{"step": 10, "robots": -19}], run={"steps": 20})
     with serving_at(Catalogue(scenario, 5)) as port:
@@ -112,6 +114,7 @@ def expect_colours(page, selector, expected):
     assert expected <= set(found)
 
 
+@pytest.mark.slow
 def test_the_truth_is_a_band_on_the_seek_bar_and_behind_the_plot(visit, port):
     page = visit(port, reduced_motion="reduce")
     expect(page.locator("#legend-truth")).to_be_visible()
@@ -136,6 +139,7 @@ def expect_stripes(page):
     assert max(np.diff(full)) > len(rows) / 6
 
 
+@pytest.mark.slow
 def test_a_robot_that_leaves_is_inspected_and_arrows_pass_over_it(visit, port):
     before, after = swarm_at(39), swarm_at(41)
     gone = int(np.flatnonzero(before.present & ~after.present)[0])
@@ -162,6 +166,7 @@ def test_a_robot_that_leaves_is_inspected_and_arrows_pass_over_it(visit, port):
     expect(page.locator("#reasons-0")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_the_preset_and_the_rate_of_change_by_keyboard(visit, still):
     page = visit(still)
     expect(page.locator("#legend-truth")).to_be_hidden()
@@ -199,6 +204,7 @@ def test_the_preset_and_the_rate_of_change_by_keyboard(visit, still):
     expect(page.locator("#rate-row")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_the_preset_simulates_what_the_example_does(visit, still):
     page = visit(still, reduced_motion="reduce")
     unfolded(page, "#stream")
@@ -214,6 +220,7 @@ def test_the_preset_simulates_what_the_example_does(visit, still):
     expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
 
 
+@pytest.mark.slow
 def test_two_strategies_are_compared_in_one_changing_world(visit, port):
     page = visit(port, reduced_motion="reduce")
     page.locator("#against").select_option("dmmd")
@@ -235,6 +242,7 @@ def test_events_are_typed_on_the_page(visit, port):
     expect(page.locator("#note-events")).to_contain_text("is after the end of a run")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "scheme"), [(360, "dark"), (900, "light"), (1440, "dark")])
 def test_it_fits_any_width(visit, port, width, scheme):
     page = visit(port, width=width, color_scheme=scheme)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quick import quick
 from serving import serving_at
 from visiting import (
     at,
@@ -82,6 +81,7 @@ def test_the_seek_bar_goes_to_any_step_and_back(visit, port):
     at(page, 1000)
 
 
+@pytest.mark.slow
 def test_many_seeks_in_a_row_end_at_the_last(visit, port):
     page = visit(port, "#robots.count=2000&tasks.count=1900&arena.side=200")
     for _ in range(30):
@@ -97,6 +97,7 @@ def test_many_seeks_in_a_row_end_at_the_last(visit, port):
     at(page, 55)
 
 
+@pytest.mark.slow
 def test_a_seek_before_the_first_frame_is_kept(visit, port):
     page = visit(port)
     page.evaluate(
@@ -111,6 +112,7 @@ def test_a_seek_before_the_first_frame_is_kept(visit, port):
     at(page, 39)
 
 
+@pytest.mark.slow
 def test_the_decision_is_one_key_away(visit, port):
     decided = int(simulate(Scenario(), 1, 1).decision_step[0])
     page = visit(port)
@@ -135,6 +137,7 @@ def test_the_decision_is_one_key_away(visit, port):
     at(page, 1)
 
 
+@pytest.mark.slow
 def test_a_step_counts_while_the_page_is_on_the_way_to_another(visit, port):
     page = visit(port, "#robots.count=5000&tasks.count=4900&arena.side=310")
     page.evaluate(
@@ -190,6 +193,7 @@ def test_robots_are_inspected_by_keyboard_alone(visit, port):
     expect(page.locator("#robot")).to_have_value("")
 
 
+@pytest.mark.slow
 def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
     page = visit(port)
     page.locator("#robot").fill("5")
@@ -214,6 +218,7 @@ def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
     assert {"0,114,178", "213,94,0"} <= set(colours)  # both opinions
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_clicked_is_inspected_while_time_goes_on(visit, port):
     page = visit(port, reduced_motion="reduce")
     point_at(page, Swarm(Scenario(), 1), 11, "click")
@@ -283,6 +288,7 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
     expect(page.locator("#arena-1")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_every_field_is_under_more(visit, port):
     page = visit(port)
     page.get_by_text("All settings").click()
@@ -332,6 +338,7 @@ def expect_scenario(page, scenario):
     assert Scenario.from_toml(page.locator("#toml").text_content()) == scenario
 
 
+@pytest.mark.slow
 def test_the_runs_of_a_sweep_are_under_their_points(visit, tmp_path):
     tables = {"runs": 9, "seed": 5, "scenario": {"run": {"steps": 1000}}, "sweep": {"tasks.count": [17, 24]}}
     sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
@@ -350,6 +357,7 @@ def test_the_runs_of_a_sweep_are_under_their_points(visit, tmp_path):
         expect(button).to_have_attribute("aria-current", "true")
 
 
+@pytest.mark.slow
 def test_settings_and_arena_are_seen_together_at_900_pixels(visit, port):
     page = visit(port, width=900, height=800)
     for more in ("", "#against=census"):
@@ -373,10 +381,11 @@ def expect_all_seen(page, least):
     assert boxes[0]["width"] >= least
 
 
+@pytest.mark.quick(1)
 @pytest.mark.skipif(not AXE.is_file(), reason="needs axe-core, by npm")
 @pytest.mark.parametrize(
     "look",
-    quick([(360, "light"), (1440, "dark"), (360, "dark"), (900, "light"), (900, "dark"), (1440, "light")], 2),
+    [(360, "light"), (1440, "dark"), (360, "dark"), (900, "light"), (900, "dark"), (1440, "light")],
 )
 def test_axe_finds_no_serious_violation(visit, port, look):
     width, scheme = look

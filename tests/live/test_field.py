@@ -185,6 +185,7 @@ def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
         assert found == ([robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth)
 
 
+@pytest.mark.slow
 def test_a_page_names_robots_that_are_silent_and_goes_back(tmp_path):
     with (
         running(a_plan(small(120), faults=kills("1@5", 120)), tmp_path),

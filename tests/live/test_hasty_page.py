@@ -41,6 +41,7 @@ def test_a_robot_chosen_on_the_way_to_a_step_stops_nothing(visit, port, monkeypa
     expect_reasons(page, swarm, 7)
 
 
+@pytest.mark.slow
 def test_a_robot_chosen_on_the_way_to_the_decision_does_not_undo_it(visit, port):
     page = visit(port)
     expect(page.locator("#marks-text")).to_contain_text("Decision at step")
@@ -53,6 +54,7 @@ def test_a_robot_chosen_on_the_way_to_the_decision_does_not_undo_it(visit, port)
     at(page, decided)
 
 
+@pytest.mark.slow
 def test_a_seek_after_two_changes_is_one_in_the_last_run(visit, port):
     page = visit(port)
     changes = [("[data-path='tasks.count']", count, "change") for count in ("30", "31")]
@@ -61,6 +63,7 @@ def test_a_seek_after_two_changes_is_one_in_the_last_run(visit, port):
     expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 31 tasks)")
 
 
+@pytest.mark.slow
 def test_the_answer_to_an_earlier_change_resets_no_control(visit, port):
     page = visit(port)
     watch = """const seen = [], box = document.querySelector("[data-path='robots.avoid_collisions']");
@@ -75,6 +78,7 @@ def test_the_answer_to_an_earlier_change_resets_no_control(visit, port):
     assert at_once(page, *changes, before=watch, after="return done;") == [True, True]
 
 
+@pytest.mark.slow
 def test_a_problem_of_an_earlier_change_does_not_hide_the_next_run(visit, port):
     page = visit(port)
     changes = [("[data-path='tasks.count']", count, "change") for count in ("-1", "12")]
@@ -83,6 +87,7 @@ def test_a_problem_of_an_earlier_change_does_not_hide_the_next_run(visit, port):
     expect(page.locator("#truth")).to_have_text("feasible (20 robots, 12 tasks)")
 
 
+@pytest.mark.slow
 def test_the_slider_of_the_rate_may_move_before_a_run_has_begun(visit):
     with serving_at(Catalogue(Scenario().replace(STREAM))) as port:
         page = visit(port)

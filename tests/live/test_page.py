@@ -63,6 +63,7 @@ def test_keys_step_play_pause_and_restart(visit, port):
     expect(page.get_by_role("dialog")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_buttons_do_the_same(visit, port):
     page = visit(port)
     page.get_by_role("button", name="One step").click()
@@ -117,6 +118,7 @@ def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
     expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
 
 
+@pytest.mark.slow
 def test_bodies_bring_a_choice_of_what_blocked_robots_do(visit, port):
     page = visit(port)
     contact, bodies = page.get_by_label("Blocked robots"), page.get_by_label("Robots avoid collisions")
@@ -170,6 +172,7 @@ def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
     expect(page.locator("#veil")).to_have_text("")  # the time has stopped
 
 
+@pytest.mark.slow
 def test_markup_in_a_name_stays_text(visit):
     robots = {"classes": [{"name": "<img src=x onerror=alert(1)>", "count": 3, "skills": ["lift"]}]}
     tasks = {"classes": [{"name": "<b>", "count": 1, "needs": {"lift": 1}}]}
@@ -182,6 +185,7 @@ def test_markup_in_a_name_stays_text(visit):
         assert page.locator("main img").count() == 0
 
 
+@pytest.mark.slow
 def test_the_page_fits_any_width(visit, port):
     page = visit(port, width=360, height=740)
     for width, height in ((360, 740), (800, 600), (1440, 900), (1920, 1080)):
@@ -294,12 +298,14 @@ PIXELS = """async flags => {
 }"""
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("look", LOOKS)
 def test_robots_look_as_the_legend_says(visit, port, look):
     flags, expected = LOOKS[look]
     assert visit(port).evaluate(PIXELS, flags) == expected
 
 
+@pytest.mark.slow
 def test_declarations_are_counted_and_told(visit, tmp_path):
     scenario = declaring(tmp_path, quiet=20.0, faults={"byzantine": 0.2}, run={"steps": 60})
     swarm = Swarm(scenario, seed=1)
@@ -318,12 +324,14 @@ def test_declarations_are_counted_and_told(visit, tmp_path):
         expect(page.locator("#tip")).to_contain_text("has declared")
 
 
+@pytest.mark.slow
 def test_without_declare_nothing_is_said_of_it(visit, port):
     page = visit(port)
     expect(page.locator("#declared-row")).to_be_hidden()
     expect(page.locator("#legend-declared")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_ten_thousand_robots_are_drawn(visit, port):
     page = visit(port, "#robots.count=10000&tasks.count=9000&arena.side=447")
     page.keyboard.press(".")
@@ -333,6 +341,7 @@ def test_ten_thousand_robots_are_drawn(visit, port):
         page.screenshot(path="ten-thousand.png")
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_light_and_dark_as_the_system_or_as_chosen(visit, port, scheme):
     page = visit(port, color_scheme=scheme, reduced_motion="reduce")
@@ -356,6 +365,7 @@ def test_every_control_has_a_name(visit, port):
     expect(page.locator("#arena")).to_have_attribute("aria-label", re.compile("20 robots and 20 tasks"))
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("units", "shown"), [({}, "1 of 1,000"), ({"seconds": 90.0}, "1 of 1,000, 1 min 30 s")]
 )

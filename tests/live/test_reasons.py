@@ -51,6 +51,7 @@ def test_a_census_says_how_many_it_knows():
 ALONE = {"radio.range": 0.01, "robots.know_count": True, "tasks.count": 16}
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("strategy", ["dmmd", "bayes", "accumulate", "average", "tally", "census", "totals"])
 def test_what_it_will_decide_is_what_it_decides(strategy):
     """Without messages, nothing that a robot knows changes while it disseminates."""

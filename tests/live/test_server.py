@@ -311,6 +311,7 @@ WRONG = {
 }
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize("what", WRONG)
 def test_nonsense_gets_an_error_and_the_swarm_goes_on(port, what):
     with Page(port) as page:
@@ -537,6 +538,7 @@ UNFINISHED = {
 }
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("what", UNFINISHED)
 def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, monkeypatch):
     monkeypatch.setattr(guard, "LIFETIME", 0.5)
@@ -555,6 +557,7 @@ def test_a_connection_that_asks_for_nothing_whole_ends_and_a_page_goes_on(what, 
         assert page.open()["step"] == 0
 
 
+@pytest.mark.slow
 def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     upgrade = b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: h2c\r\nConnection: Upgrade\r\n\r\n"
     chunked = b"POST / HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n"

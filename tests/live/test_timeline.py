@@ -109,6 +109,7 @@ def test_the_outlook_is_what_the_run_does(world, tmp_path):
         assert len(found["changes"]) > 2
 
 
+@pytest.mark.slow
 def test_the_outlook_ends_with_the_run_however_many_changes():
     scenario = Scenario(run={"steps": 30_000}, decision={"exploration": 1.0, "gain": 1.0})
     outlook = Outlook(Swarm(scenario, 1), 30_000)

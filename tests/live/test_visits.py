@@ -67,6 +67,7 @@ def test_it_plays_by_itself_and_by_keys(visit, file):
     expect(page.locator("#ranges")).to_have_attribute("aria-pressed", "true")
 
 
+@pytest.mark.slow
 def test_it_rests_at_the_start_if_motion_is_to_be_reduced(visit, file):
     page = visit(file)
     expect(page.locator("#arena[data-drawn]")).to_be_visible()
@@ -129,6 +130,7 @@ def test_an_invalid_number_is_marked_and_changes_nothing(visit, file):
     expect(robots).to_have_value("20")
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("width", [360, 740, 900, 1440])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_fits_and_has_the_systems_colours(visit, file, width, scheme):
@@ -153,6 +155,7 @@ def expect_own_height(page, inside):
     assert height > 500
 
 
+@pytest.mark.slow
 def test_in_a_frame_it_has_the_sites_theme_and_its_own_height(visit, file, tmp_path):
     shutil.copy(file, tmp_path / "swarm.html")
     shutil.copy(SITE / "swarm.js", tmp_path)

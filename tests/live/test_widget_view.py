@@ -154,6 +154,7 @@ def test_it_plays_to_the_end_and_says_what_simulate_says(show):
     expect(step_of(page)).not_to_have_text("200")
 
 
+@pytest.mark.slow
 def test_declarations_are_counted_if_robots_declare(show, tmp_path):
     scenario = declaring(tmp_path, quiet=20.0, tasks={"count": 21}, run={"steps": 60})
     swarm = Swarm(scenario, 3)
@@ -172,6 +173,7 @@ def test_declarations_are_counted_if_robots_declare(show, tmp_path):
     expect(plain.locator(".declared")).to_be_hidden()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_arena_is_drawn_in_the_colours_of_the_system(show, scheme):
     arena = Arena(SCENARIO, seed=1)
@@ -224,6 +226,7 @@ def test_it_fits_a_narrow_page_and_everything_has_a_name(show):
         expect(page.get_by_role(role, name=name)).to_be_visible()
 
 
+@pytest.mark.slow
 def test_a_world_that_changes_says_the_truth_of_the_step_and_draws_its_tasks(show):
     events = [{"step": 3, "tasks": 40}, {"step": 6, "tasks": -60}]
     scenario = Scenario(tasks={"count": 20}, events=events, run={"steps": 10})

@@ -97,6 +97,7 @@ def test_any_fields_that_a_page_simulates_equal_the_engines(play):
     compare(play, runs)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     "decision",
     [

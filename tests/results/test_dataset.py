@@ -248,6 +248,7 @@ def test_a_failed_save_leaves_the_old_file_whole_and_nothing_else(tmp_path, monk
     assert open_results(tmp_path / "a.nc").identical(old)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.skipif(os.name == "nt", reason="no limits of the size of files")
 @pytest.mark.parametrize("name", ["a.nc", "a.csv"])
 def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path, name, capfd):
@@ -419,6 +420,7 @@ def test_no_flipped_bit_of_saved_results_changes_a_number(tmp_path):
             open_results(tmp_path / "b.nc")
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     "change",
     [

@@ -112,6 +112,7 @@ def assert_same(program, name, packets, most=2_000):
         assert place == len(ran.stdout)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("packets", [1_000, pytest.param(200_000 // len(NAMES), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", NAMES)
 def test_frames_in_c_are_those_of_python(name, packets, frames):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from quick import quick
 
 from feasibee.strategies import STRATEGIES
 from tests.robot.driving import SANITIZED
@@ -40,17 +39,20 @@ RARE = [
 """Settings whose limits random ones seldom reach."""
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("name", "fixed"), RARE)
 def test_swarms_at_limits_do_what_they_do_in_python(name, fixed, swarm):
     assert_same([swarm], name, 4_000, fixed=fixed)
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("steps", [4_000, MANY])
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_c_do_what_they_do_in_python(name, steps, swarm):
     assert_same([swarm], name, steps)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("steps", [3_000, MANY])
 @pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_swarms_in_whole_numbers_do_what_they_do_in_python(name, steps, in_whole_numbers):
@@ -61,12 +63,14 @@ FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for
 """First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
 
 
-@pytest.mark.parametrize("name", quick(KNOWLEDGE, 3))
+@pytest.mark.quick(1)
+@pytest.mark.parametrize("name", KNOWLEDGE)
 def test_clocks_that_pass_a_power_of_two_do_what_they_do_in_python(name, swarm):
     assert_same([swarm], name, 4_000, fixed={"first_steps": FIRST_STEPS})
 
 
-@pytest.mark.parametrize("name", quick(IN_WHOLE_NUMBERS, 2))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_clocks_that_pass_a_power_of_two_in_whole_numbers(name, in_whole_numbers):
     fixed = {"first_steps": FIRST_STEPS}
     assert_same([in_whole_numbers], name, 3_000, whole_numbers=True, fixed=fixed)

@@ -142,6 +142,7 @@ def replaced(text, old, new):
 # --- Declaring ---
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("world", COSTLY_WORLDS)
 def test_declaring_is_equal_in_engine_and_reference(write, world):
     record = assert_same(*2 * [scenario_of(write(QUIET), **WORLDS[world])])
@@ -199,6 +200,7 @@ def test_byzantine_robots_do_not_count_among_those_that_declared(write):
     assert record.feasible_at_end.tolist() == [15] * 3
 
 
+@pytest.mark.slow
 def test_the_declaration_step_is_the_first_at_which_more_than_the_threshold_have_declared(write):
     """Robot i declares in step i + 2, feasible and infeasible by turns."""
     text = replaced(
@@ -487,6 +489,7 @@ ALL_HEAR = {
 }
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("tasks", "robots_invented", "tasks_invented"), [(10, 0, 11), (20, 0, 1), (21, 1, 0), (30, 10, 0)]
 )

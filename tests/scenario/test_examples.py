@@ -42,6 +42,7 @@ def test_with_ten_porters_less_it_is_infeasible_as_the_comment_says():
     assert (violator.skills, violator.demand, violator.robots) == (("lift", "relay"), 15, 6)
 
 
+@pytest.mark.quick(1)
 def test_engine_and_reference_agree(path):
     scenario = Scenario.read(path).replace({"run.steps": 60})
     engine, plain = (

@@ -7,7 +7,6 @@ import pytest
 from following import SIGHTINGS
 from numba import types
 from own_files import assert_same, why_not
-from quick import quick
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, reference
 from feasibee.engine.compile import entry
@@ -87,7 +86,8 @@ def replaced(text, old, new):
     return text.replace(old, new)
 
 
-@pytest.mark.parametrize("world", quick(WORLDS, 1))
+@pytest.mark.quick(1)
+@pytest.mark.parametrize("world", WORLDS)
 def test_judging_is_equal_in_engine_and_reference(write, world):
     record = assert_same(*2 * [scenario_of(write(FADING), **WORLDS[world])])
     changes = np.diff(record.feasible_count, axis=1) != 0

@@ -173,6 +173,7 @@ def test_a_users_grow_only_set_is_the_census_to_the_bit(write, world):
     assert (record.bits_sent > 0).all()
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("world", COSTLY_WORLDS)
 def test_all_that_the_contract_offers_is_equal_in_engine_and_reference(write, world):
     """Messages of their own size, memory, steps, senders, hashes, classes, parameters and lies."""
@@ -191,6 +192,7 @@ def test_false_sightings_are_things_without_an_id(write):
         scenario_of(write(SET, "set.py"), **changes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["census", *(pytest.param(name, marks=pytest.mark.slow) for name in ("tally", "sketch"))]
 )
@@ -513,6 +515,7 @@ def bits(message, me):
 )
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("changes", [{}, {"tasks.count": 0}, {"robots.count": 40}])
 def test_a_false_sighting_has_a_hash_of_its_own(write, changes):
     """The bits sum up hashes: they differ between the implementations if any hash does."""

@@ -6,7 +6,6 @@ import inspect
 
 import pytest
 from own_files import assert_same
-from quick import quick
 
 from feasibee import Scenario
 from feasibee.engine.compile import reads_only
@@ -16,23 +15,22 @@ LARGE = Scenario(robots={"count": 70}, tasks={"count": 71}, arena={"side": 30.0}
 FIELDS = ("id", "kind", "hash", "setting")
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("strategy", ["census", "tally", "estimate", "sketch"])
-@pytest.mark.parametrize("liars", quick([0.1, 0.0], 1))
+@pytest.mark.parametrize("liars", [0.1, 0.0])
 def test_robots_that_learn_nothing_new_repeat_their_message(strategy, liars):
     scenario = LARGE.replace({"decision.strategy": strategy, "faults.byzantine": liars})
     assert_same(scenario, scenario, runs=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "length",
-    quick(
-        [
-            "len(message) + age(me)",
-            "len(message) + me.step % 7",
-            "len(message) + (1 if me.explores else 0) + int(me.x)",
-        ],
-        1,
-    ),
+    [
+        "len(message) + age(me)",
+        "len(message) + me.step % 7",
+        "len(message) + (1 if me.explores else 0) + int(me.x)",
+    ],
 )
 def test_a_length_that_changes_with_the_robot_is_computed_in_each_step(tmp_path, monkeypatch, length):
     text = inspect.getsource(tally)

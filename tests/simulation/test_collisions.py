@@ -10,7 +10,6 @@ import re
 
 import numpy as np
 import pytest
-from quick import quick
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
 
@@ -115,9 +114,10 @@ def test_no_two_discs_ever_overlap_in_thousands_of_small_crowds():
     assert 0.2 < stand < deflect < 0.95  # there were both: moves and blocks
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
-@pytest.mark.parametrize("sides", quick([(31.0, 13.0), (20.0, 20.0)], 1))
-@pytest.mark.parametrize("coverage", quick([0.6, 0.3], 1))
+@pytest.mark.parametrize("sides", [(31.0, 13.0), (20.0, 20.0)])
+@pytest.mark.parametrize("coverage", [0.6, 0.3])
 @pytest.mark.parametrize(
     ("speed", "contact"), [(0.1, "stand"), (1.0, "stand"), (0.1, "deflect"), (1.0, "deflect")]
 )
@@ -198,6 +198,7 @@ def test_the_order_of_robots_doesnt_matter(boundary, contact):
             assert there[robot.number] == (robot.place, robot.velocity, robot.mind.opinion)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
 @pytest.mark.parametrize(
     ("coverage", "speed"),

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from quick import quick
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
 from feasibee.model.record import Record
@@ -425,6 +424,7 @@ BEYOND = {
 }
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("name", BEYOND)
 def test_a_swarm_beyond_the_paper_step_by_step_is_the_references_swarm(name):
     scenario = Scenario().replace({"decision.exploration": 4.0, **BEYOND[name]})
@@ -502,10 +502,11 @@ SHORT = ("dmmd", "average", "census", "quiet-census", "roster", "fading")
 """A strategy of each kind: opinions, values, names, with a word of its own, and for worlds that change."""
 
 
+@pytest.mark.quick(8)
 @pytest.mark.parametrize(
     "world", [pytest.param(each, marks=[pytest.mark.slow] * (each in SLOW_WORLDS)) for each in WORLDS]
 )
-@pytest.mark.parametrize("name", quick(STRATEGIES, SHORT))
+@pytest.mark.parametrize("name", STRATEGIES)
 def test_every_strategy_is_equal_in_every_world(name, world):
     """All strategies in all worlds keep their bytes in test_same_bytes, too."""
     scenario = small_scenario(name, WORLDS[world])
@@ -515,8 +516,9 @@ def test_every_strategy_is_equal_in_every_world(name, world):
         assert STRATEGIES[name].one_class or STRATEGIES[name].declares
 
 
+@pytest.mark.quick(11)
 @pytest.mark.parametrize("name", [name for name, each in STRATEGIES.items() if not each.knowledge])
-@pytest.mark.parametrize("count", quick([20, 40], 1))
+@pytest.mark.parametrize("count", [20, 40])
 def test_robots_that_switch_to_their_own_evidence_are_equal(name, count):
     changes = {"decision.switching": 0.3, "faults.stubborn": 0.1, "robots.count": count, **BY_VOTES}
     assert_equal(small_scenario(name, changes), seed=7)
@@ -535,6 +537,7 @@ DECLARING = [name for name, each in STRATEGIES.items() if each.declares]
 COLLUDING = {"faults.byzantine": 0.15, "faults.byzantine_says": "colluding", "run.steps": 60}
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("tasks", [15, 25])
 @pytest.mark.parametrize("known", [True, False])
 @pytest.mark.parametrize("name", DECLARING)
@@ -546,12 +549,14 @@ def test_declarations_among_colluding_robots_are_equal(name, known, tasks):
             assert_equal(small_scenario(name, {**COLLUDING, **changes}), seed=9)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("parameters", [{"names": 0.0}, {"names": 3.0, "tolerates": 1.0}, {"names": -1.0}])
 def test_messages_of_turns_are_equal(parameters):
     for world in ({}, {**COLLUDING, "tasks.count": 17}, {**COLLUDING, "tasks.count": 24}):
         assert_equal(small_scenario("turns", {**world, "decision.parameters": parameters}), seed=10)
 
 
+@pytest.mark.quick(6)
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_a_swarm_of_every_strategy_step_by_step_is_the_references_swarm(name):
     changes = {**({} if name in DECLARING else BY_VOTES), "faults.byzantine": 0.1}
@@ -620,11 +625,13 @@ CHANGING_WORLDS = {
 }
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("world", CHANGING_WORLDS)
 def test_a_swarm_of_a_changing_world_step_by_step_is_the_references_swarm(world):
     assert_same_swarms(Scenario().replace({**CHANGING, **CHANGING_WORLDS[world]}), seed=3, run=5, steps=60)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", ["roster", "roster-turns"])
 @pytest.mark.parametrize(
     "parameters", [{}, {"robot_timeout": 12.0, "looks": 1.0}, {"robot_timeout": 30.0, "tolerates": 1.0}]

@@ -132,6 +132,7 @@ def unfinished(matrix):
     return after[:, 1:-1].sum(axis=1)
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
 @pytest.mark.parametrize("loss", [0.0, 0.4])
 def test_voters_follow_their_chain(count, loss):
@@ -148,6 +149,7 @@ def test_voters_follow_their_chain(count, loss):
     assert_ends(rounds, chances, unfinished(matrix))
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
 @pytest.mark.parametrize("own_vote", [True, False])
 @pytest.mark.parametrize("loss", [0.3, 0.6])

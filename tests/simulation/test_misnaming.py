@@ -40,6 +40,7 @@ def same(scenario, runs=2):
     return records[0]
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(  # slow: worlds in which the reference takes seconds
     "world",
     [each if each == "20 robots" else pytest.param(each, marks=pytest.mark.slow) for each in WORLDS],
@@ -49,6 +50,7 @@ def test_engine_equals_reference_with_wrong_names(name, world):
     same(Scenario().replace({**SMALL, **WORLDS[world], **NAMING[name]}))
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["roster", "roster-turns", "sketch"])
 def test_engine_equals_reference_with_wrong_names_in_a_world_that_changes(name):
     changes = {"tasks.lifetime": 30.0, "tasks.arrival_rate": 0.5, "robots.failure_rate": 0.01}

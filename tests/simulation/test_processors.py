@@ -35,6 +35,7 @@ def test_the_same_bytes_on_a_processor_with_the_least_instructions(names, tmp_pa
     assert json.loads(done.stdout) == {name: kept[name] for name in names}
 
 
+@pytest.mark.slow
 def test_code_for_another_processor_has_a_file_of_its_own(tmp_path):
     script = tmp_path / "double.py"
     script.write_text(

@@ -146,6 +146,7 @@ def test_every_scenario_of_the_corpus_gives_the_bytes_that_it_gave():
     assert found == kept["hashes"]
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["paper, dmmd", "paper, tally", "team, sketch", "faults, census"])
 def test_the_reference_gives_the_same_bytes(name):
     kept = json.loads(HASHES.read_text())["hashes"]

@@ -105,6 +105,7 @@ def test_nobody_sees_through_a_wall(boundary, seen, count):
     assert robots_seen(swarm)[:2].tolist() == [3 * seen, 3 * seen]
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("tasks", [4, 40])
 @pytest.mark.parametrize("side", [8.0, [8.0, 5.0], [5.0, 8.0]])
 def test_tasks_on_the_far_walls_are_tasks(tasks, side):
@@ -172,6 +173,7 @@ def test_a_single_honest_robot_decides_alone_among_liars():
     assert (record.decision_step == 0).all()
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("count", [16, 40])
 @pytest.mark.parametrize("says", ["opposite", "feasible", "infeasible", "random"])
 def test_what_liars_say(says, count):
@@ -342,6 +344,7 @@ def test_points_are_where_they_were_given(what):
     np.testing.assert_allclose(swarm.positions if what == "robots" else swarm.tasks, points, atol=1e-8)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(("what", "attribute"), [("robots", "positions"), ("tasks", "tasks")])
 def test_clusters_are_normal_about_uniform_centres(what, attribute):
     """One cluster: catches a spread off by 5 %, centres not uniform, and one centre for all runs."""

@@ -62,6 +62,7 @@ KNOWLEDGE = [name for name, each in STRATEGIES.items() if each.knowledge]
 TOLERANT = [name for name in KNOWLEDGE if "tolerates" in STRATEGIES[name].parameters]
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize(
     ("name", "changes"),
     [*((name, {}) for name in KNOWLEDGE), *((name, {"tolerates": 1.0}) for name in TOLERANT)],

@@ -113,6 +113,7 @@ def searched(own, places, per_side):
     return {(int(c), int(r)) for r, c in np.argwhere(blocks)}
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("walled", [False, True])
 @pytest.mark.parametrize(
     ("size", "cell", "sight", "per_side"),
@@ -482,6 +483,7 @@ def worlds(draw):
     )
 
 
+@pytest.mark.slow
 def test_no_robot_ever_declares_wrongly():
     """In small worlds: odd sides, walls, clusters, lost messages, and as many liars as they tolerate."""
     declared = []
@@ -522,6 +524,7 @@ WORLDS = {
 }
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize("name", WORLDS)
 def test_a_map_is_the_same_in_both_implementations(name):
     small = {"arena.side": 10.0, "decision.strategy": "map", "robots.know_count": True, "run.steps": 70}

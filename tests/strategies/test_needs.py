@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from quick import quick
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.robot.knowledge import Knowledge
@@ -70,7 +69,8 @@ def test_a_parameter_may_make_names_needed():
     assert needs_of(scenario.replace({"decision.parameters": arrivals})) == [NAMES, IDS, COUNT]
 
 
-@pytest.mark.parametrize("name", quick(STRATEGIES, ("dmmd", "census", "quiet-census", "roster", "totals")))
+@pytest.mark.quick(2)
+@pytest.mark.parametrize("name", STRATEGIES)
 def test_swarms_whose_ids_are_mistaken_fail_only_if_ids_are_declared(name):
     """Of 20 robots with ids of 3 bits, at most 8 seem to be different ones.
 

@@ -393,6 +393,7 @@ def test_a_colluders_sketch_is_full_on_one_side():
     assert honest.counted()[1] == [128 * 2**15 * 65536]
 
 
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("strategy", ["tally", "estimate", "census", "sketch"])
 @pytest.mark.parametrize("tasks", [10, 20, 21, 40])
 def test_one_colluder_of_twenty_makes_the_old_strategies_wrong(strategy, tasks):
@@ -419,6 +420,7 @@ def right_by(step, strategy, tasks, **changes):
     return (right[:, step] > 18).mean()
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("strategy", "tasks", "target"),
     [
@@ -449,6 +451,7 @@ def test_dmvd_decides_rightly_at_ratio_two():
     assert (record.decision == 1).mean() >= 0.97
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("strategy", ["voter", "majority"])
 @pytest.mark.parametrize("tasks", [2, 200])
 def test_the_baselines_know_nothing_of_the_tasks(strategy, tasks):

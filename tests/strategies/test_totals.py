@@ -145,6 +145,7 @@ def test_both_totals_are_halved_when_one_fills_its_word():
         assert robot.words[:2] == kept
 
 
+@pytest.mark.slow
 def test_a_swarm_is_right_after_300_000_steps():
     """In so dense a swarm totals outgrow their message by step 220,000."""
     world = {"arena.side": 6.0, "sensing.range": 3.0, "robots.know_count": True, "tasks.count": 24}
@@ -295,6 +296,7 @@ def right_at_end(tasks, **changes):
     return (right > 0.9 * round(scenario.robots.count * (1 - scenario.faults.byzantine))).mean()
 
 
+@pytest.mark.slow
 def test_one_colluder_of_twenty_outweighs_all_unless_it_is_tolerated():
     """At m = 16: right in every run or in none, measured; 400 runs catch a share of 1 %."""
     liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}

@@ -59,6 +59,7 @@ def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
     assert assessment.right.estimate == outcome.right.mean()
 
 
+@pytest.mark.slow
 def test_declarations_are_assessed(tmp_path):
     found = assess(declaring(tmp_path, quiet=20.0, run={"steps": 150}), runs=6, seed=1)
     record = simulate_record(found.scenario, Runs(6, 1))
@@ -172,6 +173,7 @@ def test_words_json_and_page(assessment, tmp_path):
     assert "http" not in page  # one page by itself
 
 
+@pytest.mark.slow
 def test_words_fit_a_narrow_terminal(monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     told = CliRunner().invoke(main, ["assess", "--runs", "5", "--steps", "20"]).stdout

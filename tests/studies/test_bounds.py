@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quick import quick
 
 from feasibee import Scenario, Swarm
 from feasibee.scenario.runs import Runs
@@ -79,7 +78,8 @@ def knowing_steps(scenario, run):
     return np.where(found > 0, found, 10**5)
 
 
-@pytest.mark.parametrize("changes", quick(WORLDS, 2), ids=str)
+@pytest.mark.quick(2)
+@pytest.mark.parametrize("changes", WORLDS, ids=str)
 @pytest.mark.parametrize("name", [*(name for name in STRATEGIES if STRATEGIES[name].declares), "eager"])
 def test_no_robot_proves_its_answer_before_its_own_limit(name, changes, eager):
     """In `map` both answers are proofs; in others *infeasible* is, and *feasible* a guess after a time."""
@@ -94,6 +94,7 @@ def test_no_robot_proves_its_answer_before_its_own_limit(name, changes, eager):
         assert (feasible >= whole).all()
 
 
+@pytest.mark.slow
 def test_the_flooding_of_a_run_bounds_a_census_that_broadcasts_briefly_at_first(eager):
     """With the paper's phases as the bound, it was ahead of its own run's in 4 of 5 runs."""
     scenario = Scenario(tasks={"count": 21}, decision={"strategy": eager})

@@ -84,12 +84,14 @@ def test_a_comparison_writes_its_measures_and_figures(outcomes, tmp_path):
         assert float(row["false_alarms_low"]) == found.false_alarms.low
 
 
+@pytest.mark.slow
 def test_numbers_of_tasks_have_figures_of_their_own(tmp_path):
     few = compare(contenders_of(CHANGING, ["dmmd"]), (4, 5), runs=2, seed=3)
     write_comparison(tmp_path, few)
     assert len(list(tmp_path.glob("compare_delay_*.png"))) == 2
 
 
+@pytest.mark.slow
 def test_a_comparison_is_printed_with_delays(file, tmp_path):
     words = ("compare", file, "--strategies", "dmmd,census", "--runs", 20, "--seed", 3, "--out", tmp_path)
     printed = invoke(*words).stdout
@@ -151,6 +153,7 @@ def test_measures_of_worlds_that_change_are_refused_in_others(tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_a_search_finds_parameters_that_follow_changes_sooner(file, tmp_path):
     pytest.importorskip("optuna")
     words = ("--over", "decision.gain=1:60,decision.exploration=2:60", "--trials", 8, "--runs", 10)

@@ -139,6 +139,7 @@ def test_intervals_hold_their_estimate_and_verdicts_follow_from_them(shares, und
 # --- More than 75 % right beyond ratio 2 ---
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(("name", "ratio", "right"), [("feasible", 5.0, 1), ("infeasible", 0.2, 0)])
 @pytest.mark.parametrize(
     ("share", "verdict"), [(0.9, HOLDS), (0.76, CANNOT_TELL), (0.74, CANNOT_TELL), (0.6, FAILS)]
@@ -156,6 +157,7 @@ def test_the_interval_of_several_ratios_shares_the_error_among_them():
     assert (claim.estimate, claim.low, claim.high) == wilson(320, 400, 1 - 0.05 / 3)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("ratio", [2.0, 1.0, 0.5])
 def test_ratios_up_to_2_are_not_in_the_claim(ratio):
     claims = check(shares=with_share(ratio, 0.5))
@@ -182,6 +184,7 @@ def test_mirrored_data_are_symmetrical():
     assert "4 pairs" in claim.statistic
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("above", "below", "runs", "verdict"),
     [
@@ -209,6 +212,7 @@ def test_the_interval_of_the_symmetry_is_that_of_a_mean_of_differences():
 # --- Diverging at ratio 1 ---
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("share", "verdict"),
     [(0.5, HOLDS), (0.35, HOLDS), (0.65, HOLDS), (0.27, CANNOT_TELL), (0.05, FAILS), (0.95, FAILS)],
@@ -258,6 +262,7 @@ def test_the_rank_correlation_by_hand():
     assert claim.estimate == pytest.approx(-1 / math.sqrt(2))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_resamples")
 def test_the_interval_of_the_correlation_covers_the_truth():
     """No correlation in 600 studies: 0 lies outside of about 5 % of the intervals, on either side alike."""
@@ -298,6 +303,7 @@ def test_the_width_of_the_band_is_the_mean_difference_of_the_quartiles():
     assert claim.low < -16 < claim.high < 0
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize(
     ("large", "small", "verdict"), [(5, 20, HOLDS), (20, 5, FAILS), (20, 20, CANNOT_TELL)]
 )

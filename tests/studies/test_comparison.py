@@ -179,6 +179,7 @@ def test_declarations_have_a_figure_and_columns(with_quiet, tmp_path):
         assert [int(row[f"declare_step_{name}"]) for name in ("median", "p95")] == [*steps[:2]]
 
 
+@pytest.mark.slow
 def test_the_command_prints_declarations_by_number_of_tasks(tmp_path):
     declaring(tmp_path, quiet=20.0)
     words = ("compare", "--strategies", f"dmmd,{tmp_path / 'quiet.py'}", "--tasks", "10,30", "--runs", 5)

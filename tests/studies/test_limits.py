@@ -104,6 +104,7 @@ class Oracle:
         return found
 
 
+@pytest.mark.quick(3)
 @pytest.mark.parametrize("changes", WORLDS, ids=str)
 def test_limits_are_those_of_the_positions_step_by_step(changes):
     scenario = Scenario().replace({"run.steps": 400, **changes})

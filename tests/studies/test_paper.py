@@ -127,6 +127,7 @@ def test_fig_1_has_the_places_of_the_swarm(study):
         np.testing.assert_array_equal([(float(row["x"]), float(row["y"])) for row in of_kind], places)
 
 
+@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_figures_are_pictures(study, name):
     picture = imread(study[0] / f"{name}.png")

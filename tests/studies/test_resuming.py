@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from quick import quick
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
@@ -87,7 +86,6 @@ STUDIES = {
     "sensitivity": sensitivity_study,
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
-each_short_study = pytest.mark.parametrize("study", quick(STUDIES, ("comparison", "sizing", "tuning")))
 
 
 @dataclass
@@ -139,7 +137,8 @@ def undisturbed():
     return of
 
 
-@each_short_study
+@pytest.mark.quick(1)
+@each_study
 def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
     """To the same bytes, and no run is computed twice; an interrupt is an error as any other."""
     error = KeyboardInterrupt() if study == "comparison" else RuntimeError("crashed")
@@ -158,6 +157,7 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
     assert third.runs == Counter()
 
 
+@pytest.mark.quick(2)
 @pytest.mark.parametrize(
     ("study", "total", "numbers"),
     [

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from matplotlib.image import imread
-from quick import quick
 
 from feasibee import decision_counts, decision_times, simulate, truth
 from feasibee.cli import main
@@ -63,7 +62,8 @@ def test_every_panel_has_every_ratio_and_they_are_mirrored():
     np.testing.assert_allclose(ratios, -ratios[::-1], atol=0.02)
 
 
-@pytest.mark.parametrize("panel", quick(WORLDS, 2))
+@pytest.mark.quick(1)
+@pytest.mark.parametrize("panel", WORLDS)
 def test_a_row_is_what_runs_simulated_apart_say(study, panel):
     lines = [line for line in written(study[0]) if line["panel"] == panel]
     assert [int(line["places"]) for line in lines] == list(PLACES)
@@ -120,6 +120,7 @@ def test_the_table_has_a_line_for_each_panel(study):
         assert line[3] == f"{by_place[line[0], 40].accuracy.estimate:.1%}"
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_same_bytes_and_prints_the_table(study, tmp_path):
     arguments = ["paper", "--beyond", "--runs", RUNS, "--seed", SEED, "--workers", 2, "--out", tmp_path / "b"]
     result = CliRunner().invoke(main, [str(each) for each in arguments])

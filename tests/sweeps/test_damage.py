@@ -149,6 +149,7 @@ HARMLESS = ("a curve", "a missing curve", "curves of two points, swapped with th
 """To an export, which has no curves."""
 
 
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("what", DAMAGES)
 def test_each_damage_is_refused_and_mended(kept, table, folder, what):
     change(folder, *DAMAGES[what])
@@ -333,6 +334,7 @@ def test_no_tool_can_enter_what_cant_be(folder, row):
 # --- A search ---
 
 
+@pytest.mark.slow
 def test_a_damaged_search_is_refused_or_the_same(tmp_path):
     pytest.importorskip("optuna")
     scenario = Scenario(arena={"side": 6.0}, robots={"count": 5}, run={"steps": 40})
