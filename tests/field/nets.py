@@ -13,8 +13,7 @@ from feasibee.field.checks import HELLO
 from feasibee.field.connections import Client, Server
 from feasibee.field.logs import LineLog
 from feasibee.field.robot import Robot
-from feasibee.field.world import World
-from feasibee.field.worldprocess import Lockstep
+from feasibee.field.world import Lockstep, World
 
 ASKED = HELLO, {"robot": 0, "nonce": 0}
 """What a robot says that asks for a connection."""

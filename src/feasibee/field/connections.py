@@ -237,7 +237,28 @@ AGAIN: Final = 0.2
 """Least seconds between two connections of a robot."""
 
 
-class Client:
+class _Side:
+    """One side of connections."""
+
+    def __init__(self, link: Link, key: bytes) -> None:
+        self._link, self._key = link, key
+        self.dropped: Counter[str] = Counter()
+
+    def receive(self, timeout: float) -> Frame | None:
+        """Return the next packet of a connection, or None if none comes in so many seconds."""
+        received = self._link.receive(timeout)
+        try:
+            return self._taken(*received) if received else None
+        except DroppedError as error:
+            self.dropped[str(error)] += 1
+            return None
+
+    def _taken(self, packet: bytes, peer: Hashable) -> Frame | None:
+        """Return what a packet of a connection says; act on any other one."""
+        raise NotImplementedError
+
+
+class Client(_Side):
     """A robot's side of its connection to a world, which is a new one if the world starts again.
 
     Parameters
@@ -251,10 +272,10 @@ class Client:
     """
 
     def __init__(self, link: Link, key: bytes, greet: Callable[[], tuple[int, dict[str, Any]]]) -> None:
-        self._link, self._key, self._greet = link, key, greet
+        super().__init__(link, key)
+        self._greet = greet
         self.session = 0
         """Number of the field; 0 before it has answered."""
-        self.dropped: Counter[str] = Counter()
         self._channels: deque[Channel] = deque(maxlen=2)
         """The present connection and the one before, which the world uses until it hears from this one."""
         self._begin(bytes(TOKEN_SIZE))
@@ -266,15 +287,6 @@ class Client:
         if self._channels:
             self._link.send(self._channels[0].write(kind, body))
 
-    def receive(self, timeout: float) -> Frame | None:
-        """Return the world's next packet, or None if none comes in so many seconds."""
-        received = self._link.receive(timeout)
-        try:
-            return self._taken(received[0]) if received else None
-        except DroppedError as error:
-            self.dropped[str(error)] += 1
-            return None
-
     def _begin(self, token: bytes) -> None:
         """Begin to ask for a connection."""
         self._began_at, self._is_asking = time.monotonic(), True
@@ -285,8 +297,7 @@ class Client:
     def _ask(self) -> None:
         self._link.send(packed(ASK, self._name, self._token + self._message))
 
-    def _taken(self, packet: bytes) -> Frame | None:
-        """Return what a packet of a connection says; act on one that leads to a connection."""
+    def _taken(self, packet: bytes, _: Hashable) -> Frame | None:
         way, name, number, content = parsed(packet)
         known = [channel for channel in self._channels if channel.name == name]
         if way == DOWN and known:
@@ -325,7 +336,7 @@ class Client:
         self.send(*self._greet())
 
 
-class Server:
+class Server(_Side):
     """The world's side of all connections.
 
     Parameters
@@ -339,8 +350,8 @@ class Server:
     """
 
     def __init__(self, link: Link, session: int, key: bytes = b"") -> None:
-        self._link, self.session, self._key = link, session, key
-        self.dropped: Counter[str] = Counter()
+        super().__init__(link, key)
+        self.session = session
         self._secret = secrets.token_bytes(32)
         self._known: dict[tuple[Hashable, bytes], tuple[Channel, bytes]] = {}
         """Channels by address and name, with the packets that accepted them; the last was heard last."""
@@ -353,17 +364,7 @@ class Server:
         """Accept no more packets of a connection."""
         self._known.pop((channel.peer, channel.name), None)
 
-    def receive(self, timeout: float) -> Frame | None:
-        """Return the next packet of a connection, or None if none comes in so many seconds."""
-        received = self._link.receive(timeout)
-        try:
-            return self._taken(*received) if received else None
-        except DroppedError as error:
-            self.dropped[str(error)] += 1
-            return None
-
     def _taken(self, packet: bytes, peer: Hashable) -> Frame | None:
-        """Return what a packet of a connection says; answer any other one."""
         way, name, number, content = parsed(packet)
         asked = peer, name
         if way == ASK:

@@ -163,7 +163,7 @@ class Field:
             "temporary": self._named is None,
             "resumes": resumes,
         }
-        self._world = _started("worldprocess", order, self._environment)
+        self._world = _started("world", order, self._environment)
 
     def _start_robots(self, host: str, numbers: list[int]) -> None:
         manifest = self._plan.scenario.manifest
