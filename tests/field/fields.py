@@ -9,6 +9,15 @@ from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field, Network
 from feasibee.reference import play
 
+MINE = """
+def quality(robots_seen, tasks_seen):
+    return 0.6
+def dissemination(quality, gain):
+    return gain * quality
+def decide(mind, inbox):
+    return 1 if inbox.chance < 0.5 else 0
+"""
+"""A user's strategy."""
 STREAMS = {
     "tasks.arrival_rate": 0.1,
     "tasks.lifetime": 20.0,

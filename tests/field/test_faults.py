@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
+import subprocess
 import sys
 
 import pytest
-from fields import a_plan, run, small
+from fields import MINE, a_plan, run, small
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.plan import Fault, parse_fault, parse_length, schedule
@@ -21,14 +21,6 @@ BUSY = 3.0
 def planned(scenario, **options):
     faults = [fault for kind, text in options.items() for fault in parse_fault(kind, text, 10.0)]
     return tuple(schedule(faults, scenario.robots.count, scenario.run.steps))
-
-
-def is_running(process):
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 @pytest.mark.slow
@@ -79,26 +71,6 @@ def test_a_field_of_all_faults_ends_and_its_logs_replay(tmp_path):
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps > 0 for number in range(8))
 
 
-def test_no_process_is_left_when_a_field_fails(tmp_path):
-    class StopError(Exception):
-        pass
-
-    from feasibee.field.supervisor import Field, Network
-
-    started = []
-
-    def tell(event):
-        if event["event"] == "joined":
-            started.extend([field._world.pid, field._nursery.pid])
-            raise StopError
-
-    field = Field(a_plan(small()), Network(), tmp_path, tell)
-    with pytest.raises(StopError):
-        field.run()
-    assert len(started) == 2
-    assert not any(map(is_running, started))
-
-
 def test_robots_that_dont_join_are_named(tmp_path):
     with pytest.raises(FeasibeeError, match=r"robots 0, 1, 2, 3: did not join within 0\.3 s"):
         run(a_plan(small(), wait=0.3), tmp_path, starts_robots=False)
@@ -129,3 +101,24 @@ def test_faults_that_leave_no_robot_or_come_too_late_are_errors():
         schedule([Fault(1, "kill", 4)], 4, 10)
     with pytest.raises(FeasibeeError, match="from 1 to 10"):
         schedule([Fault(11, "kill", 1)], 4, 10)
+
+
+LOOK = """
+import json, sys, threading
+before = set(sys.modules)
+import feasibee.field.robot
+from feasibee.scenario.plugins import load
+load(sys.argv[1])
+loaded = {name.partition(".")[0] for name in set(sys.modules) - before}
+print(json.dumps([threading.active_count(), sorted(loaded - sys.stdlib_module_names)]))
+"""
+
+
+def test_what_is_forked_has_one_thread_and_no_package_but_this_one(tmp_path):
+    """Forks need this on macOS."""
+    path = tmp_path / "mine.py"
+    path.write_text(MINE)
+    done = subprocess.run([sys.executable, "-c", LOOK, path], capture_output=True, text=True, check=True)
+    threads, packages = json.loads(done.stdout)
+    assert threads == 1
+    assert [each for each in packages if not each.startswith("feasibee")] == []

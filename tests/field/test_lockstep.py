@@ -5,12 +5,13 @@ from __future__ import annotations
 import sys
 
 import pytest
-from fields import STREAMS, a_plan, opinions, run, simulated, small, steps_of
+from fields import MINE, STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from nets import play as play_in_memory
 
 from feasibee import Scenario
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
+from feasibee.strategies import STRATEGIES
 
 
 def check_equal(scenario, folder, result):
@@ -26,10 +27,11 @@ def check_equal(scenario, folder, result):
 
 
 WORLDS = {
-    "the paper's strategy": {},
-    "knowledge": {"decision.strategy": "census", "robots.know_count": True},
-    "names in a shared frame": {"decision.strategy": "map", "robots.know_count": True},
-    "a value in each message": {"decision.strategy": "average"},
+    **{name: {"decision.strategy": name, "robots.know_count": True} for name in STRATEGIES},
+    "a rule to declare, and knowledge": {
+        "decision.strategy": "tally",
+        "decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1},
+    },
     "declaring and switching": {
         "decision.declare": {"quorum": 0.7, "rounds": 1, "heard": 1},
         "decision.switching": 0.3,
@@ -115,7 +117,7 @@ WORLDS = {
 }
 
 
-@pytest.mark.quick(2)
+@pytest.mark.quick(8)
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
     scenario = small(**WORLDS[world])
@@ -126,11 +128,7 @@ def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
 @pytest.mark.parametrize("own", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_field_of_sealed_packets_and_processes_equals_the_run(own, tmp_path):
     path = tmp_path / "mine.py"
-    path.write_text(
-        "def quality(robots_seen, tasks_seen):\n    return 0.6\n"
-        "def dissemination(quality, gain):\n    return gain * quality\n"
-        "def decide(mind, inbox):\n    return 1 if inbox.chance < 0.5 else 0\n"
-    )
+    path.write_text(MINE)
     scenario = small(**{"decision.strategy": str(path)} if own else {})
     check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path, key="a key of some length")[0])
 

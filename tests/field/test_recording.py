@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import STREAMS, a_plan, run, small
+from fields import MINE, STREAMS, a_plan, run, small
 from nets import play
 from PIL import Image, ImageColor
 
@@ -220,12 +220,7 @@ def test_a_first_line_that_cant_be_is_an_error(plain, tmp_path, fields, told):
 
 def test_a_strategys_text_comes_with_the_log_and_is_never_run(plain, tmp_path):
     mark = tmp_path / "run"
-    text = (
-        f"open({str(mark)!r}, 'w')\nSTARTS_NEUTRAL = True\n"
-        "def quality(robots_seen, tasks_seen):\n    return 0.6\n"
-        "def dissemination(quality, gain):\n    return gain * quality\n"
-        "def decide(mind, inbox):\n    return 1\n"
-    )
+    text = f"open({str(mark)!r}, 'w')\n{MINE}"
     toml = PLAIN.to_toml().replace('strategy = "dmmd"', 'strategy = "/nowhere/theirs.py"')
     folder = changed(plain, tmp_path, 1, scenario=toml, source=text)
     animate_field(folder, tmp_path / "run.png", size=240)

@@ -113,15 +113,10 @@ def assert_same(program, name, packets, most=2_000):
 
 
 @pytest.mark.quick(3)
+@pytest.mark.parametrize("packets", [1_000, pytest.param(200_000 // len(NAMES), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", NAMES)
-def test_frames_in_c_are_those_of_python(name, frames):
-    assert_same(frames, name, 1_000)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", NAMES)
-def test_many_damaged_frames_in_c(name, frames):
-    assert_same(frames, name, 200_000 // len(NAMES))
+def test_frames_in_c_are_those_of_python(name, packets, frames):
+    assert_same(frames, name, packets)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,8 @@ from tests.robot.swarms import KNOWLEDGE, assert_same, program
 
 IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""
+IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - IN_DOUBLE)
+MANY = pytest.param(100_000, marks=pytest.mark.slow)
 
 
 @pytest.fixture(scope="module")
@@ -44,9 +46,17 @@ def test_swarms_at_limits_do_what_they_do_in_python(name, fixed, swarm):
 
 
 @pytest.mark.quick(3)
+@pytest.mark.parametrize("steps", [4_000, MANY])
 @pytest.mark.parametrize("name", KNOWLEDGE)
-def test_swarms_in_c_do_what_they_do_in_python(name, swarm):
-    assert_same([swarm], name, 4_000)
+def test_swarms_in_c_do_what_they_do_in_python(name, steps, swarm):
+    assert_same([swarm], name, steps)
+
+
+@pytest.mark.quick(2)
+@pytest.mark.parametrize("steps", [3_000, MANY])
+@pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
+def test_swarms_in_whole_numbers_do_what_they_do_in_python(name, steps, in_whole_numbers):
+    assert_same([in_whole_numbers], name, steps, whole_numbers=True)
 
 
 FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for before in (1, 20, 45)]
@@ -60,25 +70,7 @@ def test_clocks_that_pass_a_power_of_two_do_what_they_do_in_python(name, swarm):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
+@pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_clocks_that_pass_a_power_of_two_in_whole_numbers(name, in_whole_numbers):
     fixed = {"first_steps": FIRST_STEPS}
     assert_same([in_whole_numbers], name, 3_000, whole_numbers=True, fixed=fixed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", KNOWLEDGE)
-def test_many_steps_in_c_are_those_in_python(name, swarm):
-    assert_same([swarm], name, 100_000)
-
-
-@pytest.mark.quick(2)
-@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
-def test_in_whole_numbers_c_does_the_same(name, in_whole_numbers):
-    assert_same([in_whole_numbers], name, 3_000, whole_numbers=True)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(KNOWLEDGE) - IN_DOUBLE))
-def test_many_steps_in_whole_numbers(name, in_whole_numbers):
-    assert_same([in_whole_numbers], name, 100_000, whole_numbers=True)

@@ -32,17 +32,11 @@ def test_all_strategies_without_knowledge_are_driven():
 
 
 @pytest.mark.quick(8)
+@pytest.mark.parametrize("steps", [10_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("strategy", NAMES)
-def test_c_and_python_agree(strategy, build):
+def test_c_and_python_agree(strategy, steps, build):
     program, whole = build
-    assert_same(program, strategy, 10_000, whole)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("strategy", NAMES)
-def test_c_and_python_agree_for_a_million_steps(strategy, build):
-    program, whole = build
-    assert_same(program, strategy, 1_000_000, whole)
+    assert_same(program, strategy, steps, whole)
 
 
 def test_what_is_driven_is_varied():
