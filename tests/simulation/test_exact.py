@@ -15,6 +15,7 @@ from feasibee.engine.compile import entry
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.engine.starting import sort_tasks
+from feasibee.model.outcomes import BITS_SENT
 from feasibee.model.purposes import IDENTITY
 from feasibee.model.record import Record
 from feasibee.reference.mind import BYZANTINE
@@ -115,7 +116,7 @@ class Engine:
 
     @property
     def bits_sent(self):
-        return int(self.state.clock[layout.Clock.BITS])
+        return int(self.state.account[BITS_SENT])
 
     @property
     def ids(self):

@@ -38,6 +38,7 @@ from feasibee.engine.starting import (
     stand_still,
 )
 from feasibee.model.codes import COUNT_LIMIT, FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.model.outcomes import CALLS, ROBOTS_CALLED, ROBOTS_RELEASED
 from feasibee.model.purposes import (
     APPEARING_CLASS,
     ARRIVAL,
@@ -61,7 +62,6 @@ def begin_response(clock):
     """Let the operator begin: nothing was held, and nobody is on the way."""
     clock[Clock.WAS_HELD], clock[Clock.HELD_FOR] = UNDECIDED, 0
     clock[Clock.ARRIVES_AT], clock[Clock.AWAITED] = -1, 0
-    clock[Clock.CALLS] = clock[Clock.ROBOTS_CALLED] = clock[Clock.ROBOTS_RELEASED] = 0
 
 
 @called
@@ -84,8 +84,8 @@ def look(params, state, update, now):
         wanted = gap + params.response.margin if asked > 0 else int64(1)
         clock[Clock.AWAITED] = min(max(wanted, 1), params.robots.count)
         clock[Clock.ARRIVES_AT] = now + params.response.delay
-        clock[Clock.CALLS] += 1
-        clock[Clock.ROBOTS_CALLED] += clock[Clock.AWAITED]
+        state.account[CALLS] += 1
+        state.account[ROBOTS_CALLED] += clock[Clock.AWAITED]
         return int64(0)
     return max(int64(0), -gap - params.response.margin)
 
@@ -246,7 +246,7 @@ def release(params, state, number, now):
     for k in range(min(number, state.clock[Clock.ROBOTS] - 1)):
         word = draw(params, state.clock[Clock.RUN], k, now, RELEASE)
         leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
-        state.clock[Clock.ROBOTS_RELEASED] += 1
+        state.account[ROBOTS_RELEASED] += 1
 
 
 @inlined

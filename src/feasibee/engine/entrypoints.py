@@ -13,16 +13,12 @@ from feasibee.engine.opinions import count_opinions, may_declare, sum_counts
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.model.record import (
-    BITS_SENT,
-    CALLS,
+from feasibee.model.outcomes import (
     DECLARE_STEP,
     DECLARED_FEASIBLE,
     DECLARED_INFEASIBLE,
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
-    ROBOTS_CALLED,
-    ROBOTS_RELEASED,
 )
 
 
@@ -30,7 +26,8 @@ from feasibee.model.record import (
 def record_step(params, state, outcome, row):
     """Record the counts at a run's present step, and its decision if it is the first (model.md 4.7)."""
     now, quorum = state.clock[Clock.STEP], state.clock[Clock.QUORUM]
-    feasible, infeasible = state.clock[Clock.FEASIBLE_COUNT], infeasible_count(state)
+    account = state.account
+    feasible, infeasible = account[FEASIBLE_AT_END], account[INFEASIBLE_AT_END]
     if outcome.feasible_count.shape[1] > 0:
         outcome.feasible_count[row, now] = feasible
         outcome.infeasible_count[row, now] = infeasible
@@ -47,30 +44,9 @@ def record_step(params, state, outcome, row):
         outcome.truth[row, now], outcome.held[row, now] = state.clock[Clock.TRUTH], held
         outcome.robots_present[row, now] = state.clock[Clock.ROBOTS]
         outcome.tasks_present[row, now] = state.clock[Clock.TASKS]
-    declared = state.clock[Clock.DECLARED_FEASIBLE] + state.clock[Clock.DECLARED_INFEASIBLE]
-    if may_declare(params) and outcome.account[row, DECLARE_STEP] < 0 and declared >= quorum:
-        outcome.account[row, DECLARE_STEP] = now
-
-
-@inlined
-def infeasible_count(state):
-    """Return the number of counted robots with opinion 0."""
-    clock = state.clock
-    return clock[Clock.COUNTED] - clock[Clock.FEASIBLE_COUNT] - clock[Clock.NEUTRAL_COUNT]
-
-
-@inlined
-def record_totals(params, state, outcome, row):
-    """Record a run's totals."""
-    outcome.account[row, BITS_SENT] = state.clock[Clock.BITS]
-    outcome.account[row, DECLARED_FEASIBLE] = state.clock[Clock.DECLARED_FEASIBLE]
-    outcome.account[row, DECLARED_INFEASIBLE] = state.clock[Clock.DECLARED_INFEASIBLE]
-    outcome.account[row, FEASIBLE_AT_END] = state.clock[Clock.FEASIBLE_COUNT]
-    outcome.account[row, INFEASIBLE_AT_END] = infeasible_count(state)
-    if params.response.enabled:
-        outcome.account[row, CALLS] = state.clock[Clock.CALLS]
-        outcome.account[row, ROBOTS_CALLED] = state.clock[Clock.ROBOTS_CALLED]
-        outcome.account[row, ROBOTS_RELEASED] = state.clock[Clock.ROBOTS_RELEASED]
+    declared = account[DECLARED_FEASIBLE] + account[DECLARED_INFEASIBLE]
+    if may_declare(params) and account[DECLARE_STEP] < 0 and declared >= quorum:
+        account[DECLARE_STEP] = now
 
 
 @inlined
@@ -135,7 +111,8 @@ def advance(params, state, outcome, row, until, control, functions, part):
         one_step(params, state, functions, part)
         end_step(params, state, outcome, row, int64(1), control, part)
     if part.thread == 0:
-        record_totals(params, state, outcome, row)
+        for column in range(state.account.size):
+            outcome.account[row, column] = state.account[column]
 
 
 @inlined
@@ -143,7 +120,6 @@ def clear_row(outcome, row):
     """Clear what is only recorded if it happens."""
     outcome.decision[row] = UNDECIDED
     outcome.decision_step[row] = -1
-    outcome.account[row, DECLARE_STEP] = -1
 
 
 @entry(PLAY)

@@ -42,6 +42,7 @@ from feasibee.engine.opinions import keeps_opinion, set_declared, set_opinion
 from feasibee.engine.params import Action, Lie
 from feasibee.engine.queues import store_members
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
+from feasibee.model.outcomes import BITS_SENT
 from feasibee.model.purposes import LIE
 from feasibee.strategies.contract import Me, Setting, Thing
 
@@ -399,7 +400,7 @@ def update_pending(params, state, functions, action):
     """Call a strategy's function for all that is pending."""
     number = state.clock[Clock.PENDING]
     if number > 0:
-        state.clock[Clock.BITS] += functions.update(
+        state.account[BITS_SENT] += functions.update(
             params, passing_of(state), state.clock[Clock.STEP], action, number
         )
         state.clock[Clock.PENDING] = 0

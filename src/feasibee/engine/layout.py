@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.engine.params import Grid, Params, Struct
+from feasibee.model.outcomes import ACCOUNT
 from feasibee.strategies.contract import Strategy
 
 WORD = 32
@@ -178,35 +179,27 @@ class Clock(IntEnum):
     RUN = 0  # number of the run
     STEP = 1  # steps done
     FULL = 2  # why an inbox had no room: see `Lack`
-    FEASIBLE_COUNT = 3  # counted robots with opinion 1
-    NEUTRAL_COUNT = 4  # counted robots without an opinion
-    BITS = 5  # sent so far
-    DECLARED_FEASIBLE = 6  # counted robots that have declared feasible
-    DECLARED_INFEASIBLE = 7
-    PENDING = 8  # entries of `State.pending`
-    TABLE_SLOTS = 9  # slots of a table for an inbox
-    COUNTED = 10  # robots over which the decision is taken
-    QUORUM = 11  # least number of them with one opinion for a decision
-    TRUTH = 12  # whether the tasks are feasible
-    ROBOTS = 13  # in the arena
-    TASKS = 14
-    APPEARED = 15  # tasks so far
-    EVENTS = 16  # events so far
-    MISS = 17  # probabilities times 2**32
-    LOSS = 18
-    INVENTED_ROBOTS = 19  # in a message of a Byzantine robot that speaks for feasible
-    INVENTED_TASKS = 20
-    VANISHED = 21  # tasks by events of this step so far
-    LEFT = 22  # robots likewise
-    HELD = 23  # the opinion that the swarm held after the last step, in a world that changes
-    WAS_HELD = 24  # the one that the operator saw last (model.md 6.19)
-    HELD_FOR = 25  # how many steps in a row it saw that
-    ARRIVES_AT = 26  # step at which the robots come that were called last, or -1
-    AWAITED = 27  # their number
-    CALLS = 28
-    ROBOTS_CALLED = 29
-    ROBOTS_RELEASED = 30
-    CHANGED = 31  # whether robots or tasks came or went at the beginning of this step
+    PENDING = 3  # entries of `State.pending`
+    TABLE_SLOTS = 4  # slots of a table for an inbox
+    COUNTED = 5  # robots over which the decision is taken
+    QUORUM = 6  # least number of them with one opinion for a decision
+    TRUTH = 7  # whether the tasks are feasible
+    ROBOTS = 8  # in the arena
+    TASKS = 9
+    APPEARED = 10  # tasks so far
+    EVENTS = 11  # events so far
+    MISS = 12  # probabilities times 2**32
+    LOSS = 13
+    INVENTED_ROBOTS = 14  # in a message of a Byzantine robot that speaks for feasible
+    INVENTED_TASKS = 15
+    VANISHED = 16  # tasks by events of this step so far
+    LEFT = 17  # robots likewise
+    HELD = 18  # the opinion that the swarm held after the last step, in a world that changes
+    WAS_HELD = 19  # the one that the operator saw last (model.md 6.19)
+    HELD_FOR = 20  # how many steps in a row it saw that
+    ARRIVES_AT = 21  # step at which the robots come that were called last, or -1
+    AWAITED = 22  # their number
+    CHANGED = 23  # whether robots or tasks came or went at the beginning of this step
 
 
 class Event(IntEnum):
@@ -232,8 +225,8 @@ class Share(IntEnum):
     ROW = 0  # first row of cells that it sorts
     LEAVING = 1  # number of its robots that other threads sort
     POINTS = 2  # places that its cells take
-    FEASIBLE_COUNT = 3  # sums over its robots, as in `Clock`
-    NEUTRAL_COUNT = 4
+    FEASIBLE_COUNT = 3  # sums over its robots
+    NEUTRAL_COUNT = 4  # robots without an opinion
     BITS = 5
     DECLARED_FEASIBLE = 6
     DECLARED_INFEASIBLE = 7
@@ -317,6 +310,7 @@ class State(Struct):
     robot_cells: Cells
     tables: Tables
     clock: Annotated[Int64s, "Clock"]
+    account: Annotated[Int64s, "column of the account"]  # of the run so far
 
 
 class Passing(NamedTuple):
@@ -417,6 +411,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
         tables=tables._replace(class_of=tables.class_of.copy()) if params.changes else tables,
         clock=_clock(room),
+        account=np.zeros(len(ACCOUNT), np.int64),
     )
 
 

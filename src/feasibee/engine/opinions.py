@@ -9,6 +9,13 @@ from feasibee.engine.intrinsics import contains, popcount, set_member
 from feasibee.engine.layout import Clock, Set, Share
 from feasibee.engine.team import total
 from feasibee.model.codes import NO_OPINION
+from feasibee.model.outcomes import (
+    BITS_SENT,
+    DECLARED_FEASIBLE,
+    DECLARED_INFEASIBLE,
+    FEASIBLE_AT_END,
+    INFEASIBLE_AT_END,
+)
 
 
 @inlined
@@ -74,10 +81,11 @@ def count_declared(state, part):
 @inlined
 def sum_counts(params, state, part):
     """Sum what all threads have counted, for the whole swarm."""
-    clock = state.clock
-    clock[Clock.FEASIBLE_COUNT] = total(part, Share.FEASIBLE_COUNT)
-    clock[Clock.NEUTRAL_COUNT] = total(part, Share.NEUTRAL_COUNT)
-    clock[Clock.BITS] += total(part, Share.BITS)
+    account = state.account
+    feasible, neutral = total(part, Share.FEASIBLE_COUNT), total(part, Share.NEUTRAL_COUNT)
+    account[FEASIBLE_AT_END] = feasible
+    account[INFEASIBLE_AT_END] = state.clock[Clock.COUNTED] - feasible - neutral
+    account[BITS_SENT] += total(part, Share.BITS)
     if may_declare(params):
-        clock[Clock.DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
-        clock[Clock.DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)
+        account[DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
+        account[DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)

@@ -27,6 +27,7 @@ from feasibee.engine.opinions import set_opinion
 from feasibee.engine.params import Placement
 from feasibee.engine.sensing import clear_counts, fill_lists, label_of
 from feasibee.model.codes import ATTEMPTS, NO_OPINION
+from feasibee.model.outcomes import DECLARE_STEP
 from feasibee.model.purposes import (
     CENTRE_ROBOT,
     CENTRE_TASK,
@@ -291,10 +292,9 @@ def clear(params, state, run):
     state.clock[Clock.RUN] = run
     state.clock[Clock.STEP] = 0
     state.clock[Clock.FULL] = 0
-    state.clock[Clock.BITS] = 0
     state.clock[Clock.PENDING] = 0
-    for kind in (Clock.DECLARED_FEASIBLE, Clock.DECLARED_INFEASIBLE):
-        state.clock[kind] = 0
+    for column in range(state.account.size):
+        state.account[column] = -1 if column == DECLARE_STEP else 0
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)

@@ -8,34 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.outcomes import (
-    ACCOUNT,
-    BITS_SENT,
-    CALLS,
-    CURVES,
-    DECLARE_STEP,
-    DECLARED_FEASIBLE,
-    DECLARED_INFEASIBLE,
-    FEASIBLE_AT_END,
-    INFEASIBLE_AT_END,
-    OUTCOMES,
-    ROBOTS_CALLED,
-    ROBOTS_RELEASED,
-    TRACES,
-)
-
-__all__ = [
-    "BITS_SENT",
-    "CALLS",
-    "DECLARED_FEASIBLE",
-    "DECLARED_INFEASIBLE",
-    "DECLARE_STEP",
-    "FEASIBLE_AT_END",
-    "INFEASIBLE_AT_END",
-    "ROBOTS_CALLED",
-    "ROBOTS_RELEASED",
-    "Record",
-]
+from feasibee.model.outcomes import ACCOUNT, CURVES, OUTCOMES, TRACES
 
 COLUMNS = {each.name: number for number, each in enumerate(ACCOUNT)}
 

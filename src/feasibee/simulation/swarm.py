@@ -216,13 +216,12 @@ class Swarm:
     @property
     def feasible_count(self) -> int:
         """Number of counted robots with opinion 1."""
-        return int(self._state.clock[self._layout.Clock.FEASIBLE_COUNT])
+        return int(self._record.feasible_at_end[0])
 
     @property
     def infeasible_count(self) -> int:
         """Number of counted robots with opinion 0."""
-        neutral = int(self._state.clock[self._layout.Clock.NEUTRAL_COUNT])
-        return int(self.counted.sum()) - self.feasible_count - neutral
+        return int(self._record.infeasible_at_end[0])
 
     @property
     def feasible_counts(self) -> NDArray[np.int32]:
@@ -280,8 +279,7 @@ class Swarm:
     @property
     def declared_counts(self) -> tuple[int, int]:
         """Numbers of counted robots that have declared feasible, and infeasible."""
-        clock, layout = self._state.clock, self._layout
-        return int(clock[layout.Clock.DECLARED_FEASIBLE]), int(clock[layout.Clock.DECLARED_INFEASIBLE])
+        return int(self._record.declared_feasible[0]), int(self._record.declared_infeasible[0])
 
     @property
     def knowledge(self) -> NDArray[np.int32]:
@@ -326,7 +324,7 @@ class Swarm:
     @property
     def bits_sent(self) -> int:
         """Total length in bits of all messages sent so far."""
-        return int(self._state.clock[self._layout.Clock.BITS])
+        return int(self._record.bits_sent[0])
 
     @property
     def decision(self) -> int:
