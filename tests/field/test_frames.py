@@ -83,7 +83,7 @@ def test_a_robot_survives_any_packet(pair):
         pair.net.down["peer"].append((packet, "peer"))
         robot._answers = {(step - 1, True): robot._ready}  # whatever step or number a changed packet had
         pair.client._channels[0]._newest = -1
-        frame = robot._receive(0.0)
+        frame = robot._client.receive(0.0)
         if frame is not None and frame.kind in (STEP, END):
             robot._obey(frame)
         elif frame is not None:

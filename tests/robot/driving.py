@@ -93,21 +93,28 @@ class Episode:
         pick = draw.choice
         values = STRATEGIES[self.strategy].value_bits > 0
         self.opinion = draw.getrandbits(1)
-        self.exploration = pick([0.0, 1.0, 2.5, 10.0, 25.0])
-        self.gain = pick([0.0, 1.5, 10.0, 12.75, 60.0])
-        self.dissemination_floor = pick([0, 0, 3, 30])
-        self.quality_floor = pick([0, 0, 1, 7])
-        self.listens_for = pick([None, None, 0, 3, 10])
-        self.every_message = not values and draw.random() < 0.25
-        self.inbox_size = None if self.every_message else pick([None, None, 1, 2, 5])
-        self.own_vote = draw.random() < 0.7
         self.stubborn = draw.random() < 0.1
         quorum = pick([(1, 2), (9, 10), (1, 1), (2, 3), (0, 1)])
         self.rule = (draw.randrange(1, 4), draw.randrange(5), *quorum) if draw.random() < 0.4 else None
-        self.k = draw.randrange(1, 6)
-        self.voters = pick([0, 2**30, 2**31 + 1, 2**32])
-        self.credence = pick([0.6, 0.9, 0.95, 0.9999])
-        self.positive_feedback = bool(draw.getrandbits(1))
+        self.own = {
+            "k": float(draw.randrange(1, 6)),
+            "voters": pick([0, 2**30, 2**31 + 1, 2**32]) / 2**32,
+            "credence": pick([0.6, 0.9, 0.95, 0.9999]),
+            "positive_feedback": float(draw.getrandbits(1)),
+        }
+        every_message = not values and draw.random() < 0.25
+        self.settings = Settings(
+            exploration=pick([0.0, 1.0, 2.5, 10.0, 25.0]),
+            gain=pick([0.0, 1.5, 10.0, 12.75, 60.0]),
+            dissemination_floor=pick([0, 0, 3, 30]),
+            quality_floor=pick([0, 0, 1, 7]),
+            own_vote=draw.random() < 0.7,
+            listens_for=pick([None, None, 0, 3, 10]),
+            every_message=every_message,
+            inbox_size=None if every_message else pick([None, None, 1, 2, 5]),
+            parameters=[self.own[name] for name in STRATEGIES[self.strategy].parameters],
+            declare=self.rule and Declare(Fraction(*self.rule[2:]), *self.rule[:2]),
+        )
         self.word = draw.randrange(1, 2**32)
         self.switching = 2**29 if draw.random() < 0.2 else 0
         feasible, most = pick([0.0, 0.2, 0.5, 0.9, 1.0]), pick([0, 2, 6])
@@ -127,33 +134,22 @@ class Episode:
 
     def stream(self):
         """Return what drive.c reads."""
-        rounds, heard, quorum, quorum_of = self.rule or (0, 3, 9, 10)
+        own, settings, rule = self.own, self.settings, self.rule or (0, 3, 9, 10)
+        numbers = [settings.exploration, settings.gain, settings.dissemination_floor, settings.quality_floor]
+        listens_for = 0 if settings.listens_for is None else settings.listens_for + 1
+        flags = settings.own_vote, settings.every_message, self.stubborn
+        voters = min(int(own["voters"] * 2**32), 2**32 - 1)
         parts = [
             struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
-            struct.pack("<ddHH", self.exploration, self.gain, self.dissemination_floor, self.quality_floor),
-            struct.pack(
-                "<HH", 0 if self.listens_for is None else self.listens_for + 1, self.inbox_size or INBOX
-            ),
-            struct.pack(
-                "<BBBHHHH", self.own_vote, self.every_message, self.stubborn, rounds, heard, quorum, quorum_of
-            ),
-            struct.pack("<HIdB", self.k, min(self.voters, 2**32 - 1), self.credence, self.positive_feedback),
+            struct.pack("<ddHHHH", *numbers, listens_for, settings.inbox_size or INBOX),
+            struct.pack("<BBBHHHH", *flags, *rule),
+            struct.pack("<HIdB", int(own["k"]), voters, own["credence"], int(own["positive_feedback"])),
             struct.pack("<II", self.word, self.switching),
         ]
         for sight, messages in zip(self.sights, self.messages, strict=True):
             parts.append(struct.pack("<BBB", *sight, len(messages)))
             parts += [struct.pack("<BBH", *message) for message in messages]
         return b"".join(parts)
-
-    def parameters(self):
-        """Return the strategy's parameters."""
-        own = {
-            "k": float(self.k),
-            "voters": self.voters / 2**32,
-            "credence": self.credence,
-            "positive_feedback": float(self.positive_feedback),
-        }
-        return [own[name] for name in STRATEGIES[self.strategy].parameters]
 
     def states(self, whole_numbers=False):
         """Return what the controller in Python does, as drive.c writes it."""
@@ -163,18 +159,7 @@ class Episode:
             self.opinion,
             draws.duration,
             draws.choice,
-            Settings(
-                exploration=self.exploration,
-                gain=self.gain,
-                dissemination_floor=self.dissemination_floor,
-                quality_floor=self.quality_floor,
-                own_vote=self.own_vote,
-                listens_for=self.listens_for,
-                every_message=self.every_message,
-                inbox_size=self.inbox_size,
-                parameters=self.parameters(),
-                declare=self.rule and Declare(Fraction(*self.rule[2:]), *self.rule[:2]),
-            ),
+            self.settings,
             draw_switch=draws.switch if self.switching else None,
             stubborn=self.stubborn,
         )
@@ -262,18 +247,12 @@ def assert_same(command, strategy, steps, whole_numbers=False):
     """Compare what a program and the controller in Python do in random episodes, step by step."""
     for episodes in batches(strategy, steps):
         got = answers(command, b"".join(episode.stream() for episode in episodes))
-        expected = [(episode, episode.states(whole_numbers)) for episode in episodes]
-        if got != b"".join(state for _, states in expected for state in states):
-            show_difference(got, expected)
+        expected = [state for episode in episodes for state in episode.states(whole_numbers)]
+        assert_equal(got, b"".join(expected), STATE, (strategy, episodes[0].seed))
 
 
-def show_difference(got, expected):
+def assert_equal(got, expected, state, where):
     """Fail at the first state that differs."""
-    place = 0
-    for episode, states in expected:
-        for step, state in enumerate(states):
-            theirs = got[place : place + STATE.size]
-            assert len(theirs) == STATE.size, (episode.strategy, episode.seed, step)
-            assert STATE.unpack(theirs) == STATE.unpack(state), (episode.strategy, episode.seed, step)
-            place += STATE.size
-    raise AssertionError(f"{len(got) - place} bytes too many")
+    for place in range(0, max(len(got), len(expected)) * (got != expected), state.size):
+        theirs, own = (each[place : place + state.size] for each in (got, expected))
+        assert theirs == own, (where, place // state.size, [*state.iter_unpack(own)], theirs)

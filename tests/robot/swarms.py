@@ -16,7 +16,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
-from tests.robot.driving import Draws, compiled
+from tests.robot.driving import Draws, assert_equal, compiled
 
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
@@ -272,11 +272,4 @@ def assert_same(command, name, robot_steps, whole_numbers=False, length=50, fixe
         assert ran.returncode == 0, (name, seed, ran.returncode, ran.stderr.decode()[-3000:])
         done += episode.number * length
         seed += 1
-        if ran.stdout == expected:
-            continue
-        for place in range(0, len(expected), STATE.size):
-            theirs, own = ran.stdout[place : place + STATE.size], expected[place : place + STATE.size]
-            assert len(theirs) == STATE.size, (name, seed - 1, place // STATE.size)
-            where = (name, seed - 1, divmod(place // STATE.size, episode.number))
-            assert STATE.unpack(theirs) == STATE.unpack(own), where
-        raise AssertionError((name, seed - 1, len(ran.stdout) - len(expected)))
+        assert_equal(ran.stdout, expected, STATE, (name, seed - 1, episode.number))

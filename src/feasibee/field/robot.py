@@ -22,11 +22,11 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, closing, suppress
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
-from typing import Any, Final
+from typing import Any, Final, NoReturn
 
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
@@ -85,6 +85,13 @@ GONE = 3
 """Exit status of a robot whose world is silent."""
 
 
+class _EndedError(Exception):
+    """The robot's part has ended."""
+
+    def __init__(self, status: int) -> None:
+        self.status = status
+
+
 class Robot:
     """A robot of a field.
 
@@ -121,52 +128,49 @@ class Robot:
 
     def run(self) -> int:
         """Join and take part until the end; return the exit status."""
-        orders = self._join()
-        if orders is None:
-            return 2 if self.why else GONE
-        if not orders:
-            return 0
+        try:
+            self._take_part(self._join())
+        except _EndedError as ended:
+            return ended.status
+
+    def _take_part(self, orders: dict[str, Any]) -> NoReturn:
         self._node = Node(orders, self._log.write if self._log else None, strategy=self._strategy)
         self._place = tuple(orders["settings"]["place"])
         self._first = orders["settings"]["step"]
         self._insight: Any = None
         self._ready = {"t": 0, "said": None, "was": list(self._node.status), "ends": False}
         self._client.send(SAID, self._ready)
-        return self._free(orders["clock"]) if orders["clock"] else self._lockstep()
+        if orders["clock"]:
+            self._free(orders["clock"])
+        self._lockstep()
 
-    def _join(self) -> dict[str, Any] | None:
-        """Ask the world for the robot's settings until it answers; return nothing if it has ended."""
+    def _join(self) -> dict[str, Any]:
+        """Ask the world for the robot's settings until it answers."""
         asked = 0.0
-        while not self._is_alone():
+        while True:
             if time.monotonic() - asked > RETRY:
                 self._client.send(*self._hello)
                 asked = time.monotonic()
             frame = self._receive(RETRY)
-            if frame is not None and frame.kind == BYE:
-                return {}
             if frame is not None and frame.kind == REFUSED:
                 self.why = frame.body["why"]
-                return None
+                raise _EndedError(2)
             if frame is not None and frame.kind == WELCOME:
                 return frame.body
-        return None
 
-    def _lockstep(self) -> int:
+    def _lockstep(self) -> NoReturn:
         """Answer each order of the world; one that comes again gets the same answer."""
         self._answers = {(0, False): self._ready}
         self._has_begun = False
         sent = time.monotonic()
-        while not self._is_alone():
+        while True:
             frame = self._receive(RETRY)
-            if frame is not None and frame.kind == BYE:
-                return 0
             if frame is not None and frame.kind in (STEP, END):
                 self._obey(frame)
                 sent = time.monotonic()
             elif time.monotonic() - sent > IDLE:
                 self._client.send(SAID, self._answers[max(self._answers)])
                 sent = time.monotonic()
-        return GONE
 
     def _obey(self, frame: Frame) -> None:
         """Begin a step or end one, unless this has been done."""
@@ -186,24 +190,23 @@ class Robot:
         if order in self._answers:
             self._client.send(SAID, self._answers[order])
 
-    def _free(self, clock: Mapping[str, float]) -> int:
+    def _free(self, clock: Mapping[str, float]) -> NoReturn:
         """Step by the robot's own clock, with what it saw and heard last."""
         self._see: list[Any] = []
         self._heard: list[Any] = []
-        if not self._wait_for_start():
-            return GONE
+        while (frame := self._receive(RETRY)) is None or frame.kind != SIGHT:  # the start
+            self._client.send(SAID, self._ready)
+        self._take(frame)
         noise = random.Random()
         period = clock["period"] * (1.0 + clock["drift"])
         due = time.monotonic() + period * noise.random()
         step = self._first
-        while not self._is_alone():
+        while True:
             now = time.monotonic()
+            frame = self._receive(max(0.0, due - now))
+            if frame is not None:
+                self._take(frame)
             if now < due:
-                frame = self._receive(due - now)
-                if frame is not None and frame.kind == BYE:
-                    return 0
-                if frame is not None:
-                    self._take(frame)
                 continue
             if step > self._first:
                 self._node.sense(self._see)
@@ -217,16 +220,6 @@ class Robot:
             due += period * (1.0 + clock["jitter"] * (2.0 * noise.random() - 1.0))
             if time.monotonic() > due + period:  # it was stopped, or the machine is busy
                 due = time.monotonic()
-        return GONE
-
-    def _wait_for_start(self) -> bool:
-        while not self._is_alone():
-            frame = self._receive(RETRY)
-            if frame is not None and frame.kind == SIGHT:
-                self._take(frame)
-                return True
-            self._client.send(SAID, self._ready)
-        return False
 
     def _take(self, frame: Frame) -> None:
         """Keep what is seen or heard for the end of this step."""
@@ -241,15 +234,15 @@ class Robot:
                 self._node.dropped["too many messages"] += 1
 
     def _receive(self, timeout: float) -> Frame | None:
-        """Return the world's next packet, or None if none comes in so many seconds."""
+        """Return the next packet, or None if none comes in so many seconds; end when the world does."""
+        if time.monotonic() - self._heard_at > self._patience:
+            raise _EndedError(GONE)
         frame = self._client.receive(timeout)
         if frame is not None:
             self._heard_at = time.monotonic()
+            if frame.kind == BYE:
+                raise _EndedError(0)
         return frame
-
-    def _is_alone(self) -> bool:
-        """Whether the world has been silent for too long."""
-        return time.monotonic() - self._heard_at > self._patience
 
 
 def take_part(
@@ -262,16 +255,11 @@ def take_part(
     patience: float = 20.0,
 ) -> tuple[int, str]:
     """Run a robot until its world ends; return the exit status, and why it could not join, if it couldn't."""
-    link = Link(*split_address(connect), listens=False)
-    lines = None
-    try:
-        lines = LineLog(log) if log is not None else None
+    with ExitStack() as opened:
+        link = opened.enter_context(closing(Link(*split_address(connect), listens=False)))
+        lines = opened.enter_context(closing(LineLog(log))) if log is not None else None
         robot = Robot(link, key, number, lines, strategy, patience)
         return robot.run(), robot.why
-    finally:
-        link.close()
-        if lines is not None:
-            lines.close()
 
 
 SIGNALS: Final = {"kill": "SIGKILL", "stop": "SIGSTOP", "cont": "SIGCONT"}
