@@ -11,7 +11,7 @@ from zlib import crc32
 from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee.robot import Controller, Declare, Message, Settings, Wire, firmware
 from feasibee.strategies import STRATEGIES
-from tests.robot.driving import Draws, needs, run
+from tests.robot.driving import Draws, constant, needs, run
 
 SOURCES = Path(__file__).parent / "c"
 
@@ -73,11 +73,6 @@ class Program(NamedTuple):
     path: Path
     flash: int
     ram: int
-
-
-def constant(strategy):
-    """Return the name of a strategy in C."""
-    return f"feasibee_{strategy.replace('-', '_')}"
 
 
 def cases_of(strategy):

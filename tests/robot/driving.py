@@ -33,6 +33,11 @@ STATE = struct.Struct("<BBBHId")
 """Opinion + 1; bits: listens, broadcasts, disseminates, declared; message; value; phase left; last mean."""
 
 
+def constant(strategy):
+    """Return the name of a strategy in C."""
+    return f"feasibee_{strategy.replace('-', '_')}"
+
+
 def needs(tool, packages):
     """Skip a test if a tool is missing."""
     if shutil.which(tool) is None:

@@ -11,7 +11,7 @@ from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
 from tests.robot import boards
-from tests.robot.driving import Draws
+from tests.robot.driving import Draws, constant
 
 ROBOTS = 3
 
@@ -26,7 +26,7 @@ def in_c(strategy, setting, longest):
             f"#define FEASIBEE_MESSAGE_WORDS {rows[1]}",
             f"#define FRAME {longest}",
             f'#define NAME "{strategy}"',
-            f"#define STRATEGY {boards.constant(strategy)}",
+            f"#define STRATEGY {constant(strategy)}",
             "#ifdef FEASIBEE_H",
             setting_in_c(setting),
             "#endif",

@@ -16,7 +16,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
-from tests.robot.driving import Draws, assert_equal, compiled
+from tests.robot.driving import Draws, assert_equal, compiled, constant
 
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
@@ -64,15 +64,10 @@ FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
 def program(folder, source, *options, without=()):
     """Return a C file of this folder as a program, ``without`` some strategies; or skip."""
     macros = [
-        "-DSTRATEGIES=" + ", ".join("NULL" if name in without else constant(name) for name in NAMES),
+        "-DSTRATEGIES=" + ", ".join("NULL" if name in without else f"&{constant(name)}" for name in NAMES),
         "-DNAMES=" + ", ".join(f'"{name}"' for name in NAMES),
     ]
     return compiled(folder, source, *options, *macros)
-
-
-def constant(name):
-    """Return the address of a strategy in C."""
-    return f"&feasibee_{name.replace('-', '_')}"
 
 
 def forged(frame, number, draw):
