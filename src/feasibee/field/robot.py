@@ -37,7 +37,7 @@ from feasibee.strategies.contract import Strategy
 
 
 def read_order() -> tuple[dict[str, Any], TextIO]:
-    """Return the order on standard input, and where the parent reads; without an order, end as the parent did.
+    """Return the order on standard input, and where the parent reads; without one, end as the parent did.
 
     From then on, what a user's strategy prints goes to standard error, and isn't taken for an answer.
     """
