@@ -317,13 +317,13 @@ def numbers_table(title: str, first: str, columns: Sequence[str], caption: str |
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Callable[[float], None]]:
+def progress(what: str, *, hidden: bool = False) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on standard error if it is a terminal; give the function that updates it."""
     from rich.progress import Progress
 
     from feasibee.simulation.loading import stderr_console
 
-    with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
+    with Progress(console=stderr_console(), transient=True, disable=hidden or not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
 
