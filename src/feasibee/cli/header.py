@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import click
 
+from feasibee.cli.options import command, option
 
-@click.command()
-@click.option(
-    "--strategy",
-    "strategies",
-    multiple=True,
-    metavar="NAME",
-    help="Include this strategy, repeatable; by default all that exist in C.",
-)
-@click.option("--inbox", type=int, help="Number of senders whose message a robot keeps; by default 64.")
-def header(strategies: tuple[str, ...], inbox: int | None) -> None:
+
+@command()
+def header(
+    *,
+    strategies: tuple[str, ...] = option(
+        "Include this strategy, repeatable; by default all that exist in C.",
+        name="--strategy",
+        multiple=True,
+        metavar="NAME",
+    ),
+    inbox: int | None = option("Number of senders whose message a robot keeps; by default 64.", int),
+) -> None:
     """Print the controller of one robot in C99, as one header file.
 
     The comments in the file say how to use it.

@@ -11,17 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.launch_words import Told, in_words
-from feasibee.cli.options import (
-    FiniteRange,
-    folder_type,
-    json_option,
-    named,
-    read_scenario,
-    run_option,
-    scenario_options,
-    seed_option,
-)
-from feasibee.cli.robots import key_option, read_key
+from feasibee.cli.options import FiniteRange, Given, command, folder_type, named, option
+from feasibee.cli.robots import read_key
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -29,107 +20,53 @@ if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
 
 
-@click.command()
-@scenario_options
-@seed_option
-@run_option
-@click.option(
-    "--lockstep", is_flag=True, help="Wait for all robots in each step; the result is that of the run."
-)
-@click.option(
-    "--hz",
-    type=FiniteRange(0.01, 1000),
-    default=10.0,
-    show_default=True,
-    help="Steps per second of a robot's clock.",
-)
-@click.option(
-    "--drift",
-    type=FiniteRange(0, 0.5),
-    default=0.0,
-    show_default=True,
-    help="Largest error of a robot's clock, as a share: 0.01 is 1 %.",
-)
-@click.option(
-    "--jitter",
-    type=FiniteRange(0, 1),
-    default=0.0,
-    show_default=True,
-    help="Largest deviation of a step's duration, as a share.",
-)
-@click.option("--delay", metavar="TIME", default="0", help="Delay of each message, such as 200ms.")
-@click.option("--kill", multiple=True, metavar="COUNT@STEP", help="Kill robots at a step; repeatable.")
-@click.option(
-    "--pause",
-    multiple=True,
-    metavar="COUNT@STEP[:TIME]",
-    help="Stop robots' processes at a step, for a time or for good; repeatable.",
-)
-@click.option(
-    "--partition",
-    multiple=True,
-    metavar="TIME@STEP",
-    help="Cut the radio between two halves of the robots at a step, for a time; repeatable.",
-)
-@click.option(
-    "--restart-world",
-    multiple=True,
-    type=int,
-    metavar="STEP",
-    help="Kill the world's process at a step, and start it again; repeatable.",
-)
-@click.option(
-    "--out",
-    type=folder_type,
-    metavar="FOLDER",
-    help="Write the world's log and one log per robot, which feasibee replay replays.",
-)
-@click.option(
-    "--host",
-    callback=named,
-    default="127.0.0.1",
-    show_default=True,
-    help="Address to listen on; 0.0.0.0 is reachable from outside.",
-)
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port; by default a free one.")
-@key_option
-@click.option("--no-robots", is_flag=True, help="Start no robots; wait for those that feasibee robot starts.")
-@click.option(
-    "--wait",
-    type=FiniteRange(0.1, 86_400),
-    default=60.0,
-    show_default=True,
-    help="Seconds that robots have to join.",
-)
-@click.option(
-    "--patience",
-    type=FiniteRange(0.1, 86_400),
-    default=5.0,
-    show_default=True,
-    help="Seconds of silence after which a robot is lost.",
-)
-@json_option
+@command()
 def launch(
-    file: Path | None,
-    changes: tuple[str, ...],
+    *,
+    given: Given,
     seed: int,
     run: int,
-    lockstep: bool,
-    hz: float,
-    drift: float,
-    jitter: float,
-    delay: str,
-    kill: tuple[str, ...],
-    pause: tuple[str, ...],
-    partition: tuple[str, ...],
-    restart_world: tuple[int, ...],
-    out: Path | None,
-    host: str,
-    port: int,
+    lockstep: bool = option("Wait for all robots in each step; the result is that of the run.", is_flag=True),
+    hz: float = option("Steps per second of a robot's clock.", FiniteRange(0.01, 1000), 10.0),
+    drift: float = option(
+        "Largest error of a robot's clock, as a share: 0.01 is 1 %.", FiniteRange(0, 0.5), 0.0
+    ),
+    jitter: float = option("Largest deviation of a step's duration, as a share.", FiniteRange(0, 1), 0.0),
+    delay: str = option(
+        "Delay of each message, such as 200ms.", default="0", show_default=False, metavar="TIME"
+    ),
+    kill: tuple[str, ...] = option("Kill robots at a step; repeatable.", multiple=True, metavar="COUNT@STEP"),
+    pause: tuple[str, ...] = option(
+        "Stop robots' processes at a step, for a time or for good; repeatable.",
+        multiple=True,
+        metavar="COUNT@STEP[:TIME]",
+    ),
+    partition: tuple[str, ...] = option(
+        "Cut the radio between two halves of the robots at a step, for a time; repeatable.",
+        multiple=True,
+        metavar="TIME@STEP",
+    ),
+    restart_world: tuple[int, ...] = option(
+        "Kill the world's process at a step, and start it again; repeatable.",
+        int,
+        multiple=True,
+        metavar="STEP",
+    ),
+    out: Path | None = option(
+        "Write the world's log and one log per robot, which feasibee replay replays.",
+        folder_type,
+        metavar="FOLDER",
+    ),
+    host: str = option(
+        "Address to listen on; 0.0.0.0 is reachable from outside.", default="127.0.0.1", callback=named
+    ),
+    port: int = option("Port; by default a free one.", click.IntRange(0, 65535), 0, show_default=False),
     key_file: Path | None,
-    no_robots: bool,
-    wait: float,
-    patience: float,
+    no_robots: bool = option("Start no robots; wait for those that feasibee robot starts.", is_flag=True),
+    wait: float = option("Seconds that robots have to join.", FiniteRange(0.1, 86_400), 60.0),
+    patience: float = option(
+        "Seconds of silence after which a robot is lost.", FiniteRange(0.1, 86_400), 5.0
+    ),
     as_json: bool,
 ) -> None:
     """Run a swarm as processes: one world, and one process for each robot with its own clock.
@@ -150,7 +87,7 @@ def launch(
     from feasibee.scenario.runs import Runs
 
     _check_platform()
-    scenario = read_scenario(file, changes)
+    scenario = given.read()
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
     faults = _faults(options, restart_world, hz, scenario, starts_robots=not no_robots)

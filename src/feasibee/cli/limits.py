@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.execution import Workforce, executing
-from feasibee.cli.options import console, numbers_table, progress
+from feasibee.cli.execution import executing
+from feasibee.cli.options import Workforce, console, numbers_table, progress
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -6,22 +6,19 @@ import json
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.options import console, json_option, read_scenario, scenario_options
+from feasibee.cli.options import Given, command, console
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.strategies.contract import Manifest
 
 
-@click.command()
-@scenario_options
-@json_option
-def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
+@command()
+def strategies(given: Given, as_json: bool) -> None:
     """List the strategies: what each needs, the length of its messages in bits, and its rule.
 
     Needs: names (robots recognise tasks), ids (robots' ids are never mistaken), n (robots know their number).
@@ -35,7 +32,7 @@ def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> No
     """
     from feasibee.studies.needs import all_strategies
 
-    base = read_scenario(file, changes)
+    base = given.read()
     rows = [_strategy(base, name) for name in all_strategies(base)]
     if as_json:
         click.echo(json.dumps(rows, indent=2))
@@ -53,8 +50,7 @@ def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> No
     _print_lines([["strategy", "needs", "declares", "bits", "rule"], *cells])
 
 
-@click.command()
-@json_option
+@command()
 def presets(as_json: bool) -> None:
     """List the presets: the length of a message in bits, the steps of a run, and whose controller it is.
 

@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
+from feasibee.cli.execution import executing
 from feasibee.cli.limits import ALONE, compare_with_limits
 from feasibee.cli.options import (
+    Given,
+    Workforce,
+    command,
     console,
-    json_option,
+    count_type,
+    folder_option,
     keep_matplotlib_in_cache,
     listed,
+    numbered,
     numbers_table,
-    read_scenario,
-    scenario_options,
-    seed_option,
+    option,
     strategies_option,
-    tasks_option,
 )
 from feasibee.errors import FeasibeeError
 
@@ -54,50 +56,39 @@ DECLARED_CAPTION = (
 )
 
 
-@click.command()
-@scenario_options
-@strategies_option("all built-in ones")
-@click.option(
-    "--presets",
-    callback=listed,
-    metavar="A,B,...",
-    help="Presets to compare, instead of strategies; 'default' is the paper.",
-)
-@tasks_option("nine, most of them near ratio 1; in a world that changes, the scenario's")
-@click.option(
-    "--limits",
-    is_flag=True,
-    help="Compare what robots say by their own word with the soonest that those of any strategy could, at "
-    "numbers of tasks near that of robots. The limits alone: --strategies none.",
-)
-@click.option(
-    "--cells",
-    type=click.IntRange(1, 64),
-    default=4,
-    show_default=True,
-    help="Number of cells per range of sight, for --limits; with more, the limits of the area are sharper.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    help="Number of runs of each contender at each number of tasks; by default 200, and 1,000 with --limits.",
-)
-@seed_option
-@workforce_options
-@folder_option("compare", "figures and data")
-@json_option
+@command()
 def compare(
-    file: Path | None,
-    changes: tuple[str, ...],
-    strategies: tuple[str, ...],
-    presets: tuple[str, ...],
-    tasks: tuple[int, ...],
-    limits: bool,
-    cells: int,
-    runs: int | None,
+    *,
+    given: Given,
+    strategies: tuple[str, ...] = strategies_option("all built-in ones"),
+    presets: tuple[str, ...] = option(
+        "Presets to compare, instead of strategies; 'default' is the paper.",
+        callback=listed,
+        metavar="A,B,...",
+    ),
+    tasks: tuple[int, ...] = option(
+        "Numbers of tasks; by default nine, most of them near ratio 1; in a world that changes, "
+        "the scenario's.",
+        callback=numbered,
+        metavar="M,N,...",
+    ),
+    limits: bool = option(
+        "Compare what robots say by their own word with the soonest that those of any strategy could, at "
+        "numbers of tasks near that of robots. The limits alone: --strategies none.",
+        is_flag=True,
+    ),
+    cells: int = option(
+        "Number of cells per range of sight, for --limits; with more, the limits of the area are sharper.",
+        click.IntRange(1, 64),
+        4,
+    ),
+    runs: int | None = option(
+        "Number of runs of each contender at each number of tasks; by default 200, and 1,000 with --limits.",
+        count_type,
+    ),
     seed: int,
     workforce: Workforce,
-    out: Path,
+    out: Path = folder_option("compare", "figures and data"),
     as_json: bool,
 ) -> None:
     """Compare strategies on the same worlds: accuracy, decision time, declarations, bits on the air.
@@ -119,7 +110,7 @@ def compare(
     from feasibee.studies.comparison import compare as simulate_all
 
     _check_asked(limits, strategies, presets)
-    scenario = read_scenario(file, changes)
+    scenario = given.read()
     if limits:
         compare_with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, workforce, out, as_json)
         return
@@ -166,19 +157,19 @@ def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) 
     return tasks or (() if as_it_is else TASKS)
 
 
-@click.command()
-@folder_option("paper", "figures, data and claims")
-@click.option(
-    "--runs",
-    type=click.IntRange(4),
-    default=2000,
-    show_default=True,
-    help="Number of runs at each ratio; the paper has 100, which leave some claims open.",
-)
-@seed_option
-@workforce_options
-@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in six worlds unlike the paper's.")
-def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -> None:
+@command()
+def paper(
+    *,
+    out: Path = folder_option("paper", "figures, data and claims"),
+    runs: int = option(
+        "Number of runs at each ratio; the paper has 100, which leave some claims open.",
+        click.IntRange(4),
+        2000,
+    ),
+    seed: int,
+    workforce: Workforce,
+    beyond: bool = option("Instead, draw Fig. 3 again in six worlds unlike the paper's.", is_flag=True),
+) -> None:
     """Reproduce the paper: its three figures, the data behind them, its claims checked.
 
     \b

@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from feasibee.cli.completion import complete_field
-from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
+from feasibee.cli.execution import executing
 from feasibee.cli.options import (
+    Given,
     MeasureChoice,
-    json_option,
+    Workforce,
+    command,
+    count_type,
+    folder_option,
     keep_matplotlib_in_cache,
     listed,
-    read_scenario,
-    scenario_options,
-    seed_option,
-    steps_option,
+    option,
 )
 from feasibee.errors import FeasibeeError
 
@@ -31,62 +32,43 @@ LEAST_POINTS = 10
 """Least number of points whose ranks say anything."""
 
 
-@click.command()
-@scenario_options
-@click.option(
-    "--over",
-    callback=listed,
-    shell_complete=complete_field,
-    required=True,
-    metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
-    help="Fields to vary; by default from a fifth of a value to five times it.",
-)
-@steps_option
-@click.option(
-    "--sensitivity",
-    is_flag=True,
-    help="Instead, show which of the fields matter: rank correlations with right decisions over a Latin "
-    "hypercube.",
-)
-@click.option(
-    "--for",
-    "measure",
-    type=MeasureChoice(improvable=True),
-    help="What to improve; by default right_at_end, and right_share in a world that changes.",
-)
-@click.option(
-    "--false-alarms",
-    type=click.FloatRange(0),
-    metavar="RATE",
-    help="Choose no parameters with more false alarms per 1,000 steps, in a world that changes.",
-)
-@click.option(
-    "--trials",
-    type=click.IntRange(2, 100_000),
-    help="Number of trials; by default 60, and 200 with --sensitivity, which needs 10.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    help="Number of runs of each trial; by default 200, and 20 with --sensitivity.",
-)
-@seed_option
-@workforce_options
-@folder_option("tune", "the figure")
-@json_option
+@command()
 def tune(
-    file: Path | None,
-    changes: tuple[str, ...],
-    over: tuple[str, ...],
+    *,
+    given: Given,
+    over: tuple[str, ...] = option(
+        "Fields to vary; by default from a fifth of a value to five times it.",
+        callback=listed,
+        shell_complete=complete_field,
+        required=True,
+        metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
+    ),
     steps: int | None,
-    sensitivity: bool,
-    measure: str | None,
-    false_alarms: float | None,
-    trials: int | None,
-    runs: int | None,
+    sensitivity: bool = option(
+        "Instead, show which of the fields matter: rank correlations with right decisions over a Latin "
+        "hypercube.",
+        is_flag=True,
+    ),
+    measure: str | None = option(
+        "What to improve; by default right_at_end, and right_share in a world that changes.",
+        MeasureChoice(improvable=True),
+        name="--for",
+    ),
+    false_alarms: float | None = option(
+        "Choose no parameters with more false alarms per 1,000 steps, in a world that changes.",
+        click.FloatRange(0),
+        metavar="RATE",
+    ),
+    trials: int | None = option(
+        "Number of trials; by default 60, and 200 with --sensitivity, which needs 10.",
+        click.IntRange(2, 100_000),
+    ),
+    runs: int | None = option(
+        "Number of runs of each trial; by default 200, and 20 with --sensitivity.", count_type
+    ),
     seed: int,
     workforce: Workforce,
-    out: Path,
+    out: Path = folder_option("tune", "the figure"),
     as_json: bool,
 ) -> None:
     """Search for the parameters with which the swarm is right most often, or show which ones matter.
@@ -107,7 +89,7 @@ def tune(
     keep_matplotlib_in_cache()
     from feasibee.studies.space import dimensions
 
-    scenario = read_scenario(file, changes, {"run.steps": steps})
+    scenario = given.read({"run.steps": steps})
     space = dimensions(scenario, over)
     if sensitivity:
         if measure is not None or false_alarms is not None:
