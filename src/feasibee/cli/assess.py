@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
 from pathlib import Path
@@ -20,6 +19,7 @@ from feasibee.cli.options import (
     keep_matplotlib_in_cache,
     option,
     outputs_option,
+    print_json,
     wrapped,
 )
 
@@ -74,7 +74,7 @@ def assess(
     if report := outputs.get("page"):
         write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
-        click.echo(json.dumps(assessment.to_dict(), indent=2))
+        print_json(assessment.to_dict())
     else:
         _print(assessment, report)
 

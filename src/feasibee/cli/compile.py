@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import argument, command, file_type, folder_type, option
+from feasibee.cli.options import argument, command, file_type, folder_type, option, print_json
 
 if TYPE_CHECKING:
     from feasibee.simulation.loading import Prepared
@@ -55,7 +54,7 @@ def compile_engines(
     folder = export(out) if out else cache_folder()
     if as_json:
         answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
-        click.echo(json.dumps({**answer, "parts": [part._asdict() for part in parts]}, indent=2))
+        print_json({**answer, "parts": [part._asdict() for part in parts]})
         return
     click.echo(f"The compiled code is in {folder}")
     if out:

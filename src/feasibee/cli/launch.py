@@ -1,23 +1,42 @@
-"""feasibee launch: a swarm as processes."""
+"""feasibee launch: a swarm as processes, and what is printed while it runs and at its end."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.launch_words import Told, in_words
-from feasibee.cli.options import FiniteRange, Given, command, folder_type, named, option
+from feasibee.cli.options import FiniteRange, Given, command, folder_type, named, option, progress
 from feasibee.cli.robots import read_key
 from feasibee.errors import FeasibeeError
+from feasibee.field.plan import (
+    RESTART,
+    Fault,
+    Plan,
+    fault_in_words,
+    parse_fault,
+    parse_length,
+    schedule,
+)
 
 if TYPE_CHECKING:
-    from feasibee.field.plan import Fault, Plan
     from feasibee.scenario.scenario import Scenario
+
+EVENTS = {
+    "listening": "The world is at {address}.",
+    "joined": "{robots} robots have joined.",
+    "fault": "Step {step}: {fault}.",
+    "comes": "Step {step}: robot {robot} comes.",
+    "leaves": "Step {step}: robot {robot} leaves.",
+    "lost": "Step {step}: robot {robot} is silent; it doesn't count.",
+    "back": "Step {step}: robot {robot} is back.",
+}
+"""What is printed of events."""
 
 
 @command()
@@ -82,7 +101,6 @@ def launch(
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
     from feasibee.field.connections import is_loopback
-    from feasibee.field.plan import Plan, parse_length
     from feasibee.field.supervisor import Field, Network
     from feasibee.scenario.runs import Runs
 
@@ -97,12 +115,10 @@ def launch(
     key = read_key(key_file)
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
-    told = Told(scenario, as_json)
-    processes = Field(plan, Network(host, port, key), out, told.tell, starts_robots=not no_robots)
-    with told:
-        result = processes.run()
+    with _telling(scenario.run.steps, as_json) as tell:
+        result = Field(plan, Network(host, port, key), out, tell, starts_robots=not no_robots).run()
     result = {**result, **_details(plan)}
-    click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
+    click.echo(json.dumps(result, indent=2) if as_json else _in_words(result))
 
 
 def _faults(
@@ -114,8 +130,6 @@ def _faults(
     starts_robots: bool,
 ) -> tuple[Fault, ...]:
     """Return the faults of the options, in their order."""
-    from feasibee.field.plan import RESTART, Fault, parse_fault, schedule
-
     faults = [Fault(step, RESTART) for step in restarts]
     for kind, texts in options.items():
         faults += [fault for text in texts for fault in parse_fault(kind, text, hz)]
@@ -133,8 +147,6 @@ def _check_platform() -> None:
 
 def _details(plan: Plan) -> dict[str, Any]:
     """Return what a result says of its field."""
-    from feasibee.field.plan import fault_in_words
-
     return {
         "lockstep": plan.lockstep,
         "hz": None if plan.lockstep else plan.hz,
@@ -143,3 +155,39 @@ def _details(plan: Plan) -> dict[str, Any]:
         "run": plan.run,
         "scenario_hash": plan.scenario.hash,
     }
+
+
+@contextmanager
+def _telling(steps: int, quiet: bool) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+    """Give the function that prints an event on standard error, or advances the bar there."""
+    with progress("Running", hidden=quiet) as advance:
+
+        def tell(event: Mapping[str, Any]) -> None:
+            kind = event["event"]
+            if kind == "step":
+                advance(event["step"] / steps)
+            elif kind in EVENTS and not quiet:
+                fault = fault_in_words(event) if kind == "fault" else ""
+                click.echo(EVENTS[kind].format(**{**event, "fault": fault}), err=True)
+
+        yield tell
+
+
+def _in_words(result: Mapping[str, Any]) -> str:
+    """Return a field's result as lines."""
+    decided = result["decision_step"]
+    lines = [f"Decision: {result['decision']}" + ("." if decided is None else f", at step {decided}.")]
+    undecided = result["robots"] - len(result["lost"]) - result["feasible"] - result["infeasible"]
+    lines.append(
+        f"After {result['steps']:,} steps in {result['seconds']:.1f} s: {result['feasible']} robots hold "
+        f"feasible, {result['infeasible']} infeasible, {max(0, undecided)} neither or not counted."
+    )
+    if "right_share" in result:
+        changes = result["detection_delay"]["changes"]
+        missed = f"; it missed {result['missed']['estimate']:.0%} of {changes} changes" if changes else ""
+        lines.append(f"Right: in {result['right_share']['estimate']:.1%} of the steps{missed}.")
+    if result["lost"]:
+        lines.append(f"Lost: {', '.join(map(str, result['lost']))}.")
+    for why, count in result["dropped"].items():
+        lines.append(f"Dropped packets, {why}: {count:,}.")
+    return "\n".join(lines)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.options import Given, command, console
+from feasibee.cli.options import Given, command, console, print_json
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
@@ -35,7 +34,7 @@ def strategies(given: Given, as_json: bool) -> None:
     base = given.read()
     rows = [_strategy(base, name) for name in all_strategies(base)]
     if as_json:
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
     cells = [
         [
@@ -81,7 +80,7 @@ def presets(as_json: bool) -> None:
             }
         )
     if as_json:
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
     cells = [[row["preset"], "-", str(row["bits"]), str(row["steps"]), row["about"]] for row in rows]
     _print_lines([["preset", "needs", "bits", "steps", "whose controller"], *cells])

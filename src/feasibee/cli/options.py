@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -16,8 +17,8 @@ from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+from click.shell_completion import CompletionItem
 
-from feasibee.cli.completion import complete_change, complete_strategy
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import check_output
 from feasibee.scenario.paths import read_value
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from feasibee.results.statistics import Interval
     from feasibee.scenario.scenario import Scenario
     from feasibee.sweeps.executors import WorkerPool
 
@@ -78,6 +80,39 @@ folder_type = NamedPath(file_okay=False, path_type=Path)
 path_type = NamedPath(path_type=Path)
 count_type = click.IntRange(1)
 JOURNAL = "a journal of all runs, with which the same command goes on."
+
+
+def complete_field(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete the last field of A,B,..."""
+    from feasibee.scenario.fields import fields
+
+    return _offered(incomplete, fields())
+
+
+def complete_change(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete the field of FIELD=VALUE; commas belong to the value."""
+    from feasibee.scenario.fields import fields
+
+    return [CompletionItem(f"{field}=") for field in fields() if field.startswith(incomplete)]
+
+
+def complete_strategy(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete the last strategy of A,B,..."""
+    from feasibee.scenario.plugins import registered
+    from feasibee.strategies import STRATEGIES
+
+    return _offered(incomplete, [*STRATEGIES, *registered()])
+
+
+def _offered(incomplete: str, names: Sequence[str]) -> list[CompletionItem]:
+    before, comma, last = incomplete.rpartition(",")
+    return [CompletionItem(before + comma + name) for name in names if name.startswith(last)]
 
 
 def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -298,6 +333,17 @@ def keep_matplotlib_in_cache() -> None:
     os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
 
 
+def print_json(answer: Any) -> None:
+    """Print the answer of a command for programs."""
+    click.echo(json.dumps(answer, indent=2))
+
+
+def percents(share: Interval) -> tuple[str, str]:
+    """Return the cells of a share in percent: itself, and its interval."""
+    middle, low, high = (100 * each for each in share)
+    return f"{middle:.1f}", f"{low:.1f} to {high:.1f}"
+
+
 def console(*, highlight: bool = False) -> Console:
     """Return the console for tables, without Rich's markup, since a file's name may look like it."""
     from rich.console import Console
@@ -317,13 +363,13 @@ def numbers_table(title: str, first: str, columns: Sequence[str], caption: str |
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Callable[[float], None]]:
+def progress(what: str, *, hidden: bool = False) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on standard error if it is a terminal; give the function that updates it."""
     from rich.progress import Progress
 
     from feasibee.simulation.loading import stderr_console
 
-    with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
+    with Progress(console=stderr_console(), transient=True, disable=hidden or not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
 

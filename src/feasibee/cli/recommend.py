@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING
@@ -19,6 +18,7 @@ from feasibee.cli.options import (
     count_type,
     folder_type,
     option,
+    print_json,
     strategies_option,
 )
 
@@ -71,7 +71,7 @@ def recommend(
     with executing("Testing strategies", out, workforce) as execution:
         found = test_all(scenario, constraints, strategies, runs, seed, execution)
     if as_json:
-        click.echo(json.dumps(found.to_dict(), indent=2))
+        print_json(found.to_dict())
     else:
         _print(found)
 

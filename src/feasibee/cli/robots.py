@@ -1,4 +1,4 @@
-"""feasibee robot and replay: one robot of a field, and what robots did."""
+"""feasibee robot, replay and header: one robot of a field, what robots did, and their controller in C."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from feasibee.cli.options import (
     option,
     outputs_option,
     path_type,
+    print_json,
 )
 from feasibee.errors import FeasibeeError, one_line
 
@@ -138,7 +139,7 @@ def replay(
     own = _strategy(strategy)
     replays = [(path, replay_log(path, own)) for path in _log_files(logs)]
     if as_json:
-        click.echo(json.dumps([{"log": str(path), **found._asdict()} for path, found in replays], indent=2))
+        print_json([{"log": str(path), **found._asdict()} for path, found in replays])
         return
     for _, found in replays:
         cut = "; the last line is incomplete and left out" if found.cut else ""
@@ -184,3 +185,29 @@ def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
         if not found:
             raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
         yield from found
+
+
+@command()
+def header(
+    *,
+    strategies: tuple[str, ...] = option(
+        "Include this strategy, repeatable; by default all that exist in C.",
+        name="--strategy",
+        multiple=True,
+        metavar="NAME",
+    ),
+    inbox: int | None = option("Number of senders whose message a robot keeps; by default 64.", int),
+) -> None:
+    """Print the controller of one robot in C99, as one header file.
+
+    The comments in the file say how to use it.
+
+    \b
+    Examples:
+      feasibee header > feasibee.h
+      feasibee header --strategy dmmd --inbox 32 > feasibee.h
+      feasibee header --strategy dmmd --strategy average > feasibee.h
+    """
+    from feasibee.robot.firmware import header
+
+    click.echo(header(strategies or None, inbox), nl=False)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import click
 
 from feasibee.cli.options import (
     Given,
@@ -17,6 +14,7 @@ from feasibee.cli.options import (
     keep_matplotlib_in_cache,
     option,
     outputs_option,
+    print_json,
     progress,
 )
 from feasibee.files import FIGURES, RESULTS
@@ -68,7 +66,7 @@ def run(
         _write_results(record, scenario, seed, outputs)
     summary = _summary(record, scenario, seed)
     if as_json:
-        click.echo(json.dumps(summary, indent=2))
+        print_json(summary)
     else:
         _print_summary(summary, scenario)
 

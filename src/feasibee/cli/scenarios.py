@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import Given, argument, command, console, file_type, option
+from feasibee.cli.options import Given, argument, command, console, file_type, option, print_json
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ def truth(
 
         verdict = truth_at(scenario, step, seed, run)
     if as_json:
-        click.echo(json.dumps(verdict.to_dict(), indent=2))
+        print_json(verdict.to_dict())
     else:
         _print_verdict(verdict, scenario)
 
@@ -110,7 +109,7 @@ def schema() -> None:
     """
     from feasibee.scenario.scenario import Scenario
 
-    click.echo(json.dumps(Scenario.model_json_schema(), indent=2))
+    print_json(Scenario.model_json_schema())
 
 
 def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.completion import complete_strategy
 from feasibee.cli.execution import executing
 from feasibee.cli.options import (
     JOURNAL,
     Given,
     Workforce,
     command,
+    complete_strategy,
     count_type,
     keep_matplotlib_in_cache,
     named,
     option,
     outputs_option,
+    print_json,
     wrapped,
 )
 from feasibee.files import FIGURES
@@ -83,7 +83,7 @@ def size(
     if plot := outputs.get("figure"):
         save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
     if as_json:
-        click.echo(json.dumps(found.to_dict(), indent=2))
+        print_json(found.to_dict())
     else:
         _print(found, plot)
 

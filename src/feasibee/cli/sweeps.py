@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import textwrap
 from collections.abc import Sequence
@@ -12,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.completion import complete_field
 from feasibee.cli.execution import check_log, executing
 from feasibee.cli.options import (
     MeasureChoice,
     Workforce,
     argument,
     command,
+    complete_field,
     console,
     count_type,
     file_type,
@@ -26,6 +25,8 @@ from feasibee.cli.options import (
     keep_matplotlib_in_cache,
     named,
     option,
+    percents,
+    print_json,
 )
 from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES, RESULTS, check_output, make_folder
@@ -130,7 +131,7 @@ def status(
     with Journal(folder) as journal:
         points, found = survey(journal)
     if as_json:
-        click.echo(json.dumps([_as_json(point) for point in points], indent=2))
+        print_json([_as_json(point) for point in points])
     else:
         _print_table(folder, points)
     if not found.is_whole:
@@ -207,8 +208,7 @@ def _numbers(point: Summary) -> list[str]:
     shares = ["", "", ""]
     if accuracy is not None:
         shares = [
-            f"{100 * accuracy.estimate:.1f}",
-            f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
+            *percents(accuracy),
             f"{100 * point.found.counts['undecided'] / point.found.runs:.1f}",
         ]
     truth = "feasible" if point.row.truth else "infeasible"

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.completion import complete_field
 from feasibee.cli.execution import executing
 from feasibee.cli.options import (
     Given,
     MeasureChoice,
     Workforce,
     command,
+    complete_field,
     count_type,
     folder_option,
     keep_matplotlib_in_cache,
     listed,
     option,
+    print_json,
 )
 from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.space import Dimension
-    from feasibee.studies.tuning import Objective, Sensitivity, Tuned
+    from feasibee.studies.tuning import Sensitivity, Tuned
 
 LEAST_POINTS = 10
 """Least number of points whose ranks say anything."""
@@ -87,6 +88,7 @@ def tune(
       feasibee tune mine.toml --sensitivity --over radio.loss=0:0.5,faults.byzantine=0:0.2
     """
     keep_matplotlib_in_cache()
+    from feasibee.scenario.runs import Runs
     from feasibee.studies.space import dimensions
 
     scenario = given.read({"run.steps": steps})
@@ -96,36 +98,18 @@ def tune(
             raise FeasibeeError("--sensitivity: improves nothing; leave out --for and --false-alarms")
         _vary(scenario, space, trials or 200, runs or 20, seed, workforce, out, as_json)
         return
-    from feasibee.studies.tuning import objective_for
-
-    objective = objective_for(scenario, measure, false_alarms)
-    _search(scenario, space, objective, trials or 60, runs or 200, seed, workforce, out, as_json)
-
-
-def _search(
-    scenario: Scenario,
-    space: list[Dimension],
-    objective: Objective,
-    trials: int,
-    runs: int,
-    seed: int,
-    workforce: Workforce,
-    out: Path,
-    as_json: bool,
-) -> None:
-    """Search for the best parameters."""
     from feasibee.figures.style import save_figure
-    from feasibee.files import make_folder
-    from feasibee.scenario.runs import Runs
-    from feasibee.studies.tuning import draw_search, tune
+    from feasibee.studies.tuning import draw_search, objective_for
+    from feasibee.studies.tuning import tune as search
 
+    objective, trials, runs = objective_for(scenario, measure, false_alarms), trials or 60, runs or 200
     Runs(10 * runs, seed)  # raises before the folder is made
     picture = make_folder(out) / "tune.png"
     with executing("Tuning", out, workforce) as execution:
-        tuned = tune(scenario, space, trials, runs, seed, execution, objective)
+        tuned = search(scenario, space, trials, runs, seed, execution, objective)
     save_figure(draw_search(tuned), picture)
     if as_json:
-        click.echo(json.dumps(_as_dict(tuned), indent=2))
+        print_json(_as_dict(tuned))
     else:
         _print_tuned(tuned, scenario.run.steps, 10 * runs, picture)
 
@@ -183,7 +167,6 @@ def _vary(
 ) -> None:
     """Show which fields matter."""
     from feasibee.figures.style import save_figure
-    from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
     from feasibee.studies.tuning import draw_sensitivities, sensitivities
 
@@ -199,7 +182,7 @@ def _vary(
             {"field": each.path, "correlation": each.correlation._asdict(), "matters": each.matters}
             for each in found
         ]
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
     click.echo(f"Rank correlation with right decisions, {points} points of {runs} runs, 95 % interval:")
     _print_sensitivities(found)
