@@ -792,7 +792,7 @@ def test_a_name_that_isnt_text_is_printed_somehow(tmp_path, locale):
 def test_progress_has_a_time_once_runs_are_done_and_never_less_than_is_sure():
     from dataclasses import replace
 
-    from feasibee.cli.sweep_progress import _done
+    from feasibee.cli.execution import _done
     from feasibee.sweeps.sweep import Progress
 
     begun = Progress(runs=27_600, runs_done=56, work=27_600, work_done=56, most=27_600, seconds=10.0)

@@ -96,11 +96,8 @@ def test_the_number_of_robots_is_known_only_if_that_is_declared():
 
 
 def test_needs_of_a_file_are_read_without_running_it(tmp_path):
-    text = (
-        "NEEDS_IDS = True\nNEEDS_NAMES = 'looks'\nPARAMETERS = {'looks': 1.0}\n"
-        "def quality(r, t):\n    return 0.5\ndef dissemination(q, g):\n    return g\n"
-        "def decide(mind, inbox):\n    return 1\n"
-    )
+    text = "NEEDS_IDS = True\nNEEDS_NAMES = 'looks'\nPARAMETERS = {'looks': 1.0}\n"
+    text += "def decide(mind, inbox):\n    return 1\n"
     file = tmp_path / "mine.py"
     file.write_text(text)
     assert manifest_of(str(file)).needs({"looks": 1.0}) == ("names", "ids")

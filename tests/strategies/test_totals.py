@@ -28,7 +28,7 @@ def named(number=0, counts=(10, 12), arrivals=0.0, kappa=1.19, tolerates=0.0, **
 def decided(robot, opinion=0):
     """Return the opinion of a robot after its decision, from one before."""
     robots, tasks = robot.counted()
-    quality = totals.quality(sum(robots), sum(tasks))
+    quality = STRATEGIES["totals"].quality(sum(robots), sum(tasks))
     return totals.decide(Mind(opinion, 0.5, quality, 1, [], []), Inbox(0, 0, -1, 0.0, 0.0, 0.0))
 
 

@@ -8,66 +8,36 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from feasibee.cli.options import (
-    folder_type,
-    path_type,
-    progress,
-    read_scenario,
-    run_option,
-    scenario_options,
-    seed_option,
-)
+from feasibee.cli.options import Given, command, count_type, folder_type, option, path_type, progress
 from feasibee.errors import FeasibeeError
 
 
-@click.command()
-@scenario_options
-@seed_option
-@run_option
-@click.option(
-    "--field",
-    type=folder_type,
-    metavar="FOLDER",
-    help="Show the field whose logs feasibee launch --out has written to a folder.",
-)
-@click.option(
-    "--frames",
-    metavar="[FIRST:]LAST",
-    help="Steps to show; by default to 30 or more after the decision, or all if the world changes.",
-)
-@click.option("--every", type=click.IntRange(1), default=1, show_default=True, help="Steps per frame.")
-@click.option(
-    "--fps",
-    type=click.IntRange(1, 120),
-    default=20,
-    show_default=True,
-    help="Frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.",
-)
-@click.option(
-    "--size", type=click.IntRange(240, 4096), default=480, show_default=True, help="Width in pixels."
-)
-@click.option("--dark", is_flag=True, help="Use a dark background.")
-@click.option(
-    "--out",
-    type=path_type,
-    default="run.gif",
-    show_default=True,
-    help="File to write: .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
-)
-@click.pass_context
+@command()
 def animate(
-    context: click.Context,
-    file: Path | None,
-    changes: tuple[str, ...],
+    *,
+    given: Given,
     seed: int,
     run: int,
-    field: Path | None,
-    frames: str | None,
-    every: int,
-    fps: int,
-    size: int,
-    dark: bool,
-    out: Path,
+    field: Path | None = option(
+        "Show the field whose logs feasibee launch --out has written to a folder.",
+        folder_type,
+        metavar="FOLDER",
+    ),
+    frames: str | None = option(
+        "Steps to show; by default to 30 or more after the decision, or all if the world changes.",
+        metavar="[FIRST:]LAST",
+    ),
+    every: int = option("Steps per frame.", count_type, 1),
+    fps: int = option(
+        "Frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.", click.IntRange(1, 120), 20
+    ),
+    size: int = option("Width in pixels.", click.IntRange(240, 4096), 480),
+    dark: bool = option("Use a dark background.", is_flag=True),
+    out: Path = option(
+        "File to write: .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
+        path_type,
+        "run.gif",
+    ),
 ) -> None:
     """Draw one run step by step: robots, their opinions, and tasks.
 
@@ -85,8 +55,8 @@ def animate(
     from feasibee.figures.animation import animate_field
 
     if field is not None:
-        _check_field(context)
-    scenario = read_scenario(file, changes)
+        _check_field()
+    scenario = given.read()
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
         look |= {"steps": _span(frames), "progress": advance}
@@ -97,8 +67,9 @@ def animate(
     click.echo(f"Wrote {out}")
 
 
-def _check_field(context: click.Context) -> None:
+def _check_field() -> None:
     """Raise an error if options say what a field's log says."""
+    context = click.get_current_context()
     names = {"file": "FILE", "changes": "--set", "seed": "--seed", "run": "--run"}
     given = [
         shown

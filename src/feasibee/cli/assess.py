@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import sys
 from pathlib import Path
@@ -10,54 +9,42 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import JOURNAL, Workforce, executing, workforce_options
+from feasibee.cli.execution import executing
 from feasibee.cli.options import (
-    json_option,
+    JOURNAL,
+    Given,
+    Workforce,
+    command,
+    count_type,
     keep_matplotlib_in_cache,
+    option,
     outputs_option,
-    read_scenario,
-    runs_option,
-    scenario_options,
-    seed_option,
-    steps_option,
+    print_json,
     wrapped,
 )
-from feasibee.cli.size import right_option
 
 if TYPE_CHECKING:
     from feasibee.studies.assess import Assessment
 
 
-@click.command()
-@scenario_options
-@click.option("--robots", type=int, help="Short for --set robots.count=...")
-@click.option("--tasks", type=int, help="Short for --set tasks.count=...")
-@click.option("--arena", type=float, help="Side of the arena, in units: short for --set arena.side=...")
-@click.option("--range", "reach", type=float, help="Short for --set sensing.range=...")
-@steps_option
-@runs_option(400, "Number of runs of each variant.")
-@right_option
-@seed_option
-@workforce_options
-@outputs_option(
-    f"Write the assessment as a page, .html. A folder: {JOURNAL} Repeatable.",
-    folder=True,
-    page=(".html", ".htm"),
-)
-@json_option
+@command()
 def assess(
-    file: Path | None,
-    changes: tuple[str, ...],
-    robots: int | None,
-    tasks: int | None,
-    arena: float | None,
-    reach: float | None,
+    *,
+    given: Given,
+    robots: int | None = option("Short for --set robots.count=...", int),
+    tasks: int | None = option("Short for --set tasks.count=...", int),
+    arena: float | None = option("Side of the arena, in units: short for --set arena.side=...", float),
+    reach: float | None = option("Short for --set sensing.range=...", float, name="--range"),
     steps: int | None,
-    runs: int,
+    runs: int = option("Number of runs of each variant.", count_type, 400),
     right: float,
     seed: int,
     workforce: Workforce,
-    outputs: dict[str, Path],
+    outputs: dict[str, Path] = outputs_option(
+        f"Write the assessment as a page, .html. A folder: {JOURNAL} Repeatable.",
+        folder=True,
+        page=(".html", ".htm"),
+    ),
     as_json: bool,
 ) -> None:
     """Assess in plain words how often a swarm is right, how soon, what it takes, and what would help.
@@ -81,13 +68,13 @@ def assess(
         "sensing.range": reach,
         "run.steps": steps,
     }
-    scenario = read_scenario(file, changes, fields)
+    scenario = given.read(fields)
     with executing("Assessing", outputs.get("folder"), workforce) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)
     if report := outputs.get("page"):
         write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
-        click.echo(json.dumps(assessment.to_dict(), indent=2))
+        print_json(assessment.to_dict())
     else:
         _print(assessment, report)
 

@@ -18,12 +18,11 @@ from feasibee.cli import interrupts, streams
 from feasibee.cli.animate import animate
 from feasibee.cli.assess import assess
 from feasibee.cli.compile import compile_engines
-from feasibee.cli.header import header
 from feasibee.cli.launch import launch
 from feasibee.cli.listings import presets, strategies
 from feasibee.cli.page import page
 from feasibee.cli.recommend import recommend
-from feasibee.cli.robots import replay, robot
+from feasibee.cli.robots import header, replay, robot
 from feasibee.cli.run import run
 from feasibee.cli.scenarios import new, scenario, schema, truth
 from feasibee.cli.size import size

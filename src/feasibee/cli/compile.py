@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import file_type, folder_type, json_option
+from feasibee.cli.options import argument, command, file_type, folder_type, option, print_json
 
 if TYPE_CHECKING:
     from feasibee.simulation.loading import Prepared
 
 
-@click.command("compile")
-@click.argument("files", nargs=-1, type=file_type, metavar="[FILE]...")
-@click.option(
-    "--out",
-    type=folder_type,
-    metavar="FOLDER",
-    help="Write the compiled code to this folder, too. FEASIBEE_CACHE=FOLDER uses it, or a copy of it.",
-)
-@json_option
-def compile_engines(files: tuple[Path, ...], out: Path | None, as_json: bool) -> None:
+@command("compile")
+def compile_engines(
+    *,
+    files: tuple[Path, ...] = argument(file_type, nargs=-1, metavar="[FILE]..."),
+    out: Path | None = option(
+        "Write the compiled code to this folder, too. FEASIBEE_CACHE=FOLDER uses it, or a copy of it.",
+        folder_type,
+        metavar="FOLDER",
+    ),
+    as_json: bool,
+) -> None:
     """Compile the simulation engines and keep them on disk, so that later commands start at once.
 
     FILE is a scenario, or a strategy if it ends in .py: only what these need is compiled. Without it, both
@@ -54,7 +54,7 @@ def compile_engines(files: tuple[Path, ...], out: Path | None, as_json: bool) ->
     folder = export(out) if out else cache_folder()
     if as_json:
         answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
-        click.echo(json.dumps({**answer, "parts": [part._asdict() for part in parts]}, indent=2))
+        print_json({**answer, "parts": [part._asdict() for part in parts]})
         return
     click.echo(f"The compiled code is in {folder}")
     if out:

@@ -1,92 +1,31 @@
-"""What all commands that run studies share: options for workers, and their execution."""
+"""Run a study for a command: with its workers, its journal, and its progress.
+
+The progress is a bar on a terminal, a line every ten seconds elsewhere, and JSON lines in a log.
+"""
 
 from __future__ import annotations
 
-import re
+import json
+import os
+import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import wraps
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from feasibee.cli.interrupts import UNHARMED, leaving
-from feasibee.cli.options import folder_type, workers_option
-from feasibee.cli.sweep_progress import progress_display
+from feasibee.cli.options import Workforce
 from feasibee.errors import FeasibeeError
+from feasibee.files import why_not
 
 if TYPE_CHECKING:
-    from feasibee.sweeps.executors import WorkerPool
-    from feasibee.sweeps.sweep import Execution
+    from feasibee.sweeps.sweep import Execution, Progress
 
-JOURNAL = "a journal of all runs, with which the same command goes on."
-KEPT = "the runs in the journal are kept; the same command goes on"
-
-
-class Workforce(NamedTuple):
-    """Workers as a command asks for them."""
-
-    workers: int | None
-    processes: bool
-    dask: str | None
-
-    def pool(self) -> WorkerPool:
-        """Return the workers; connect to the Dask cluster, if one is named."""
-        from feasibee.sweeps import executors
-
-        if self.dask is not None:
-            if self.processes or self.workers is not None:
-                raise FeasibeeError("--dask: brings its own workers; leave out --workers and --processes")
-            return executors.dask(self.dask)
-        return executors.processes(self.workers) if self.processes else executors.threads(self.workers)
-
-
-def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
-    """Check a scheduler's address; with an impossible port, Dask would wait without end."""
-    host = r"[\w.-]{1,253}|\[[\w:.%]{1,60}\]"
-    found = re.fullmatch(rf"(?:[a-z]{{2,9}}://)?(?:{host}):([0-9]{{1,5}})", text or "", re.ASCII)
-    if text is not None and not (found and 0 < int(found[1]) < 2**16):
-        raise click.BadParameter("must be the address of a scheduler, such as tcp://10.0.0.1:8786.")
-    return text
-
-
-_processes = click.option(
-    "--processes", is_flag=True, help="Use processes instead of threads; a process that dies is replaced."
-)
-_dask = click.option(
-    "--dask", callback=_address, metavar="ADDRESS", help="Use a Dask cluster, such as tcp://10.0.0.1:8786."
-)
-
-
-def workforce_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add --workers, --processes and --dask to a command, which gets them as one `Workforce`."""
-
-    @wraps(command)
-    def bundled(
-        *arguments: Any, workers: int | None, processes: bool, dask: str | None, **options: Any
-    ) -> None:
-        command(*arguments, workforce=Workforce(workers, processes, dask), **options)
-
-    return workers_option(_processes(_dask(bundled)))
-
-
-def folder_option(name: str, what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add --out, a folder for some output and the journal, to a command."""
-    return click.option(
-        "--out",
-        type=folder_type,
-        default=Path(name),
-        show_default=True,
-        help=f"Folder for {what}, and {JOURNAL}",
-    )
-
-
-journal_option = click.option(
-    "--out",
-    type=folder_type,
-    help=f"Folder of {JOURNAL} By default in memory.",
-)
+PATIENCE = 10.0
+"""Seconds between two lines of progress where there is no terminal."""
 
 
 @contextmanager
@@ -101,5 +40,96 @@ def executing(
     from feasibee.sweeps.sweep import Execution
 
     pool = workforce.pool()
-    with leaving(UNHARMED if folder is None else KEPT), progress_display(what, log) as display:
+    with (
+        leaving(UNHARMED if folder is None else "the runs in the journal are kept; the same command goes on"),
+        progress_display(what, log) as display,
+    ):
         yield Execution(folder, pool, display)
+
+
+@contextmanager
+def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[Progress], None]]:
+    """Show a bar on a terminal, a line every ten seconds elsewhere, and append to a log if one is named."""
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    from feasibee.simulation.loading import stderr_console
+
+    terminal = sys.stderr.isatty()
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"))
+    last = time.monotonic()
+    if log is not None:
+        _end_line(log)
+    with Bar(*columns, console=stderr_console(), transient=True, disable=not terminal) as bar:
+        task = bar.add_task(what, total=None, done="")
+
+        def display(progress: Progress) -> None:
+            nonlocal last
+            words = f"{what}, {progress.phase}" if progress.phase else what
+            if progress.stopping:
+                words = "stopping, Ctrl-C again ends at once"
+            done = _done(progress)
+            most = progress.most if progress.is_bounded else None
+            bar.update(task, total=most, completed=progress.work_done, description=words, done=done)
+            if log is not None:
+                _append(log, {"time": time.time(), **vars(progress)})
+            if not terminal and time.monotonic() - last >= PATIENCE:
+                last = time.monotonic()
+                click.echo(f"feasibee: {words}: {done}", err=True)
+
+        yield display
+
+
+def _end_line(log: Path) -> None:
+    """End the last line of a log if a killed sweep has left it half-written."""
+    with suppress(OSError):
+        if log.is_file() and log.stat().st_size:
+            with log.open("r+b") as file:
+                file.seek(-1, os.SEEK_END)
+                if file.read() != b"\n":
+                    file.write(b"\n")
+
+
+def _append(log: Path, entry: dict[str, Any]) -> None:
+    with _writing_log(log), log.open("a", encoding="utf-8") as file:
+        file.write(json.dumps(entry) + "\n")
+
+
+def check_log(log: Path) -> None:
+    """Raise an error before the work if the log can't be written; don't wait for the reader of a pipe."""
+    with _writing_log(log):
+        os.close(os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0), 0o666))
+
+
+@contextmanager
+def _writing_log(log: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise FeasibeeError(
+            f"--log {log}: can't be written: {why_not(error)}; choose a file that you may write to"
+        ) from None
+
+
+def _done(progress: Progress) -> str:
+    """Return what is done of what, how fast, and the time that is left: never less than is sure."""
+    more = "" if progress.is_bounded and progress.most == progress.work else " or more"
+    done = f"{progress.runs_done:,} of {progress.runs:,}{more} runs"
+    if progress.left is None:
+        return done
+    rate = progress.runs_new / progress.seconds
+    return f"{done}, {rate:,.{int(rate < 10)}f} runs/s, {_span(*progress.left)} left"
+
+
+def _span(least: float, most: float | None) -> str:
+    """Return the seconds that are left in words: about as many, a range, or at least so many."""
+    if most is None:
+        return f"at least {_time(least)}"
+    low, high = _time(least), _time(most)
+    return f"about {low}" if low == high else f"{low} to {high}"
+
+
+def _time(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.0f} h"

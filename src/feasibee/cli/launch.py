@@ -1,135 +1,91 @@
-"""feasibee launch: a swarm as processes."""
+"""feasibee launch: a swarm as processes, and what is printed while it runs and at its end."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.launch_words import Told, in_words
-from feasibee.cli.options import (
-    FiniteRange,
-    folder_type,
-    json_option,
-    named,
-    read_scenario,
-    run_option,
-    scenario_options,
-    seed_option,
-)
-from feasibee.cli.robots import key_option, read_key
+from feasibee.cli.options import FiniteRange, Given, command, folder_type, named, option, progress
+from feasibee.cli.robots import read_key
 from feasibee.errors import FeasibeeError
+from feasibee.field.plan import (
+    RESTART,
+    Fault,
+    Plan,
+    fault_in_words,
+    parse_fault,
+    parse_length,
+    schedule,
+)
 
 if TYPE_CHECKING:
-    from feasibee.field.plan import Fault, Plan
     from feasibee.scenario.scenario import Scenario
 
+EVENTS = {
+    "listening": "The world is at {address}.",
+    "joined": "{robots} robots have joined.",
+    "fault": "Step {step}: {fault}.",
+    "comes": "Step {step}: robot {robot} comes.",
+    "leaves": "Step {step}: robot {robot} leaves.",
+    "lost": "Step {step}: robot {robot} is silent; it doesn't count.",
+    "back": "Step {step}: robot {robot} is back.",
+}
+"""What is printed of events."""
 
-@click.command()
-@scenario_options
-@seed_option
-@run_option
-@click.option(
-    "--lockstep", is_flag=True, help="Wait for all robots in each step; the result is that of the run."
-)
-@click.option(
-    "--hz",
-    type=FiniteRange(0.01, 1000),
-    default=10.0,
-    show_default=True,
-    help="Steps per second of a robot's clock.",
-)
-@click.option(
-    "--drift",
-    type=FiniteRange(0, 0.5),
-    default=0.0,
-    show_default=True,
-    help="Largest error of a robot's clock, as a share: 0.01 is 1 %.",
-)
-@click.option(
-    "--jitter",
-    type=FiniteRange(0, 1),
-    default=0.0,
-    show_default=True,
-    help="Largest deviation of a step's duration, as a share.",
-)
-@click.option("--delay", metavar="TIME", default="0", help="Delay of each message, such as 200ms.")
-@click.option("--kill", multiple=True, metavar="COUNT@STEP", help="Kill robots at a step; repeatable.")
-@click.option(
-    "--pause",
-    multiple=True,
-    metavar="COUNT@STEP[:TIME]",
-    help="Stop robots' processes at a step, for a time or for good; repeatable.",
-)
-@click.option(
-    "--partition",
-    multiple=True,
-    metavar="TIME@STEP",
-    help="Cut the radio between two halves of the robots at a step, for a time; repeatable.",
-)
-@click.option(
-    "--restart-world",
-    multiple=True,
-    type=int,
-    metavar="STEP",
-    help="Kill the world's process at a step, and start it again; repeatable.",
-)
-@click.option(
-    "--out",
-    type=folder_type,
-    metavar="FOLDER",
-    help="Write the world's log and one log per robot, which feasibee replay replays.",
-)
-@click.option(
-    "--host",
-    callback=named,
-    default="127.0.0.1",
-    show_default=True,
-    help="Address to listen on; 0.0.0.0 is reachable from outside.",
-)
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port; by default a free one.")
-@key_option
-@click.option("--no-robots", is_flag=True, help="Start no robots; wait for those that feasibee robot starts.")
-@click.option(
-    "--wait",
-    type=FiniteRange(0.1, 86_400),
-    default=60.0,
-    show_default=True,
-    help="Seconds that robots have to join.",
-)
-@click.option(
-    "--patience",
-    type=FiniteRange(0.1, 86_400),
-    default=5.0,
-    show_default=True,
-    help="Seconds of silence after which a robot is lost.",
-)
-@json_option
+
+@command()
 def launch(
-    file: Path | None,
-    changes: tuple[str, ...],
+    *,
+    given: Given,
     seed: int,
     run: int,
-    lockstep: bool,
-    hz: float,
-    drift: float,
-    jitter: float,
-    delay: str,
-    kill: tuple[str, ...],
-    pause: tuple[str, ...],
-    partition: tuple[str, ...],
-    restart_world: tuple[int, ...],
-    out: Path | None,
-    host: str,
-    port: int,
+    lockstep: bool = option("Wait for all robots in each step; the result is that of the run.", is_flag=True),
+    hz: float = option("Steps per second of a robot's clock.", FiniteRange(0.01, 1000), 10.0),
+    drift: float = option(
+        "Largest error of a robot's clock, as a share: 0.01 is 1 %.", FiniteRange(0, 0.5), 0.0
+    ),
+    jitter: float = option("Largest deviation of a step's duration, as a share.", FiniteRange(0, 1), 0.0),
+    delay: str = option(
+        "Delay of each message, such as 200ms.", default="0", show_default=False, metavar="TIME"
+    ),
+    kill: tuple[str, ...] = option("Kill robots at a step; repeatable.", multiple=True, metavar="COUNT@STEP"),
+    pause: tuple[str, ...] = option(
+        "Stop robots' processes at a step, for a time or for good; repeatable.",
+        multiple=True,
+        metavar="COUNT@STEP[:TIME]",
+    ),
+    partition: tuple[str, ...] = option(
+        "Cut the radio between two halves of the robots at a step, for a time; repeatable.",
+        multiple=True,
+        metavar="TIME@STEP",
+    ),
+    restart_world: tuple[int, ...] = option(
+        "Kill the world's process at a step, and start it again; repeatable.",
+        int,
+        multiple=True,
+        metavar="STEP",
+    ),
+    out: Path | None = option(
+        "Write the world's log and one log per robot, which feasibee replay replays.",
+        folder_type,
+        metavar="FOLDER",
+    ),
+    host: str = option(
+        "Address to listen on; 0.0.0.0 is reachable from outside.", default="127.0.0.1", callback=named
+    ),
+    port: int = option("Port; by default a free one.", click.IntRange(0, 65535), 0, show_default=False),
     key_file: Path | None,
-    no_robots: bool,
-    wait: float,
-    patience: float,
+    no_robots: bool = option("Start no robots; wait for those that feasibee robot starts.", is_flag=True),
+    wait: float = option("Seconds that robots have to join.", FiniteRange(0.1, 86_400), 60.0),
+    patience: float = option(
+        "Seconds of silence after which a robot is lost.", FiniteRange(0.1, 86_400), 5.0
+    ),
     as_json: bool,
 ) -> None:
     """Run a swarm as processes: one world, and one process for each robot with its own clock.
@@ -145,12 +101,11 @@ def launch(
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
     from feasibee.field.connections import is_loopback
-    from feasibee.field.plan import Plan, parse_length
     from feasibee.field.supervisor import Field, Network
     from feasibee.scenario.runs import Runs
 
     _check_platform()
-    scenario = read_scenario(file, changes)
+    scenario = given.read()
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
     faults = _faults(options, restart_world, hz, scenario, starts_robots=not no_robots)
@@ -160,12 +115,10 @@ def launch(
     key = read_key(key_file)
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
-    told = Told(scenario, as_json)
-    processes = Field(plan, Network(host, port, key), out, told.tell, starts_robots=not no_robots)
-    with told:
-        result = processes.run()
+    with _telling(scenario.run.steps, as_json) as tell:
+        result = Field(plan, Network(host, port, key), out, tell, starts_robots=not no_robots).run()
     result = {**result, **_details(plan)}
-    click.echo(json.dumps(result, indent=2) if as_json else in_words(result))
+    click.echo(json.dumps(result, indent=2) if as_json else _in_words(result))
 
 
 def _faults(
@@ -177,8 +130,6 @@ def _faults(
     starts_robots: bool,
 ) -> tuple[Fault, ...]:
     """Return the faults of the options, in their order."""
-    from feasibee.field.plan import RESTART, Fault, parse_fault, schedule
-
     faults = [Fault(step, RESTART) for step in restarts]
     for kind, texts in options.items():
         faults += [fault for text in texts for fault in parse_fault(kind, text, hz)]
@@ -196,8 +147,6 @@ def _check_platform() -> None:
 
 def _details(plan: Plan) -> dict[str, Any]:
     """Return what a result says of its field."""
-    from feasibee.field.plan import fault_in_words
-
     return {
         "lockstep": plan.lockstep,
         "hz": None if plan.lockstep else plan.hz,
@@ -206,3 +155,39 @@ def _details(plan: Plan) -> dict[str, Any]:
         "run": plan.run,
         "scenario_hash": plan.scenario.hash,
     }
+
+
+@contextmanager
+def _telling(steps: int, quiet: bool) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+    """Give the function that prints an event on standard error, or advances the bar there."""
+    with progress("Running", hidden=quiet) as advance:
+
+        def tell(event: Mapping[str, Any]) -> None:
+            kind = event["event"]
+            if kind == "step":
+                advance(event["step"] / steps)
+            elif kind in EVENTS and not quiet:
+                fault = fault_in_words(event) if kind == "fault" else ""
+                click.echo(EVENTS[kind].format(**{**event, "fault": fault}), err=True)
+
+        yield tell
+
+
+def _in_words(result: Mapping[str, Any]) -> str:
+    """Return a field's result as lines."""
+    decided = result["decision_step"]
+    lines = [f"Decision: {result['decision']}" + ("." if decided is None else f", at step {decided}.")]
+    undecided = result["robots"] - len(result["lost"]) - result["feasible"] - result["infeasible"]
+    lines.append(
+        f"After {result['steps']:,} steps in {result['seconds']:.1f} s: {result['feasible']} robots hold "
+        f"feasible, {result['infeasible']} infeasible, {max(0, undecided)} neither or not counted."
+    )
+    if "right_share" in result:
+        changes = result["detection_delay"]["changes"]
+        missed = f"; it missed {result['missed']['estimate']:.0%} of {changes} changes" if changes else ""
+        lines.append(f"Right: in {result['right_share']['estimate']:.1%} of the steps{missed}.")
+    if result["lost"]:
+        lines.append(f"Lost: {', '.join(map(str, result['lost']))}.")
+    for why, count in result["dropped"].items():
+        lines.append(f"Dropped packets, {why}: {count:,}.")
+    return "\n".join(lines)

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.options import console, json_option, read_scenario, scenario_options
+from feasibee.cli.options import Given, command, console, print_json
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.strategies.contract import Manifest
 
 
-@click.command()
-@scenario_options
-@json_option
-def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> None:
+@command()
+def strategies(given: Given, as_json: bool) -> None:
     """List the strategies: what each needs, the length of its messages in bits, and its rule.
 
     Needs: names (robots recognise tasks), ids (robots' ids are never mistaken), n (robots know their number).
@@ -35,10 +31,10 @@ def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> No
     """
     from feasibee.studies.needs import all_strategies
 
-    base = read_scenario(file, changes)
+    base = given.read()
     rows = [_strategy(base, name) for name in all_strategies(base)]
     if as_json:
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
     cells = [
         [
@@ -53,8 +49,7 @@ def strategies(file: Path | None, changes: tuple[str, ...], as_json: bool) -> No
     _print_lines([["strategy", "needs", "declares", "bits", "rule"], *cells])
 
 
-@click.command()
-@json_option
+@command()
 def presets(as_json: bool) -> None:
     """List the presets: the length of a message in bits, the steps of a run, and whose controller it is.
 
@@ -85,7 +80,7 @@ def presets(as_json: bool) -> None:
             }
         )
     if as_json:
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
     cells = [[row["preset"], "-", str(row["bits"]), str(row["steps"]), row["about"]] for row in rows]
     _print_lines([["preset", "needs", "bits", "steps", "whose controller"], *cells])

@@ -1,20 +1,24 @@
-"""Options, scenarios and progress bars that several commands share."""
+"""What commands share: functions as commands, options, tables and progress bars."""
 
 from __future__ import annotations
 
+import json
 import math
 import os
+import re
 import sys
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import wraps
+from inspect import signature
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+from click.shell_completion import CompletionItem
 
-from feasibee.cli.completion import complete_change, complete_strategy
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import check_output
 from feasibee.scenario.paths import read_value
@@ -23,7 +27,9 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from feasibee.results.statistics import Interval
     from feasibee.scenario.scenario import Scenario
+    from feasibee.sweeps.executors import WorkerPool
 
 
 class NamedPath(click.Path):
@@ -72,51 +78,185 @@ class MeasureChoice(click.Choice[str]):
 file_type = NamedPath(dir_okay=False, path_type=Path)
 folder_type = NamedPath(file_okay=False, path_type=Path)
 path_type = NamedPath(path_type=Path)
+count_type = click.IntRange(1)
+JOURNAL = "a journal of all runs, with which the same command goes on."
 
 
-def scenario_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the argument FILE and the option --set to a command."""
-    file = click.argument("file", required=False, type=file_type)
-    return file(changes_option(command))
+def complete_field(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete the last field of A,B,..."""
+    from feasibee.scenario.fields import fields
+
+    return _offered(incomplete, fields())
 
 
-changes_option = click.option(
-    "--set",
-    "changes",
-    multiple=True,
-    metavar="FIELD=VALUE",
-    shell_complete=complete_change,
-    help="Change a field, such as tasks.count=50; repeatable.",
-)
-seed_option = click.option(
-    "--seed",
-    type=int,
-    default=0,
-    show_default=True,
-    help="Seed of the random numbers, 0 to 2**64 - 1; the same seed gives the same runs.",
-)
-run_option = click.option(
-    "--run",
-    type=click.IntRange(0),
-    default=0,
-    show_default=True,
-    help="Number of the run, or of the first of several.",
-)
-steps_option = click.option("--steps", type=int, help="Steps per run: short for --set run.steps=...")
-workers_option = click.option(
-    "--workers", type=click.IntRange(1, 1024), help="Number of workers; by default one per processor."
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def complete_change(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete the field of FIELD=VALUE; commas belong to the value."""
+    from feasibee.scenario.fields import fields
+
+    return [CompletionItem(f"{field}=") for field in fields() if field.startswith(incomplete)]
 
 
-def runs_option(default: int, text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return the option of how many runs to simulate."""
-    return click.option("--runs", type=click.IntRange(1), default=default, show_default=True, help=text)
+def complete_strategy(
+    context: click.Context, parameter: click.Parameter, incomplete: str
+) -> list[CompletionItem]:
+    """Complete the last strategy of A,B,..."""
+    from feasibee.scenario.plugins import registered
+    from feasibee.strategies import STRATEGIES
+
+    return _offered(incomplete, [*STRATEGIES, *registered()])
 
 
-def outputs_option(
-    text: str, *, folder: bool = False, **kinds: Sequence[str]
-) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def _offered(incomplete: str, names: Sequence[str]) -> list[CompletionItem]:
+    before, comma, last = incomplete.rpartition(",")
+    return [CompletionItem(before + comma + name) for name in names if name.startswith(last)]
+
+
+def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+    """Check a scheduler's address; with an impossible port, Dask would wait without end."""
+    host = r"[\w.-]{1,253}|\[[\w:.%]{1,60}\]"
+    found = re.fullmatch(rf"(?:[a-z]{{2,9}}://)?(?:{host}):([0-9]{{1,5}})", text or "", re.ASCII)
+    if text is not None and not (found and 0 < int(found[1]) < 2**16):
+        raise click.BadParameter("must be the address of a scheduler, such as tcp://10.0.0.1:8786.")
+    return text
+
+
+class Given(NamedTuple):
+    """A scenario as a command asks for it."""
+
+    file: Path | None
+    changes: tuple[str, ...]
+
+    def read(self, shorts: Mapping[str, Any] | None = None) -> Scenario:
+        """Return the scenario of the file, or the default one, with the changes.
+
+        ``shorts`` are fields that a command has options for, with their values; None changes nothing.
+        """
+        from feasibee.scenario.scenario import Scenario
+
+        base = Scenario() if self.file is None else Scenario.read(self.file)
+        given = {field: value for field, value in (shorts or {}).items() if value is not None}
+        return base.replace({**dict(map(_parse_change, self.changes)), **given})
+
+
+def _parse_change(change: str) -> tuple[str, Any]:
+    """Parse FIELD=VALUE; the value is TOML, or else plain text."""
+    path, equals, text = change.partition("=")
+    if not equals:
+        raise FeasibeeError(f"--set {change}: must be FIELD=VALUE, such as --set tasks.count=50")
+    return path.strip(), read_value(text)
+
+
+class Workforce(NamedTuple):
+    """Workers as a command asks for them."""
+
+    workers: int | None
+    processes: bool
+    dask: str | None
+
+    def pool(self) -> WorkerPool:
+        """Return the workers; connect to the Dask cluster, if one is named."""
+        from feasibee.sweeps import executors
+
+        if self.dask is not None:
+            if self.processes or self.workers is not None:
+                raise FeasibeeError("--dask: brings its own workers; leave out --workers and --processes")
+            return executors.dask(self.dask)
+        return executors.processes(self.workers) if self.processes else executors.threads(self.workers)
+
+
+def option(text: str, kind: Any = None, default: Any = None, name: str = "", **settings: Any) -> Any:
+    """Return the option that a parameter of a command stands for, named as the parameter by default.
+
+    Parameters
+    ----------
+    text : str
+        Its help.
+    kind : click.ParamType or type, optional
+        Its type.
+    default : object, optional
+        Its default, which its help shows.
+    name : str, optional
+        Its name, with hyphens.
+    **settings
+        Further ones of ``click.Option``.
+    """
+    if default is not None:
+        settings = {"default": default, "show_default": True, **settings}
+    return lambda parameter: click.Option(
+        [parameter, name or f"--{parameter.replace('_', '-')}"], type=kind, help=text, **settings
+    )
+
+
+def argument(kind: Any, **settings: Any) -> Any:
+    """Return the argument that a parameter of a command stands for."""
+    return lambda parameter: click.Argument([parameter], type=kind, **settings)
+
+
+SHARED: dict[str, Any] = {
+    "file": argument(file_type, required=False),
+    "changes": option(
+        "Change a field, such as tasks.count=50; repeatable.",
+        name="--set",
+        multiple=True,
+        metavar="FIELD=VALUE",
+        shell_complete=complete_change,
+    ),
+    "given": Given,
+    "seed": option("Seed of the random numbers, 0 to 2**64 - 1; the same seed gives the same runs.", int, 0),
+    "run": option("Number of the run, or of the first of several.", click.IntRange(0), 0),
+    "steps": option("Steps per run: short for --set run.steps=...", int),
+    "right": option(
+        "Share of swarms that must be right.", FiniteRange(0, 1, min_open=True, max_open=True), 0.95
+    ),
+    "workers": option("Number of workers; by default one per processor.", click.IntRange(1, 1024)),
+    "processes": option("Use processes instead of threads; a process that dies is replaced.", is_flag=True),
+    "dask": option("Use a Dask cluster, such as tcp://10.0.0.1:8786.", callback=_address, metavar="ADDRESS"),
+    "workforce": Workforce,
+    "key_file": option(
+        "File with the shared key of a field; by default that of FEASIBEE_FIELD_KEY, if set.",
+        file_type,
+        metavar="FILE",
+    ),
+    "as_json": option("Print one JSON object.", name="--json", is_flag=True),
+}
+"""What parameters of these names stand for in all commands: an option, or the class of several."""
+
+
+def command(
+    name: str | None = None, make: Callable[..., Any] = click.command
+) -> Callable[[Callable[..., None]], click.Command]:
+    """Return a decorator that makes a command of a function, whose parameters are its options.
+
+    A parameter's default is what `option` or a function below has returned; without one, it is `SHARED`.
+    """
+
+    def made(function: Callable[..., None]) -> click.Command:
+        bundles: dict[str, Any] = {}
+        options: list[click.Parameter] = []
+        for each in signature(function).parameters.values():
+            declared = SHARED[each.name] if each.default is each.empty else each.default
+            if isinstance(declared, type):
+                bundles[each.name] = declared
+                options += [SHARED[field](field) for field in bundles[each.name]._fields]
+            else:
+                options.append(declared(each.name))
+
+        @wraps(function)
+        def bundled(**values: Any) -> None:
+            several = {name: of(*map(values.pop, of._fields)) for name, of in bundles.items()}
+            function(**several, **values)
+
+        new: click.Command = make(name, params=options)(bundled)
+        return new
+
+    return made
+
+
+def outputs_option(text: str, *, folder: bool = False, **kinds: Sequence[str]) -> Any:
     """Return --out for one file of each kind, by its suffixes, and for a folder if a command writes one.
 
     The command gets a dict of kinds and paths, of files that can be written.
@@ -139,9 +279,7 @@ def outputs_option(
             found[kind] = path
         return found
 
-    return click.option(
-        "--out", "outputs", multiple=True, type=path_type, metavar="FILE", callback=by_kind, help=text
-    )
+    return option(text, path_type, name="--out", multiple=True, metavar="FILE", callback=by_kind)
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -171,44 +309,19 @@ def numbered(context: click.Context, parameter: click.Parameter, text: str | Non
         raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
 
 
-def strategies_option(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def strategies_option(default: str) -> Any:
     """Return the option that lists strategies to compare; ``default`` says which these are without it."""
-    return click.option(
-        "--strategies",
+    return option(
+        f"Strategies to compare; by default {default}.",
         callback=listed,
         metavar="A,B,...",
         shell_complete=complete_strategy,
-        help=f"Strategies to compare; by default {default}.",
     )
 
 
-def tasks_option(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return the option that lists numbers of tasks; ``default`` says which these are without it."""
-    return click.option(
-        "--tasks", callback=numbered, metavar="M,N,...", help=f"Numbers of tasks; by default {default}."
-    )
-
-
-def read_scenario(
-    file: Path | None, changes: tuple[str, ...], shorts: Mapping[str, Any] | None = None
-) -> Scenario:
-    """Return the scenario of a file, or the default one, with changes.
-
-    ``shorts`` are fields that a command has options for, with their values; None changes nothing.
-    """
-    from feasibee.scenario.scenario import Scenario
-
-    base = Scenario() if file is None else Scenario.read(file)
-    given = {field: value for field, value in (shorts or {}).items() if value is not None}
-    return base.replace({**dict(_parse_change(change) for change in changes), **given})
-
-
-def _parse_change(change: str) -> tuple[str, Any]:
-    """Parse FIELD=VALUE; the value is TOML, or else plain text."""
-    path, equals, text = change.partition("=")
-    if not equals:
-        raise FeasibeeError(f"--set {change}: must be FIELD=VALUE, such as --set tasks.count=50")
-    return path.strip(), read_value(text)
+def folder_option(name: str, what: str) -> Any:
+    """Return --out, a folder for some output and the journal."""
+    return option(f"Folder for {what}, and {JOURNAL}", folder_type, Path(name))
 
 
 def keep_matplotlib_in_cache() -> None:
@@ -218,6 +331,17 @@ def keep_matplotlib_in_cache() -> None:
     with suppress(FeasibeeError):  # then matplotlib uses a temporary folder
         own_folder(cache_root())
     os.environ.setdefault("MPLCONFIGDIR", str(cache_root() / "matplotlib"))
+
+
+def print_json(answer: Any) -> None:
+    """Print the answer of a command for programs."""
+    click.echo(json.dumps(answer, indent=2))
+
+
+def percents(share: Interval) -> tuple[str, str]:
+    """Return the cells of a share in percent: itself, and its interval."""
+    middle, low, high = (100 * each for each in share)
+    return f"{middle:.1f}", f"{low:.1f} to {high:.1f}"
 
 
 def console(*, highlight: bool = False) -> Console:
@@ -239,13 +363,13 @@ def numbers_table(title: str, first: str, columns: Sequence[str], caption: str |
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Callable[[float], None]]:
+def progress(what: str, *, hidden: bool = False) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on standard error if it is a terminal; give the function that updates it."""
     from rich.progress import Progress
 
     from feasibee.simulation.loading import stderr_console
 
-    with Progress(console=stderr_console(), transient=True, disable=not sys.stderr.isatty()) as bar:
+    with Progress(console=stderr_console(), transient=True, disable=hidden or not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
 

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import click
 
-from feasibee.cli.options import path_type, read_scenario, run_option, scenario_options, seed_option
+from feasibee.cli.options import Given, command, option, path_type
 
 
-@click.command()
-@scenario_options
-@seed_option
-@run_option
-@click.option(
-    "--out", type=path_type, default="run.html", show_default=True, help="HTML file to write; about 100 KB."
-)
-@click.option("--open", "opens", is_flag=True, help="Open the file in the browser.")
-def page(file: Path | None, changes: tuple[str, ...], seed: int, run: int, out: Path, opens: bool) -> None:
+@command()
+def page(
+    *,
+    given: Given,
+    seed: int,
+    run: int,
+    out: Path = option("HTML file to write; about 100 KB.", path_type, "run.html"),
+    opens: bool = option("Open the file in the browser.", name="--open", is_flag=True),
+) -> None:
     """Write one HTML file that simulates swarms, without server or network.
 
     FILE is a scenario in TOML; without one, the paper's defaults. The page begins with its values, and has
@@ -34,8 +34,7 @@ def page(file: Path | None, changes: tuple[str, ...], seed: int, run: int, out: 
     from feasibee.live.page import write_page
 
     check_output(out, (".html",), "--out")
-    scenario = read_scenario(file, changes)
-    write_page(scenario, out, seed, run, name=file.name if file else "")
+    write_page(given.read(), out, seed, run, name=given.file.name if given.file else "")
     click.echo(f"Wrote {out}")
     if opens:
         webbrowser.open(out.resolve().as_uri())

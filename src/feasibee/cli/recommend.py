@@ -2,69 +2,51 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import Workforce, executing, journal_option, workforce_options
+from feasibee.cli.execution import executing
 from feasibee.cli.options import (
+    JOURNAL,
     FiniteRange,
-    json_option,
-    read_scenario,
-    runs_option,
-    scenario_options,
-    seed_option,
-    steps_option,
+    Given,
+    Workforce,
+    command,
+    count_type,
+    folder_type,
+    option,
+    print_json,
     strategies_option,
 )
-from feasibee.cli.size import right_option
 
 if TYPE_CHECKING:
     from feasibee.studies.recommend import Recommendation
 
+FEW = click.IntRange(0, 1_000_000)
 
-@click.command()
-@scenario_options
-@right_option
-@click.option("--bits", type=FiniteRange(0, 1e9, min_open=True), help="Most bits per robot-step, on average.")
-@click.option("--message-bits", type=click.IntRange(1, 2**31), help="Most bits in a message.")
-@click.option("--no-ids", is_flag=True, help="Ids of robots may be mistaken: robots draw them at random.")
-@click.option("--no-names", is_flag=True, help="Tasks have no names: all look alike.")
-@click.option(
-    "--liars", type=click.IntRange(0, 1_000_000), default=0, help="Number of Byzantine robots to bear."
-)
-@click.option(
-    "--stopped",
-    type=click.IntRange(0, 1_000_000),
-    default=0,
-    help="Number of robots that break down to bear.",
-)
-@steps_option
-@strategies_option("the built-in ones and the scenario's own")
-@runs_option(1000, "Largest number of runs of a strategy in a world; a test begins with 100.")
-@seed_option
-@workforce_options
-@journal_option
-@json_option
+
+@command()
 def recommend(
-    file: Path | None,
-    changes: tuple[str, ...],
+    *,
+    given: Given,
     right: float,
-    bits: float | None,
-    message_bits: int | None,
-    no_ids: bool,
-    no_names: bool,
-    liars: int,
-    stopped: int,
+    bits: float | None = option("Most bits per robot-step, on average.", FiniteRange(0, 1e9, min_open=True)),
+    message_bits: int | None = option("Most bits in a message.", click.IntRange(1, 2**31)),
+    no_ids: bool = option("Ids of robots may be mistaken: robots draw them at random.", is_flag=True),
+    no_names: bool = option("Tasks have no names: all look alike.", is_flag=True),
+    liars: int = option("Number of Byzantine robots to bear.", FEW, 0, show_default=False),
+    stopped: int = option("Number of robots that break down to bear.", FEW, 0, show_default=False),
     steps: int | None,
-    strategies: tuple[str, ...],
-    runs: int,
+    strategies: tuple[str, ...] = strategies_option("the built-in ones and the scenario's own"),
+    runs: int = option(
+        "Largest number of runs of a strategy in a world; a test begins with 100.", count_type, 1000
+    ),
     seed: int,
     workforce: Workforce,
-    out: Path | None,
+    out: Path | None = option(f"Folder of {JOURNAL} By default in memory.", folder_type),
     as_json: bool,
 ) -> None:
     """Recommend strategies that meet the constraints of a deployment, and say why others don't.
@@ -83,13 +65,13 @@ def recommend(
     from feasibee.studies.recommend import Constraints
     from feasibee.studies.recommend import recommend as test_all
 
-    scenario = read_scenario(file, changes, {"run.steps": steps})
+    scenario = given.read({"run.steps": steps})
     constraints = Constraints(right, bits, message_bits, not no_ids, not no_names, liars, stopped)
     Runs(runs, seed)  # raises before the tests
     with executing("Testing strategies", out, workforce) as execution:
         found = test_all(scenario, constraints, strategies, runs, seed, execution)
     if as_json:
-        click.echo(json.dumps(found.to_dict(), indent=2))
+        print_json(found.to_dict())
     else:
         _print(found)
 

@@ -1,4 +1,4 @@
-"""feasibee robot and replay: one robot of a field, and what robots did."""
+"""feasibee robot, replay and header: one robot of a field, what robots did, and their controller in C."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ import click
 
 from feasibee.cli.options import (
     FiniteRange,
+    Given,
+    argument,
+    command,
     file_type,
-    json_option,
     named,
+    option,
     outputs_option,
     path_type,
-    read_scenario,
-    scenario_options,
+    print_json,
 )
 from feasibee.errors import FeasibeeError, one_line
 
@@ -30,55 +32,34 @@ if TYPE_CHECKING:
 
 LEAST_KEY = 16
 """Least length of a shared key."""
-key_option = click.option(
-    "--key-file",
-    type=file_type,
-    metavar="FILE",
-    help="File with the shared key of a field; by default that of FEASIBEE_FIELD_KEY, if set.",
-)
 
 
-@click.command()
-@scenario_options
-@click.option("--connect", metavar="ADDRESS", help="Address of the world of a field, HOST:PORT.")
-@click.option(
-    "--senses",
-    metavar="SOURCE",
-    callback=named,
-    help="Without a world: named pipe, or udp:HOST:PORT, that your driver writes to.",
-)
-@click.option(
-    "--id", "number", required=True, type=click.IntRange(0, 65534), help="The robot's number, from 0."
-)
-@click.option(
-    "--seed",
-    type=int,
-    metavar="INTEGER",
-    help="With --senses: seed of the robot's random numbers, 0 to 2**64 - 1; by default a new one.",
-)
-@key_option
-@outputs_option("Write the robot's log, .jsonl, for feasibee replay.", log=(".jsonl",))
-@click.option(
-    "--strategy", type=file_type, metavar="FILE", help="The swarm's strategy, if it is a file of yours."
-)
-@click.option(
-    "--patience",
-    type=FiniteRange(0.1, 86_400),
-    default=20.0,
-    show_default=True,
-    help="Seconds of silence after which the world is gone.",
-)
+@command()
 def robot(
-    file: Path | None,
-    changes: tuple[str, ...],
-    connect: str | None,
-    senses: str | None,
-    number: int,
-    seed: int | None,
+    *,
+    given: Given,
+    connect: str | None = option("Address of the world of a field, HOST:PORT.", metavar="ADDRESS"),
+    senses: str | None = option(
+        "Without a world: named pipe, or udp:HOST:PORT, that your driver writes to.",
+        metavar="SOURCE",
+        callback=named,
+    ),
+    number: int = option("The robot's number, from 0.", click.IntRange(0, 65534), name="--id", required=True),
+    seed: int | None = option(
+        "With --senses: seed of the robot's random numbers, 0 to 2**64 - 1; by default a new one.",
+        int,
+        metavar="INTEGER",
+    ),
     key_file: Path | None,
-    outputs: dict[str, Path],
-    strategy: Path | None,
-    patience: float,
+    outputs: dict[str, Path] = outputs_option(
+        "Write the robot's log, .jsonl, for feasibee replay.", log=(".jsonl",)
+    ),
+    strategy: Path | None = option(
+        "The swarm's strategy, if it is a file of yours.", file_type, metavar="FILE"
+    ),
+    patience: float = option(
+        "Seconds of silence after which the world is gone.", FiniteRange(0.1, 86_400), 20.0
+    ),
 ) -> None:
     """Run one robot: of a field, or a real one whose driver writes what it senses.
 
@@ -91,13 +72,13 @@ def robot(
     """
     if (connect is None) == (senses is None):
         raise FeasibeeError("feasibee robot: needs either a world or senses; give --connect or --senses")
-    if connect is not None and (file or changes):
+    if connect is not None and any(given):
         raise FeasibeeError("--connect with a scenario: the world has the scenario; leave out FILE and --set")
     if connect is not None and seed is not None:
         raise FeasibeeError("--connect with --seed: the world has the seed; leave out --seed")
     log = outputs.get("log")
     if senses is not None:
-        _drive(read_scenario(file, changes), number, seed, senses, log)
+        _drive(given.read(), number, seed, senses, log)
         return
     from feasibee.field.robot import GONE, take_part
 
@@ -135,13 +116,15 @@ def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: 
             click.echo(f"feasibee: dropped, {why}: {count:,}", err=True)
 
 
-@click.command()
-@click.argument("logs", metavar="LOG...", nargs=-1, required=True, type=path_type)
-@click.option(
-    "--strategy", type=file_type, metavar="FILE", help="The robots' strategy, if it is a file of yours."
-)
-@json_option
-def replay(logs: tuple[Path, ...], strategy: Path | None, as_json: bool) -> None:
+@command()
+def replay(
+    *,
+    logs: tuple[Path, ...] = argument(path_type, metavar="LOG...", nargs=-1, required=True),
+    strategy: Path | None = option(
+        "The robots' strategy, if it is a file of yours.", file_type, metavar="FILE"
+    ),
+    as_json: bool,
+) -> None:
     """Replay logs of robots, and check that each decision is the same to the bit.
 
     LOG is a robot's log, or the folder of a field with those of all robots.
@@ -156,7 +139,7 @@ def replay(logs: tuple[Path, ...], strategy: Path | None, as_json: bool) -> None
     own = _strategy(strategy)
     replays = [(path, replay_log(path, own)) for path in _log_files(logs)]
     if as_json:
-        click.echo(json.dumps([{"log": str(path), **found._asdict()} for path, found in replays], indent=2))
+        print_json([{"log": str(path), **found._asdict()} for path, found in replays])
         return
     for _, found in replays:
         cut = "; the last line is incomplete and left out" if found.cut else ""
@@ -202,3 +185,29 @@ def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
         if not found:
             raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
         yield from found
+
+
+@command()
+def header(
+    *,
+    strategies: tuple[str, ...] = option(
+        "Include this strategy, repeatable; by default all that exist in C.",
+        name="--strategy",
+        multiple=True,
+        metavar="NAME",
+    ),
+    inbox: int | None = option("Number of senders whose message a robot keeps; by default 64.", int),
+) -> None:
+    """Print the controller of one robot in C99, as one header file.
+
+    The comments in the file say how to use it.
+
+    \b
+    Examples:
+      feasibee header > feasibee.h
+      feasibee header --strategy dmmd --inbox 32 > feasibee.h
+      feasibee header --strategy dmmd --strategy average > feasibee.h
+    """
+    from feasibee.robot.firmware import header
+
+    click.echo(header(strategies or None, inbox), nl=False)

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from feasibee.cli.options import (
+    Given,
+    command,
     console,
-    json_option,
+    count_type,
     keep_matplotlib_in_cache,
+    option,
     outputs_option,
+    print_json,
     progress,
-    read_scenario,
-    run_option,
-    runs_option,
-    scenario_options,
-    seed_option,
-    steps_option,
-    workers_option,
 )
 from feasibee.files import FIGURES, RESULTS
 
@@ -31,30 +25,22 @@ if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
 
 
-@click.command()
-@scenario_options
-@runs_option(100, "Number of runs.")
-@seed_option
-@run_option
-@steps_option
-@workers_option
-@outputs_option(
-    "File to write, repeatable. All runs: .nc is NetCDF, with opinions over time and the scenario; .csv has "
-    "one row per run. A figure (.png, .pdf, .svg): opinions over time, steps of decisions and of "
-    "declarations; truth, if it changes.",
-    runs=RESULTS,
-    figure=FIGURES,
-)
-@json_option
+@command()
 def run(
-    file: Path | None,
-    changes: tuple[str, ...],
-    runs: int,
+    *,
+    given: Given,
+    runs: int = option("Number of runs.", count_type, 100),
     seed: int,
     run: int,
     steps: int | None,
     workers: int | None,
-    outputs: dict[str, Path],
+    outputs: dict[str, Path] = outputs_option(
+        "File to write, repeatable. All runs: .nc is NetCDF, with opinions over time and the scenario; .csv "
+        "has one row per run. A figure (.png, .pdf, .svg): opinions over time, steps of decisions and of "
+        "declarations; truth, if it changes.",
+        runs=RESULTS,
+        figure=FIGURES,
+    ),
     as_json: bool,
 ) -> None:
     """Simulate one scenario many times, and print how often the swarms decided feasible or infeasible.
@@ -71,7 +57,7 @@ def run(
     from feasibee.simulation.ensemble import simulate_record
 
     wanted = Runs(runs, seed, run)
-    scenario = read_scenario(file, changes, {"run.steps": steps})
+    scenario = given.read({"run.steps": steps})
     curves = "figure" in outputs or ("runs" in outputs and outputs["runs"].suffix.lower() == ".nc")
     with progress("Simulating") as advance:
         record = simulate_record(scenario, wanted, curves=curves, threads=workers, progress=advance)
@@ -80,7 +66,7 @@ def run(
         _write_results(record, scenario, seed, outputs)
     summary = _summary(record, scenario, seed)
     if as_json:
-        click.echo(json.dumps(summary, indent=2))
+        print_json(summary)
     else:
         _print_summary(summary, scenario)
 

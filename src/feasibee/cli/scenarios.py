@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import (
-    changes_option,
-    console,
-    file_type,
-    json_option,
-    read_scenario,
-    run_option,
-    scenario_options,
-    seed_option,
-)
+from feasibee.cli.options import Given, argument, command, console, file_type, option, print_json
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -25,13 +15,15 @@ if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
 
 
-@click.command()
-@scenario_options
-@seed_option
-@run_option
-@click.option("--step", type=int, default=0, show_default=True, help="Step, if the world changes.")
-@json_option
-def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step: int, as_json: bool) -> None:
+@command()
+def truth(
+    *,
+    given: Given,
+    seed: int,
+    run: int,
+    step: int = option("Step, if the world changes.", int, 0),
+    as_json: bool,
+) -> None:
     """Compute whether the tasks are feasible, with a proof.
 
     If feasible, print an assignment of robots to tasks; if not, the skills that too few robots have. A robot
@@ -46,7 +38,7 @@ def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step
     from feasibee.scenario.feasibility import explain
     from feasibee.scenario.runs import Runs
 
-    scenario = read_scenario(file, changes)
+    scenario = given.read()
     Runs.single(seed, run)  # raises an error for wrong numbers, which a world that stays doesn't need
     verdict = explain(scenario)
     if scenario.dynamic or step:
@@ -54,22 +46,22 @@ def truth(file: Path | None, changes: tuple[str, ...], seed: int, run: int, step
 
         verdict = truth_at(scenario, step, seed, run)
     if as_json:
-        click.echo(json.dumps(verdict.to_dict(), indent=2))
+        print_json(verdict.to_dict())
     else:
         _print_verdict(verdict, scenario)
 
 
-@click.command()
-@scenario_options
-@click.option(
-    "--to",
-    "form",
-    type=click.Choice(["toml", "argos"]),
-    default="toml",
-    show_default=True,
-    help="Form: a complete scenario, or an experiment of ARGoS3 for examples/argos.",
-)
-def scenario(file: Path | None, changes: tuple[str, ...], form: str) -> None:
+@command()
+def scenario(
+    *,
+    given: Given,
+    form: str = option(
+        "Form: a complete scenario, or an experiment of ARGoS3 for examples/argos.",
+        click.Choice(["toml", "argos"]),
+        "toml",
+        name="--to",
+    ),
+) -> None:
     """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
@@ -79,7 +71,7 @@ def scenario(file: Path | None, changes: tuple[str, ...], form: str) -> None:
       feasibee scenario --set robots.count=40 > forty.toml
       feasibee scenario forty.toml --to argos > examples/argos/forty.argos
     """
-    read = read_scenario(file, changes)
+    read = given.read()
     if form == "argos":
         from feasibee.scenario.argos import argos_text as text_of
     else:
@@ -87,10 +79,8 @@ def scenario(file: Path | None, changes: tuple[str, ...], form: str) -> None:
     click.echo(text_of(read), nl=False)
 
 
-@click.command()
-@click.argument("out", metavar="FILE", type=file_type)
-@changes_option
-def new(out: Path, changes: tuple[str, ...]) -> None:
+@command()
+def new(*, out: Path = argument(file_type, metavar="FILE"), changes: tuple[str, ...]) -> None:
     """Write a scenario to edit: a file with all fields; comments say what each means, and its unit.
 
     \b
@@ -105,11 +95,11 @@ def new(out: Path, changes: tuple[str, ...]) -> None:
         raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
     check_output(out, (".toml",))
     with atomic_write(out) as path:
-        path.write_text(commented_toml(read_scenario(None, changes)), encoding="utf-8")
+        path.write_text(commented_toml(Given(None, changes).read()), encoding="utf-8")
     click.echo(f"Wrote {out}. Edit it, then: feasibee run {out}")
 
 
-@click.command()
+@command()
 def schema() -> None:
     """Print the JSON Schema of scenario files, for editors and other tools.
 
@@ -119,7 +109,7 @@ def schema() -> None:
     """
     from feasibee.scenario.scenario import Scenario
 
-    click.echo(json.dumps(Scenario.model_json_schema(), indent=2))
+    print_json(Scenario.model_json_schema())
 
 
 def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.completion import complete_strategy
-from feasibee.cli.execution import JOURNAL, Workforce, executing, workforce_options
+from feasibee.cli.execution import executing
 from feasibee.cli.options import (
-    FiniteRange,
-    json_option,
+    JOURNAL,
+    Given,
+    Workforce,
+    command,
+    complete_strategy,
+    count_type,
     keep_matplotlib_in_cache,
     named,
+    option,
     outputs_option,
-    read_scenario,
-    runs_option,
-    scenario_options,
-    seed_option,
-    steps_option,
+    print_json,
     wrapped,
 )
 from feasibee.files import FIGURES
@@ -28,53 +27,30 @@ from feasibee.files import FIGURES
 if TYPE_CHECKING:
     from feasibee.studies.size import Sizing
 
-right_option = click.option(
-    "--right",
-    type=FiniteRange(0, 1, min_open=True, max_open=True),
-    default=0.95,
-    show_default=True,
-    help="Share of swarms that must be right.",
-)
 
-
-@click.command()
-@scenario_options
-@right_option
-@steps_option
-@click.option(
-    "--over",
-    callback=named,
-    default="robots.count",
-    show_default=True,
-    metavar="FIELD[=LOW:HIGH]",
-    help="Field to search, such as radio.range or run.steps.",
-)
-@click.option(
-    "--strategy",
-    callback=named,
-    shell_complete=complete_strategy,
-    help="Short for --set decision.strategy=...",
-)
-@runs_option(2000, "Largest number of runs at each value; the search begins with 100.")
-@seed_option
-@workforce_options
-@outputs_option(
-    f"Draw the shares, with the blind band shaded: .png, .pdf or .svg. A folder: {JOURNAL} Repeatable.",
-    folder=True,
-    figure=FIGURES,
-)
-@json_option
+@command()
 def size(
-    file: Path | None,
-    changes: tuple[str, ...],
+    *,
+    given: Given,
     right: float,
     steps: int | None,
-    over: str,
-    strategy: str | None,
-    runs: int,
+    over: str = option(
+        "Field to search, such as radio.range or run.steps.",
+        default="robots.count",
+        callback=named,
+        metavar="FIELD[=LOW:HIGH]",
+    ),
+    strategy: str | None = option(
+        "Short for --set decision.strategy=...", callback=named, shell_complete=complete_strategy
+    ),
+    runs: int = option("Largest number of runs at each value; the search begins with 100.", count_type, 2000),
     seed: int,
     workforce: Workforce,
-    outputs: dict[str, Path],
+    outputs: dict[str, Path] = outputs_option(
+        f"Draw the shares, with the blind band shaded: .png, .pdf or .svg. A folder: {JOURNAL} Repeatable.",
+        folder=True,
+        figure=FIGURES,
+    ),
     as_json: bool,
 ) -> None:
     """Find out how many robots are enough for a swarm to be right often enough.
@@ -98,7 +74,7 @@ def size(
     from feasibee.studies.size import Rule, panels_of
     from feasibee.studies.size import size as search
 
-    scenario = read_scenario(file, changes, {"decision.strategy": strategy, "run.steps": steps})
+    scenario = given.read({"decision.strategy": strategy, "run.steps": steps})
     Runs(runs, seed)  # raises before the search
     with executing("Sizing", outputs.get("folder"), workforce) as execution:
         found = search(
@@ -107,7 +83,7 @@ def size(
     if plot := outputs.get("figure"):
         save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
     if as_json:
-        click.echo(json.dumps(found.to_dict(), indent=2))
+        print_json(found.to_dict())
     else:
         _print(found, plot)
 

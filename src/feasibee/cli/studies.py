@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
-from feasibee.cli.limits import ALONE, compare_with_limits
+from feasibee.cli.execution import executing
 from feasibee.cli.options import (
+    Given,
+    Workforce,
+    command,
     console,
-    json_option,
+    count_type,
+    folder_option,
     keep_matplotlib_in_cache,
     listed,
+    numbered,
     numbers_table,
-    read_scenario,
-    scenario_options,
-    seed_option,
+    option,
+    percents,
+    print_json,
+    progress,
     strategies_option,
-    tasks_option,
 )
 from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -31,8 +35,15 @@ if TYPE_CHECKING:
     from feasibee.results.measures import Declarations
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.comparison import Outcome
+    from feasibee.studies.limits import Limits, Spoken
     from feasibee.studies.paper import Claim
 
+ALONE = ("none",)
+"""What stands for strategies if only the limits are asked for."""
+NOTE = (
+    "By the median, half of the runs got there. Whatever their strategy, robots that are never wrong declare "
+    "infeasible no sooner than flooding, and feasible no sooner than complete map."
+)
 SUMS_CAPTION = (
     "right: share at the end (%), with its 95 % interval; difference: from {baseline}, in points, in the "
     "same runs; first: share of right first collective decisions (%); by: step by which half of the runs had "
@@ -54,50 +65,39 @@ DECLARED_CAPTION = (
 )
 
 
-@click.command()
-@scenario_options
-@strategies_option("all built-in ones")
-@click.option(
-    "--presets",
-    callback=listed,
-    metavar="A,B,...",
-    help="Presets to compare, instead of strategies; 'default' is the paper.",
-)
-@tasks_option("nine, most of them near ratio 1; in a world that changes, the scenario's")
-@click.option(
-    "--limits",
-    is_flag=True,
-    help="Compare what robots say by their own word with the soonest that those of any strategy could, at "
-    "numbers of tasks near that of robots. The limits alone: --strategies none.",
-)
-@click.option(
-    "--cells",
-    type=click.IntRange(1, 64),
-    default=4,
-    show_default=True,
-    help="Number of cells per range of sight, for --limits; with more, the limits of the area are sharper.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    help="Number of runs of each contender at each number of tasks; by default 200, and 1,000 with --limits.",
-)
-@seed_option
-@workforce_options
-@folder_option("compare", "figures and data")
-@json_option
+@command()
 def compare(
-    file: Path | None,
-    changes: tuple[str, ...],
-    strategies: tuple[str, ...],
-    presets: tuple[str, ...],
-    tasks: tuple[int, ...],
-    limits: bool,
-    cells: int,
-    runs: int | None,
+    *,
+    given: Given,
+    strategies: tuple[str, ...] = strategies_option("all built-in ones"),
+    presets: tuple[str, ...] = option(
+        "Presets to compare, instead of strategies; 'default' is the paper.",
+        callback=listed,
+        metavar="A,B,...",
+    ),
+    tasks: tuple[int, ...] = option(
+        "Numbers of tasks; by default nine, most of them near ratio 1; in a world that changes, "
+        "the scenario's.",
+        callback=numbered,
+        metavar="M,N,...",
+    ),
+    limits: bool = option(
+        "Compare what robots say by their own word with the soonest that those of any strategy could, at "
+        "numbers of tasks near that of robots. The limits alone: --strategies none.",
+        is_flag=True,
+    ),
+    cells: int = option(
+        "Number of cells per range of sight, for --limits; with more, the limits of the area are sharper.",
+        click.IntRange(1, 64),
+        4,
+    ),
+    runs: int | None = option(
+        "Number of runs of each contender at each number of tasks; by default 200, and 1,000 with --limits.",
+        count_type,
+    ),
     seed: int,
     workforce: Workforce,
-    out: Path,
+    out: Path = folder_option("compare", "figures and data"),
     as_json: bool,
 ) -> None:
     """Compare strategies on the same worlds: accuracy, decision time, declarations, bits on the air.
@@ -114,14 +114,13 @@ def compare(
       feasibee compare mine.toml --limits --strategies none
     """
     keep_matplotlib_in_cache()
-    from feasibee.files import make_folder
     from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
 
     _check_asked(limits, strategies, presets)
-    scenario = read_scenario(file, changes)
+    scenario = given.read()
     if limits:
-        compare_with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, workforce, out, as_json)
+        _with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, workforce, out, as_json)
         return
     runs = runs or 200
     numbers = _tasks_of(scenario, tasks, runs, seed)
@@ -135,7 +134,7 @@ def compare(
         outcomes = simulate_all(contenders, numbers, runs, seed, execution)
     write_comparison(folder, outcomes)
     if as_json:
-        click.echo(json.dumps(as_dict(outcomes, runs, seed), indent=2))
+        print_json(as_dict(outcomes, runs, seed))
         return
     _print_comparison(outcomes)
     click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
@@ -166,19 +165,19 @@ def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) 
     return tasks or (() if as_it_is else TASKS)
 
 
-@click.command()
-@folder_option("paper", "figures, data and claims")
-@click.option(
-    "--runs",
-    type=click.IntRange(4),
-    default=2000,
-    show_default=True,
-    help="Number of runs at each ratio; the paper has 100, which leave some claims open.",
-)
-@seed_option
-@workforce_options
-@click.option("--beyond", is_flag=True, help="Instead, draw Fig. 3 again in six worlds unlike the paper's.")
-def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -> None:
+@command()
+def paper(
+    *,
+    out: Path = folder_option("paper", "figures, data and claims"),
+    runs: int = option(
+        "Number of runs at each ratio; the paper has 100, which leave some claims open.",
+        click.IntRange(4),
+        2000,
+    ),
+    seed: int,
+    workforce: Workforce,
+    beyond: bool = option("Instead, draw Fig. 3 again in six worlds unlike the paper's.", is_flag=True),
+) -> None:
     """Reproduce the paper: its three figures, the data behind them, its claims checked.
 
     \b
@@ -188,7 +187,6 @@ def paper(out: Path, runs: int, seed: int, workforce: Workforce, beyond: bool) -
       feasibee paper --beyond --runs 400
     """
     keep_matplotlib_in_cache()
-    from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
 
     Runs.of_point(0, runs, seed)  # raises before the folder is made
@@ -280,8 +278,7 @@ def _declared_table(groups: dict[str, list[Outcome]], names: Sequence[str]) -> T
 def _declared_cell(declared: Declarations) -> str:
     """Return a line for the shares, and a line for the steps."""
     wrong = f" ({100 * declared.wrong.estimate:.2g})" if declared.wrong.estimate else ""
-    steps = ("never" if step is None else str(step) for step in declared.step_90[:2])
-    return f"{100 * declared.ok.estimate:.0f}{wrong}\n{'/'.join(steps)}"
+    return f"{100 * declared.ok.estimate:.0f}{wrong}\n{'/'.join(map(_step, declared.step_90[:2]))}"
 
 
 def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
@@ -299,12 +296,10 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
         table.add_column(column, justify="right", no_wrap=True)
     found = [(each, each.tracking) for each in outcomes if each.tracking is not None]
     for each, tracked in sorted(found, key=lambda pair: -pair[1].right_share.estimate):
-        _, low, high = tracked.right_share
         table.add_row(
             each.contender,
             *[str(each.tasks)] * several,
-            f"{100 * tracked.right_share.estimate:.1f}",
-            f"{100 * low:.1f} to {100 * high:.1f}",
+            *percents(tracked.right_share),
             _delays(tracked.detection_delay),
             "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
             f"{tracked.false_alarms.estimate:.2g}",
@@ -321,12 +316,10 @@ def _service_table(outcomes: Sequence[Outcome]) -> Table:
     found = [(each, each.judgement) for each in outcomes if each.judgement is not None]
     for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate):
         own, oracle = judged.own, judged.oracle
-        share, low, high = (100 * number for number in own.feasible_share)
         table.add_row(
             each.contender,
             str(each.tasks),
-            f"{share:.1f}",
-            f"{low:.1f} to {high:.1f}",
+            *percents(own.feasible_share),
             f"{own.idle.estimate:.1f}",
             f"{own.calls.estimate:.1f}",
             f"{own.too_many:.1f}",
@@ -361,10 +354,117 @@ def _sums(group: list[Outcome], baseline: list[Outcome]) -> list[str]:
     first = sum(each.first.estimate for each in group) / len(group)
     steps = sorted(each.found.times.median or float("inf") for each in group)
     return [
-        f"{100 * share.estimate:.1f}",
-        f"{100 * share.low:.1f} to {100 * share.high:.1f}",
+        *percents(share),
         f"{100 * difference.low:+.1f} to {100 * difference.high:+.1f}" if group is not baseline else "",
         f"{100 * first:.0f}",
         f"{steps[len(steps) // 2]:g}",
         f"{mean_bits(group):.3g}",
     ]
+
+
+def _with_limits(
+    scenario: Scenario,
+    strategies: tuple[str, ...],
+    tasks: Sequence[int],
+    runs: int,
+    seed: int,
+    cells: int,
+    workforce: Workforce,
+    out: Path,
+    as_json: bool,
+) -> None:
+    """Simulate strategies and limits of their worlds; write and print both."""
+    from feasibee.scenario.runs import Runs
+    from feasibee.studies.limits import contenders_named, designs_of, limits_near, oracle_world, tasks_near
+    from feasibee.studies.limits import frontier as simulate_all
+
+    alone = strategies == ALONE
+    numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
+    contenders = [] if alone else contenders_named(strategies)
+    Runs.of_point(len(numbers) - 1, runs, seed)
+    for number in numbers:  # raises before the folder is made
+        oracle_world(scenario.replace({"tasks.count": number}), cells)
+    designs_of(scenario, contenders, numbers, runs, seed)  # likewise
+    folder = make_folder(out)
+    found: list[Spoken] = []
+    if contenders:
+        with executing("Comparing", folder, workforce) as execution:
+            found = simulate_all(scenario, contenders, numbers, runs, seed, execution)
+    with progress("Computing the limits") as advance:
+        bounds = limits_near(scenario, numbers, runs, seed, cells, workforce.workers, advance)
+    _write_limits(folder, found, bounds)
+    if as_json:
+        print_json([_limits_as_dict(found, limits) for limits in bounds.values()])
+        return
+    if found:
+        _print_frontier(found)
+    else:
+        _print_limits(list(bounds.values()))
+    click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
+
+
+def _write_limits(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limits]) -> None:
+    from feasibee.figures.limits import draw_limits
+    from feasibee.figures.style import save_both
+    from feasibee.studies.limits import write_frontier, write_limits
+
+    write_limits(folder / "limits.csv", bounds)
+    if found:
+        write_frontier(folder, found, bounds)
+        return
+    for number, limits in bounds.items():
+        save_both(draw_limits(limits.steps, limits.scenario.run.steps), folder / f"limits-{number}")
+
+
+def _limits_as_dict(found: Sequence[Spoken], limits: Limits) -> dict[str, Any]:
+    """Return the limits at a number of tasks, and what the strategies' robots said there."""
+    group = [each for each in found if each.tasks == limits.scenario.tasks.count]
+    return {**limits.to_dict(), **({"strategies": [each.to_dict() for each in group]} if group else {})}
+
+
+def _print_limits(bounds: Sequence[Limits]) -> None:
+    from feasibee.studies.limits import LIMITS
+    from feasibee.studies.needs import quiet_times_in_words
+
+    out = console()
+    for each in bounds:
+        out.print(_limits_table(each))
+    for name, words in LIMITS.items():
+        out.print(f"{_limit_named(name)}: {words}.", soft_wrap=True)
+    for line in (NOTE, *quiet_times_in_words(bounds[0].scenario)):
+        out.print(line, soft_wrap=True)
+
+
+def _limits_table(found: Limits) -> Table:
+    robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
+    title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
+    table = numbers_table(title, "limit", ("median", "interval", "95 %", "interval"))
+    for name, times in found.times.items():
+        steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
+        cells = [text for step, ends in steps for text in (_step(step), " to ".join(map(_step, ends)))]
+        table.add_row(_limit_named(name), *cells)
+    return table
+
+
+def _limit_named(limit: str) -> str:
+    return limit.replace("_", " ")
+
+
+def _step(step: int | None) -> str:
+    return "never" if step is None else str(step)
+
+
+def _print_frontier(found: list[Spoken]) -> None:
+    title = f"Right by their own word (%), of {found[0].runs} swarms; steps of half and 95 %"
+    groups: dict[str, list[Spoken]] = {}
+    for each in found:
+        groups.setdefault(each.contender, []).append(each)
+    numbers = [f"m = {each.tasks}" for each in next(iter(groups.values()))]
+    table = numbers_table(title, "", [*numbers, "bits"])
+    for name, group in groups.items():
+        cells = [
+            f"{100 * each.ok.estimate:.1f}\n{_step(each.times.median)}/{_step(each.times.p95)}"
+            for each in group
+        ]
+        table.add_row(name, *cells, f"{sum(each.bits for each in group) / len(group):.3g}")
+    console().print(table)

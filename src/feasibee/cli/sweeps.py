@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import textwrap
 from collections.abc import Sequence
@@ -12,17 +11,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.completion import complete_field
-from feasibee.cli.execution import Workforce, executing, workforce_options
+from feasibee.cli.execution import check_log, executing
 from feasibee.cli.options import (
     MeasureChoice,
+    Workforce,
+    argument,
+    command,
+    complete_field,
     console,
+    count_type,
     file_type,
     folder_type,
     keep_matplotlib_in_cache,
     named,
+    option,
+    percents,
+    print_json,
 )
-from feasibee.cli.sweep_progress import check_log
 from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES, RESULTS, check_output, make_folder
 
@@ -32,8 +37,8 @@ if TYPE_CHECKING:
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
-_folder = click.argument("folder", type=folder_type, default=Path("results"))
-_field = partial(click.option, metavar="FIELD", shell_complete=complete_field, callback=named)
+_folder = argument(folder_type, default=Path("results"))
+_field = partial(option, metavar="FIELD", shell_complete=complete_field, callback=named)
 
 
 def _shard(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[int, int]:
@@ -47,26 +52,17 @@ def _shard(context: click.Context, parameter: click.Parameter, text: str | None)
     raise click.BadParameter("must be I/N, such as 3/16 for the third of 16 parts")
 
 
-@click.command()
-@click.argument("study", type=file_type)
-@click.option(
-    "--out",
-    type=folder_type,
-    default=Path("results"),
-    show_default=True,
-    help="Folder of the journal; runs that it has aren't computed again.",
-)
-@click.option("--runs", type=click.IntRange(1), help="Number of runs of each point, instead of the study's.")
-@workforce_options
-@click.option("--shard", callback=_shard, metavar="I/N", help="Run part I of N only, for job arrays.")
-@click.option("--log", type=file_type, help="Append progress as JSON lines.")
+@command()
 def sweep(
-    study: Path,
-    out: Path,
-    runs: int | None,
+    *,
+    study: Path = argument(file_type),
+    out: Path = option(
+        "Folder of the journal; runs that it has aren't computed again.", folder_type, Path("results")
+    ),
+    runs: int | None = option("Number of runs of each point, instead of the study's.", count_type),
     workforce: Workforce,
-    shard: tuple[int, int],
-    log: Path | None,
+    shard: tuple[int, int] = option("Run part I of N only, for job arrays.", callback=_shard, metavar="I/N"),
+    log: Path | None = option("Append progress as JSON lines.", file_type),
 ) -> None:
     """Run a study, many scenarios with many runs each, into a journal.
 
@@ -117,10 +113,12 @@ def results() -> None:
     """
 
 
-@results.command()
-@_folder
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON array.")
-def status(folder: Path, as_json: bool) -> None:
+@command(make=results.command)
+def status(
+    *,
+    folder: Path = _folder,
+    as_json: bool = option("Print one JSON array.", name="--json", is_flag=True),
+) -> None:
     """Show the progress of a sweep or study, and its results so far; also while it runs.
 
     \b
@@ -133,7 +131,7 @@ def status(folder: Path, as_json: bool) -> None:
     with Journal(folder) as journal:
         points, found = survey(journal)
     if as_json:
-        click.echo(json.dumps([_as_json(point) for point in points], indent=2))
+        print_json([_as_json(point) for point in points])
     else:
         _print_table(folder, points)
     if not found.is_whole:
@@ -210,8 +208,7 @@ def _numbers(point: Summary) -> list[str]:
     shares = ["", "", ""]
     if accuracy is not None:
         shares = [
-            f"{100 * accuracy.estimate:.1f}",
-            f"{100 * accuracy.low:.1f} to {100 * accuracy.high:.1f}",
+            *percents(accuracy),
             f"{100 * point.found.counts['undecided'] / point.found.runs:.1f}",
         ]
     truth = "feasible" if point.row.truth else "infeasible"
@@ -290,10 +287,12 @@ def _as_json(point: Summary) -> dict[str, Any]:
     }
 
 
-@results.command()
-@_folder
-@click.option("--out", type=file_type, help="File to write, .csv or .nc; by default FOLDER/runs.csv.")
-def export(folder: Path, out: Path | None) -> None:
+@command(make=results.command)
+def export(
+    *,
+    folder: Path = _folder,
+    out: Path | None = option("File to write, .csv or .nc; by default FOLDER/runs.csv.", file_type),
+) -> None:
     """Write all runs of a sweep or study as one table, and whether each was right.
 
     CSV has a row per run. NetCDF has a dimension per field that varies, and one of the runs.
@@ -313,20 +312,20 @@ def export(folder: Path, out: Path | None) -> None:
     click.echo(f"{rows} runs are in {target}")
 
 
-@results.command()
-@_folder
-@_field("--x", required=True, help="Field along the horizontal axis.")
-@_field("--hue", help="Field with one line per value.")
-@_field("--y", help="Field along the vertical axis of a heat map.")
-@click.option(
-    "--show",
-    type=MeasureChoice(improvable=False),
-    default="accuracy",
-    show_default=True,
-    help="Which share of the runs to draw, or measure of a world that changes.",
-)
-@click.option("--out", type=file_type, help="File to write; by default FOLDER/plot.png.")
-def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: Path | None) -> None:
+@command(make=results.command)
+def plot(
+    *,
+    folder: Path = _folder,
+    x: str = _field("Field along the horizontal axis.", required=True),
+    hue: str | None = _field("Field with one line per value."),
+    y: str | None = _field("Field along the vertical axis of a heat map."),
+    show: str = option(
+        "Which share of the runs to draw, or measure of a world that changes.",
+        MeasureChoice(improvable=False),
+        "accuracy",
+    ),
+    out: Path | None = option("File to write; by default FOLDER/plot.png.", file_type),
+) -> None:
     """Draw a sweep or study: lines with 95 % bands, or a heat map over two fields.
 
     \b
@@ -365,10 +364,12 @@ def plot(folder: Path, x: str, hue: str | None, y: str | None, show: str, out: P
     click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
 
 
-@results.command()
-@click.argument("folder", type=folder_type)
-@click.argument("parts", nargs=-1, required=True, type=folder_type)
-def merge(folder: Path, parts: tuple[Path, ...]) -> None:
+@command(make=results.command)
+def merge(
+    *,
+    folder: Path = argument(folder_type),
+    parts: tuple[Path, ...] = argument(folder_type, nargs=-1, required=True),
+) -> None:
     """Merge journals, such as those of a job array, into one.
 
     \b

@@ -2,91 +2,74 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from feasibee.cli.completion import complete_field
-from feasibee.cli.execution import Workforce, executing, folder_option, workforce_options
+from feasibee.cli.execution import executing
 from feasibee.cli.options import (
+    Given,
     MeasureChoice,
-    json_option,
+    Workforce,
+    command,
+    complete_field,
+    count_type,
+    folder_option,
     keep_matplotlib_in_cache,
     listed,
-    read_scenario,
-    scenario_options,
-    seed_option,
-    steps_option,
+    option,
+    print_json,
 )
 from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.space import Dimension
-    from feasibee.studies.tuning import Objective, Sensitivity, Tuned
+    from feasibee.studies.tuning import Sensitivity, Tuned
 
 LEAST_POINTS = 10
 """Least number of points whose ranks say anything."""
 
 
-@click.command()
-@scenario_options
-@click.option(
-    "--over",
-    callback=listed,
-    shell_complete=complete_field,
-    required=True,
-    metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
-    help="Fields to vary; by default from a fifth of a value to five times it.",
-)
-@steps_option
-@click.option(
-    "--sensitivity",
-    is_flag=True,
-    help="Instead, show which of the fields matter: rank correlations with right decisions over a Latin "
-    "hypercube.",
-)
-@click.option(
-    "--for",
-    "measure",
-    type=MeasureChoice(improvable=True),
-    help="What to improve; by default right_at_end, and right_share in a world that changes.",
-)
-@click.option(
-    "--false-alarms",
-    type=click.FloatRange(0),
-    metavar="RATE",
-    help="Choose no parameters with more false alarms per 1,000 steps, in a world that changes.",
-)
-@click.option(
-    "--trials",
-    type=click.IntRange(2, 100_000),
-    help="Number of trials; by default 60, and 200 with --sensitivity, which needs 10.",
-)
-@click.option(
-    "--runs",
-    type=click.IntRange(1),
-    help="Number of runs of each trial; by default 200, and 20 with --sensitivity.",
-)
-@seed_option
-@workforce_options
-@folder_option("tune", "the figure")
-@json_option
+@command()
 def tune(
-    file: Path | None,
-    changes: tuple[str, ...],
-    over: tuple[str, ...],
+    *,
+    given: Given,
+    over: tuple[str, ...] = option(
+        "Fields to vary; by default from a fifth of a value to five times it.",
+        callback=listed,
+        shell_complete=complete_field,
+        required=True,
+        metavar="FIELD,FIELD=LOW:HIGH,FIELD=A|B,...",
+    ),
     steps: int | None,
-    sensitivity: bool,
-    measure: str | None,
-    false_alarms: float | None,
-    trials: int | None,
-    runs: int | None,
+    sensitivity: bool = option(
+        "Instead, show which of the fields matter: rank correlations with right decisions over a Latin "
+        "hypercube.",
+        is_flag=True,
+    ),
+    measure: str | None = option(
+        "What to improve; by default right_at_end, and right_share in a world that changes.",
+        MeasureChoice(improvable=True),
+        name="--for",
+    ),
+    false_alarms: float | None = option(
+        "Choose no parameters with more false alarms per 1,000 steps, in a world that changes.",
+        click.FloatRange(0),
+        metavar="RATE",
+    ),
+    trials: int | None = option(
+        "Number of trials; by default 60, and 200 with --sensitivity, which needs 10.",
+        click.IntRange(2, 100_000),
+    ),
+    runs: int | None = option(
+        "Number of runs of each trial; by default 200, and 20 with --sensitivity.", count_type
+    ),
     seed: int,
     workforce: Workforce,
-    out: Path,
+    out: Path = folder_option("tune", "the figure"),
     as_json: bool,
 ) -> None:
     """Search for the parameters with which the swarm is right most often, or show which ones matter.
@@ -105,45 +88,28 @@ def tune(
       feasibee tune mine.toml --sensitivity --over radio.loss=0:0.5,faults.byzantine=0:0.2
     """
     keep_matplotlib_in_cache()
+    from feasibee.scenario.runs import Runs
     from feasibee.studies.space import dimensions
 
-    scenario = read_scenario(file, changes, {"run.steps": steps})
+    scenario = given.read({"run.steps": steps})
     space = dimensions(scenario, over)
     if sensitivity:
         if measure is not None or false_alarms is not None:
             raise FeasibeeError("--sensitivity: improves nothing; leave out --for and --false-alarms")
         _vary(scenario, space, trials or 200, runs or 20, seed, workforce, out, as_json)
         return
-    from feasibee.studies.tuning import objective_for
-
-    objective = objective_for(scenario, measure, false_alarms)
-    _search(scenario, space, objective, trials or 60, runs or 200, seed, workforce, out, as_json)
-
-
-def _search(
-    scenario: Scenario,
-    space: list[Dimension],
-    objective: Objective,
-    trials: int,
-    runs: int,
-    seed: int,
-    workforce: Workforce,
-    out: Path,
-    as_json: bool,
-) -> None:
-    """Search for the best parameters."""
     from feasibee.figures.style import save_figure
-    from feasibee.files import make_folder
-    from feasibee.scenario.runs import Runs
-    from feasibee.studies.tuning import draw_search, tune
+    from feasibee.studies.tuning import draw_search, objective_for
+    from feasibee.studies.tuning import tune as search
 
+    objective, trials, runs = objective_for(scenario, measure, false_alarms), trials or 60, runs or 200
     Runs(10 * runs, seed)  # raises before the folder is made
     picture = make_folder(out) / "tune.png"
     with executing("Tuning", out, workforce) as execution:
-        tuned = tune(scenario, space, trials, runs, seed, execution, objective)
+        tuned = search(scenario, space, trials, runs, seed, execution, objective)
     save_figure(draw_search(tuned), picture)
     if as_json:
-        click.echo(json.dumps(_as_dict(tuned), indent=2))
+        print_json(_as_dict(tuned))
     else:
         _print_tuned(tuned, scenario.run.steps, 10 * runs, picture)
 
@@ -201,7 +167,6 @@ def _vary(
 ) -> None:
     """Show which fields matter."""
     from feasibee.figures.style import save_figure
-    from feasibee.files import make_folder
     from feasibee.scenario.runs import Runs
     from feasibee.studies.tuning import draw_sensitivities, sensitivities
 
@@ -217,7 +182,7 @@ def _vary(
             {"field": each.path, "correlation": each.correlation._asdict(), "matters": each.matters}
             for each in found
         ]
-        click.echo(json.dumps(rows, indent=2))
+        print_json(rows)
         return
     click.echo(f"Rank correlation with right decisions, {points} points of {runs} runs, 95 % interval:")
     _print_sensitivities(found)

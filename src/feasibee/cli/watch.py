@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import changes_option, path_type, read_scenario
+from feasibee.cli.options import Given, argument, command, option, path_type
 from feasibee.errors import FeasibeeError
 
 if TYPE_CHECKING:
@@ -18,39 +18,22 @@ if TYPE_CHECKING:
 PICKS = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 
 
-@click.command()
-@click.argument("source", metavar="[FILE|FOLDER]", required=False, type=path_type)
-@changes_option
-@click.option("--seed", type=int, help="Seed, 0 to 2**64 - 1; by default 0, or that of the sweep.")
-@click.option("--run", type=int, help="Number of the run; by default 0, or the first that --pick selects.")
-@click.option(
-    "--pick",
-    type=click.Choice(PICKS),
-    default="wrong",
-    show_default=True,
-    help="Runs of a sweep to list, by their decision.",
-)
-@click.option(
-    "--trust", is_flag=True, help="Run strategies from the text in the sweep's journal; read it before."
-)
-@click.option(
-    "--host",
-    default="127.0.0.1",
-    show_default=True,
-    help="Address or name to listen on; 0.0.0.0 is reachable from other machines.",
-)
-@click.option("--port", type=click.IntRange(0, 65535), help="Port; by default the first free one from 8765.")
-@click.option("--no-open", is_flag=True, help="Print the address without opening a browser.")
+@command()
 def watch(
-    source: Path | None,
+    *,
+    source: Path | None = argument(path_type, metavar="[FILE|FOLDER]", required=False),
     changes: tuple[str, ...],
-    seed: int | None,
-    run: int | None,
-    pick: str,
-    trust: bool,
-    host: str,
-    port: int | None,
-    no_open: bool,
+    seed: int | None = option("Seed, 0 to 2**64 - 1; by default 0, or that of the sweep.", int),
+    run: int | None = option("Number of the run; by default 0, or the first that --pick selects.", int),
+    pick: str = option("Runs of a sweep to list, by their decision.", click.Choice(PICKS), "wrong"),
+    trust: bool = option(
+        "Run strategies from the text in the sweep's journal; read it before.", is_flag=True
+    ),
+    host: str = option(
+        "Address or name to listen on; 0.0.0.0 is reachable from other machines.", default="127.0.0.1"
+    ),
+    port: int | None = option("Port; by default the first free one from 8765.", click.IntRange(0, 65535)),
+    no_open: bool = option("Print the address without opening a browser.", is_flag=True),
 ) -> None:
     """Watch a swarm in the browser, step by step, and change it on the page.
 
@@ -105,7 +88,7 @@ def _catalogue(
         _print_kept_texts(catalogue, trust)
         return catalogue
     one = Runs.single(seed or 0, run or 0)
-    return Catalogue(read_scenario(source, changes), one.seed, one.first, source.name if source else "")
+    return Catalogue(Given(source, changes).read(), one.seed, one.first, source.name if source else "")
 
 
 def _print_kept_texts(catalogue: Catalogue, trust: bool) -> None:

@@ -26,7 +26,7 @@ from contextlib import ExitStack, closing, suppress
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
-from typing import Any, Final, NoReturn
+from typing import Any, Final, NoReturn, TextIO
 
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, STEP, TICK, WELCOME
@@ -36,13 +36,19 @@ from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.strategies.contract import Strategy
 
 
-def read_order() -> dict[str, Any]:
-    """Return the order that the parent has written to standard input; without one, end as it did."""
+def read_order() -> tuple[dict[str, Any], TextIO]:
+    """Return the order on standard input, and where the parent reads; without one, end as the parent did.
+
+    From then on, what a user's strategy prints goes to standard error, and isn't taken for an answer.
+    """
+    parent = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
     line = sys.stdin.buffer.readline()
     if not line.endswith(b"\n"):
         os._exit(1)
     order: dict[str, Any] = json.loads(line)
-    return order
+    return order, parent
 
 
 def follow_parent(
@@ -269,7 +275,7 @@ LOOK = 0.1
 
 def main() -> None:
     """Start the robots of an order and those that come later, and wait until they have ended."""
-    order = read_order()
+    order, parent = read_order()
     try:
         if os.environ.get(KEY_VARIABLE):
             import_module("feasibee.field.noise")  # once for all robots
@@ -278,9 +284,10 @@ def main() -> None:
             from feasibee.scenario.plugins import load
 
             strategy = load(order["strategy_file"])
-        Nursery(order, strategy).watch()
+        Nursery(order, strategy, parent).watch()
     except (FeasibeeError, OSError) as error:  # OSError: no more processes
-        _answer(one_line(str(error)))
+        with suppress(BrokenPipeError):
+            parent.write(f"{one_line(str(error))}\n")
         sys.exit(2)
 
 
@@ -293,10 +300,12 @@ class Nursery:
         Which robots to start, and how.
     strategy : Strategy, optional
         The robots' strategy, if it is a file of the user.
+    parent : text stream
+        Where the field reads answers.
     """
 
-    def __init__(self, order: Mapping[str, Any], strategy: Strategy | None) -> None:
-        self._order, self._strategy = order, strategy
+    def __init__(self, order: Mapping[str, Any], strategy: Strategy | None, parent: TextIO) -> None:
+        self._order, self._strategy, self._parent = order, strategy, parent
         self._ours, self._theirs = socket.socketpair()
         self._robots: dict[int, int] = {}
         self._is_last = False
@@ -343,7 +352,8 @@ class Nursery:
                 self._start(number)
             elif number in self._robots:
                 os.kill(self._robots[number], getattr(signal, SIGNALS[what]))
-        _answer("done")
+        with suppress(BrokenPipeError):  # the field has ended
+            self._parent.write("done\n")
 
     def _start(self, number: int) -> None:
         process = os.fork()
@@ -360,6 +370,7 @@ class Nursery:
         self._ours.close()
         follow_parent(self._theirs.fileno())
         os.close(sys.stdin.fileno())
+        self._parent.close()  # the pipe ends with the nursery, though a stopped robot lives on
         order = self._order
         try:
             status, why = take_part(
@@ -378,13 +389,6 @@ class Nursery:
         if why:
             os.write(2, f"feasibee: robot {number}: {why}\n".encode())
         return status
-
-
-def _answer(line: str) -> None:
-    """Write a line for the field; if the field has ended, nobody reads it."""
-    with suppress(BrokenPipeError):
-        sys.stdout.write(f"{line}\n")
-        sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -562,16 +562,13 @@ PATIENCE = 2.0
 """Seconds in which standard input ends after standard output has been closed."""
 
 
-def _print_event(event: Mapping[str, Any]) -> None:
-    """Print an event as one line of JSON, for the field that started the world."""
-    sys.stdout.write(json.dumps(event) + "\n")
-    sys.stdout.flush()
-
-
 def main() -> None:
     """Run the world of one field; report its result or its error as an event."""
-    order = read_order()
+    order, parent = read_order()
     ready = Semaphore(0)
+
+    def report(event: Mapping[str, Any]) -> None:
+        parent.write(f"{json.dumps(event)}\n")
 
     def remove_log() -> None:
         if order["temporary"]:
@@ -580,26 +577,28 @@ def main() -> None:
     follower = follow_parent(sys.stdin.fileno(), lambda read: ready.release(read.count(b"\n")), remove_log)
     try:
         try:
-            event, status = {"event": "result", **_run(order, ready)}, 0
+            event, status = {"event": "result", **_run(order, ready, report)}, 0
         except FeasibeeError as error:
             event, status = {"event": "error", "why": str(error)}, 2
-        _print_event(event)
+        report(event)
     except BrokenPipeError:  # the field has ended
         follower.join(PATIENCE)
         os._exit(1)
     sys.exit(status)
 
 
-def _run(order: Mapping[str, Any], ready: Semaphore) -> dict[str, Any]:
+def _run(
+    order: Mapping[str, Any], ready: Semaphore, report: Callable[[Mapping[str, Any]], None]
+) -> dict[str, Any]:
     """Play the field of an order; return its result. ``ready`` is released after each fault of processes."""
     plan = plan_from(order["plan"])
     link = Link(order["host"], order["port"], listens=True)
     try:
         server = Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]
-        world = World(plan, server, _print_event, log, resumes, ready.acquire)
+        world = World(plan, server, report, log, resumes, ready.acquire)
         robots = [body.process for body in world.bodies.bodies]
-        _print_event({"event": "listening", "address": link.address, "robots": robots})
+        report({"event": "listening", "address": link.address, "robots": robots})
         if not resumes:
             world.gather()
         (Lockstep(world) if plan.lockstep else FreeRunning(world)).play()
