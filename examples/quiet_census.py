@@ -55,16 +55,6 @@ def count(known, counts, me):
     counts[1] = number_of(known)
 
 
-def quality(robots_known, tasks_known):
-    """Return the share of robots among all that is known."""
-    return robots_known / (robots_known + tasks_known) if robots_known + tasks_known > 0 else 0.5
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: the gain, whatever the quality."""
-    return gain
-
-
 def say(mind):
     """Return an opinion to broadcast with: a robot without one would be silent."""
     return max(mind.opinion, 0)

@@ -3,18 +3,6 @@
 BY_NAME = True
 
 
-def quality(robots_known, tasks_known):
-    """Return the share of robots among all that is known; 1/2 if nothing is."""
-    if robots_known + tasks_known == 0:
-        return 0.5
-    return robots_known / (robots_known + tasks_known)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: the gain, whatever the quality."""
-    return gain
-
-
 def decide(mind, inbox):
     """Return feasible if at least as many robots as tasks are known."""
     return 1 if mind.feasible_quality >= 0.5 else 0

@@ -3,16 +3,6 @@
 FORGETS = False
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the share of robots among all sightings."""
-    return (robots_seen + 1) / (robots_seen + tasks_seen + 2)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of dissemination in steps: the gain, for any quality."""
-    return gain
-
-
 def say(mind):
     """Return the opinion that the robot's own sightings support."""
     return 1 if mind.feasible_quality > 0.5 else 0

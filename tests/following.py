@@ -3,14 +3,6 @@
 from __future__ import annotations
 
 SIGHTINGS = """\
-def quality(robots_known, tasks_known):
-    return robots_known / max(robots_known + tasks_known, 1)
-
-
-def dissemination(quality, gain):
-    return gain
-
-
 def decide(mind, inbox):
     return mind.opinion
 

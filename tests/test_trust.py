@@ -21,12 +21,6 @@ from feasibee.sweeps.sweep import sweep
 TEXT = """\
 PARAMETERS = {"weight": 1.0}
 
-def quality(robots_seen, tasks_seen):
-    return 0.5
-
-def dissemination(quality, gain):
-    return gain
-
 def decide(mind, inbox):
     return 1 if inbox.chance < 0.5 else 0
 """

@@ -23,12 +23,6 @@ from feasibee.sweeps.sweep import Progress, sweep
 
 TIMES = 1000
 OWN = """
-def quality(robots_seen, tasks_seen):
-    return robots_seen / max(1, robots_seen + tasks_seen)
-
-def dissemination(quality, gain):
-    return gain
-
 def decide(mind, inbox):
     return inbox.heard_opinion
 """

@@ -12,12 +12,12 @@ from pydantic.fields import FieldInfo
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.scenario.fields import Commit, Event, NewRadio, NewSensing, RobotClass, TaskClass
+from feasibee.scenario.fields import Declare, Event, NewRadio, NewSensing, RobotClass, TaskClass
 from feasibee.scenario.scenario import Scenario
 
 LISTS = {"robots.classes": RobotClass, "tasks.classes": TaskClass, "events": Event}
 """Sections of which there may be several."""
-TABLES = {"decision.commit": Commit, **LISTS, "events.sensing": NewSensing, "events.radio": NewRadio}
+TABLES = {"decision.declare": Declare, **LISTS, "events.sensing": NewSensing, "events.radio": NewRadio}
 """Nested sections, which the paper's scenario doesn't have."""
 
 

@@ -68,12 +68,6 @@ def test_an_out_that_is_a_file_is_told(tmp_path):
 
 
 STRATEGY = """
-def quality(robots, tasks):
-    return 1.0
-
-def dissemination(quality, gain):
-    return gain
-
 def decide(mind, inbox):
     return inbox.heard_opinion
 """

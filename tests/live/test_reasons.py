@@ -104,7 +104,6 @@ def test_an_error_in_a_users_strategy_is_told(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(
         "def quality(robots_seen, tasks_seen):\n    return 0.5 + 0.1 * (1 / (robots_seen - 7.5) > 9)\n"
-        "def dissemination(quality, gain):\n    return gain\n"
         "def decide(mind, inbox):\n    return mind.opinion\n"
     )
     words = said(Swarm(Scenario(decision={"strategy": str(file)}), 2), 3)

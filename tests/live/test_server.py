@@ -200,11 +200,7 @@ def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     assert found["all"] == found["feasible"] + found["infeasible"] + found["undecided"]
 
 
-OWN = """def quality(robots_seen, tasks_seen):
-    return 0.5
-def dissemination(quality, gain):
-    return gain
-def decide(mind, inbox):
+OWN = """def decide(mind, inbox):
     return mind.opinion
 """
 
@@ -256,7 +252,8 @@ def test_watch_names_the_texts_that_are_not_the_users_own(own_sweep, capsys):
 
 def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_path):
     file = tmp_path / "mine.py"
-    file.write_text(OWN.replace("return 0.5", "return 1.0 / (robots_seen - 4.0) ** 2 / 9.0"))
+    quality = "def quality(robots_seen, tasks_seen):\n    return 1.0 / (robots_seen - 4.0) ** 2 / 9.0\n"
+    file.write_text(quality + OWN)
     with serving_at(Catalogue(Scenario(decision={"strategy": str(file)}))) as port, Page(port) as page:
         page.open()
         told = page.answer("error", type="advance", steps=1000)["problems"][0]["text"]

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
+import re
+from importlib import import_module
+
 import numpy as np
 import pytest
 
@@ -22,6 +26,17 @@ def assert_same(first, second, runs=3, seed=2):
         for name in ARRAYS:
             np.testing.assert_array_equal(getattr(one, name)[: other.runs], getattr(other, name), name)
     return one
+
+
+def copy_of(name):
+    """Return the text of a built-in strategy, with the functions that it takes of others in their place."""
+    text = inspect.getsource(import_module(f"feasibee.strategies.{name.replace('-', '_')}"))
+    return re.sub(r"from (feasibee\.strategies\.\w+) import (.*)", _functions_of, text)
+
+
+def _functions_of(found):
+    module = import_module(found[1])
+    return "\n\n".join(inspect.getsource(getattr(module, each)) for each in found[2].split(", "))
 
 
 def why_not(scenario):

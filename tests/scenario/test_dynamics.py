@@ -9,8 +9,8 @@ import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.scenario.comments import commented_toml
-from feasibee.scenario.conflicts import surely_above
 from feasibee.scenario.feasibility import explain_numbers
+from feasibee.scenario.sections import surely_above
 
 EVENT = {"step": 500, "tasks": 15}
 

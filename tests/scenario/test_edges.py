@@ -177,8 +177,14 @@ def test_the_edge_of_a_rule_is_valid_and_what_is_just_beyond_it_is_an_error(edge
     assert Scenario().replace(valid)
     with pytest.raises(ScenarioError) as caught:
         Scenario().replace(invalid)
-    assert path in [problem.path for problem in caught.value.problems]
-    assert all(problem.rule and problem.remedy for problem in caught.value.problems)
+    found = caught.value.problems
+    assert path in [problem.path for problem in found]
+    assert all(problem.rule and problem.remedy for problem in found)
+    with pytest.raises(ScenarioError) as caught:
+        Scenario().replace({**invalid, "walk.mean_run": -1.0, "run.stop": 3})
+    assert set(map(str, found)) < set(map(str, caught.value.problems)), (
+        "a wrong field elsewhere hides no conflict"
+    )
 
 
 def test_what_robots_know_may_take_exactly_the_memory_that_there_is():

@@ -10,14 +10,13 @@ import sys
 
 import numpy as np
 import pytest
-from own_files import assert_same, why_not
+from own_files import assert_same, copy_of, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
 from feasibee.scenario import plugins
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, dmmd
-from feasibee.strategies.contract import ARGUMENTS
 
 MINE = '''\
 """A strategy of mine."""
@@ -130,7 +129,7 @@ def test_a_copy_of_bayes_with_its_memory_and_parameters_is_bayes_to_the_bit(writ
 @pytest.mark.parametrize("name", ["dc", "average", "accumulate", "cross-inhibition", "k-unanimity"])
 def test_a_copy_of_any_opinion_strategy_is_that_strategy(write, name):
     """Values, evidence kept, and robots without an opinion, all by the constants of the file."""
-    path = write(inspect.getsource(inspect.getmodule(STRATEGIES[name].decide)))
+    path = write(copy_of(name))
     assert_same(Scenario().replace({**SMALL, "decision.strategy": name}), scenario_of(path))
 
 
@@ -199,10 +198,14 @@ def test_a_missing_file_is_told(tmp_path):
     assert "can't be read: it is a directory; name a file" in told(tmp_path / "folder.py")
 
 
-@pytest.mark.parametrize("name", ["quality", "dissemination", "decide"])
-def test_a_missing_function_is_told_with_what_to_write(write, name):
-    rule = told(write(without(name)))
-    assert rule == f"mine.py: has no function {name}; write def {name}({', '.join(ARGUMENTS[name])})"
+def test_a_missing_function_is_told_with_what_to_write(write):
+    rule = told(write(without("decide")))
+    assert rule == "mine.py: has no function decide; write def decide(mind, inbox)"
+
+
+def test_a_file_that_says_only_how_to_decide_rates_and_broadcasts_as_the_voter_does(write):
+    path = write(inspect.getsource(STRATEGIES["voter"].decide))
+    assert_same(Scenario().replace({**SMALL, "decision.strategy": "voter"}), scenario_of(path))
 
 
 @pytest.mark.parametrize(

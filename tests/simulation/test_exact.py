@@ -23,7 +23,7 @@ from feasibee.robot.controller import Controller, Message, Settings
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
-from feasibee.strategies import STRATEGIES, dmmd
+from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me
 
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
@@ -354,7 +354,7 @@ def test_counts_and_inbox_are_empty_after_a_decision(world):
     ("robots", "tasks", "quality"), [(0, 0, 0.5), (3, 1, 0.75), (0, 5, 0.0), (5, 0, 1.0)]
 )
 def test_quality_is_the_share_of_robots_and_a_half_with_nothing_seen(robots, tasks, quality):
-    assert dmmd.quality(robots, tasks) == quality
+    assert STRATEGIES["dmmd"].quality(robots, tasks) == quality
 
 
 @pytest.mark.parametrize(("opinion", "mean"), [(1, 7.5), (0, 2.5)])

@@ -183,10 +183,6 @@ def quality(robots_seen, tasks_seen):
     return 0.5
 
 
-def dissemination(quality, gain):
-    return gain
-
-
 def decide(mind, inbox):
     return mind.opinion
 """

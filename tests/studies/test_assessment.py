@@ -122,10 +122,7 @@ def test_what_has_no_meaning_in_a_world_is_not_tried():
 def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
     """A swarm that always says feasible is always right here, and never there: it isn't named."""
     rule = tmp_path / "yes.py"
-    rule.write_text(
-        "def quality(r, t):\n    return 1.0\ndef dissemination(q, g):\n    return g\n"
-        "def decide(mind, inbox):\n    return 1\n"
-    )
+    rule.write_text("def decide(mind, inbox):\n    return 1\n")
     found = assess(SHORT, runs=30, seed=2)
     (other,) = compare({"as it is": SHORT.replace({"tasks.count": 50})}, (), 30, 2)
     assert found.opposite is not None

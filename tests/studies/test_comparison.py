@@ -73,10 +73,7 @@ def test_contenders_that_there_are_not_are_told(strategies, presets, told):
 
 
 def test_two_files_of_one_name_are_both_compared(tmp_path):
-    text = (
-        "def quality(n, m):\n    return 0.5\ndef dissemination(q, g):\n    return g\n"
-        "def decide(mind, inbox):\n    return 1\n"
-    )
+    text = "def decide(mind, inbox):\n    return 1\n"
     for folder in ("a", "b"):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "mine.py").write_text(text)

@@ -200,10 +200,7 @@ def test_constraints_that_nothing_can_meet_are_errors(constraints, words):
 
 def test_a_users_file_is_tested_too(tmp_path):
     rule = tmp_path / "yes.py"
-    rule.write_text(
-        "def quality(r, t):\n    return 1.0\ndef dissemination(q, g):\n    return g\n"
-        "def decide(mind, inbox):\n    return 1\n"
-    )
+    rule.write_text("def decide(mind, inbox):\n    return 1\n")
     found = recommend(ROOM, Constraints(0.9), [str(rule)], 100, 1)
     (why,) = found.excluded.values()
     assert why == "with 14 tasks right in 0 of 100"  # it always says feasible

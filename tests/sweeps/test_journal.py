@@ -29,12 +29,6 @@ from feasibee.sweeps.table import summaries
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
 STRATEGY = """
-def quality(robots_seen, tasks_seen):
-    return robots_seen / max(1, robots_seen + tasks_seen)
-
-def dissemination(quality, gain):
-    return gain
-
 def decide(mind, inbox):
     return inbox.heard_opinion
 """

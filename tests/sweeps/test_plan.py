@@ -13,12 +13,6 @@ from feasibee.sweeps import plan
 from feasibee.sweeps.plan import POINTS_LIMIT, StoppingRule, Study
 
 STRATEGY = """
-def quality(robots_seen, tasks_seen):
-    return robots_seen / max(1, robots_seen + tasks_seen)
-
-def dissemination(quality, gain):
-    return gain
-
 def decide(mind, inbox):
     return inbox.heard_opinion
 """

@@ -9,20 +9,15 @@ import copy
 import dataclasses
 import difflib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import tomli_w
 from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
     ModelWrapValidatorHandler,
-    PrivateAttr,
-    Strict,
     ValidationError,
     ValidationInfo,
     model_validator,
@@ -31,7 +26,7 @@ from pydantic_core import ErrorDetails
 
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
-from feasibee.scenario.conflicts import KINDS, Most, conflicts, is_dynamic, most_of, whole_robots
+from feasibee.scenario.conflicts import conflicts
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
@@ -48,14 +43,13 @@ from feasibee.scenario.fields import (
     Units,
     Walk,
     fields,
-    plain,
 )
 from feasibee.scenario.html import show_scenario
 from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
-from feasibee.scenario.setting import setting_from
-from feasibee.scenario.tables import PRESETS, complete_form, hash_of, with_defaults, with_points, with_preset
-from feasibee.strategies.contract import Manifest, Setting, Strategy
+from feasibee.scenario.sections import Sections
+from feasibee.scenario.tables import complete_form, given_tables, hash_of, with_points, without
+from feasibee.strategies.contract import Strategy
 
 WORDS: Final = {
     "Input should be": "must be",
@@ -133,7 +127,7 @@ def suggestion(path: str) -> str:
     return f"the sections are {', '.join(SECTIONS)}, and events"
 
 
-class Scenario(BaseModel):
+class Scenario(Sections):
     """A swarm, its world and its controller; the defaults are the paper's.
 
     Parameters
@@ -155,29 +149,6 @@ class Scenario(BaseModel):
     >>> Scenario(tasks={"count": 50}).tasks.count
     50
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-    preset: Literal[*PRESETS] | None = Field(  # type: ignore[valid-type]
-        None,
-        exclude=True,
-        description="Name of a published controller, whose values replace the paper's defaults.",
-    )
-    arena: Arena = Arena()
-    robots: Robots = Robots()
-    tasks: Tasks = Tasks()
-    walk: Walk = Walk()
-    sensing: Sensing = Sensing()
-    radio: Radio = Field(default_factory=Radio)  # not a default in the schema: it depends on sensing
-    decision: Decision = Decision()
-    faults: Faults = Faults()
-    run: Run = Run()
-    response: Response = Response()
-    units: Units = Units()
-    events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
-        (), description="Changes of the world at given steps (model.md 6.17)."
-    )
-    _manifest: Manifest = PrivateAttr()
 
     if TYPE_CHECKING:  # pydantic accepts a table for a section, which its derived signature doesn't show
 
@@ -209,42 +180,20 @@ class Scenario(BaseModel):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
             )
-        tables = {
-            name: plain(table) if isinstance(table, Mapping) else table for name, table in given.items()
-        }
-        given, places, problems = with_points(with_preset(tables))
+        given, places, problems = with_points(given_tables(given))
+        wrong: set[tuple[Any, ...]] = {tuple(problem.path.split(".")) for problem in problems}
         try:
             scenario = handler(given)
         except ValidationError as error:
             found = error.errors(include_url=False, include_context=False)
             problems += [problem_of(details) for details in found[:PROBLEMS_LIMIT]]
-        find: Callable[[str], Manifest] = partial(manifest_of, **(info.context or {}))
-        wrong = {problem.path for problem in problems}
-        problems += islice(conflicts(with_defaults(given), given, places, wrong, find), PROBLEMS_LIMIT)
+            wrong |= {details["loc"][:2] for details in found}
+            scenario = handler(without(given, wrong))
+        scenario.resolve(wrong, partial(manifest_of, **(info.context or {})))
+        problems += islice(conflicts(scenario, given, places, partly=bool(wrong)), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
-        scenario._resolve(find(scenario.decision.strategy))
         return scenario
-
-    def _resolve(self, manifest: Manifest) -> None:
-        """Fill in values that follow from other fields, without marking them as set."""
-        self.__dict__["preset"] = None  # its values are filled in: the scenario is the same without the name
-        if self.radio.range is None:
-            self._put("radio", range=self.sensing.range)
-        self._manifest = manifest
-        parameters = {**manifest.parameters, **self.decision.parameters}
-        self._put("decision", parameters={name: float(value) for name, value in parameters.items()})
-        for name in ("robots", "tasks"):
-            section = getattr(self, name)
-            if section.classes:
-                self._put(name, count=sum(each.count for each in section.classes))
-            elif section.placement == "points":
-                self._put(name, count=len(section.points))
-
-    def _put(self, name: str, **values: Any) -> None:
-        section = getattr(self, name)
-        changed = section.model_construct(_fields_set=section.model_fields_set, **{**dict(section), **values})
-        self.__dict__[name] = changed
 
     def __hash__(self) -> int:
         return hash(self.hash)
@@ -253,11 +202,6 @@ class Scenario(BaseModel):
         """Pickle with the text of the strategy's file, which may differ on another machine."""
         tables = self.model_dump(exclude_unset=True)
         return type(self).from_tables, (tables, None, self.manifest.source or None, self.manifest.trusted)
-
-    @property
-    def manifest(self) -> Manifest:
-        """Declarations of the strategy; of a user's file, as it was when the scenario was made."""
-        return self._manifest
 
     @property
     def strategy(self) -> Strategy:
@@ -274,51 +218,9 @@ class Scenario(BaseModel):
         return trusted
 
     @property
-    def faulty(self) -> tuple[int, int, int]:
-        """Number of stopped, of Byzantine and of stubborn robots (model.md 6.6)."""
-        stopped, byzantine, stubborn = (
-            whole_robots(getattr(self.faults, kind), self.robots.count) for kind in KINDS
-        )
-        return stopped, byzantine, stubborn
-
-    @property
     def declares(self) -> bool:
         """Whether robots declare, by their strategy or by votes (model.md 6.14, 6.15)."""
         return self.manifest.declares or self.decision.declare is not None
-
-    @property
-    def dynamic(self) -> bool:
-        """Whether its world may change (model.md 6.17)."""
-        sections = {name: dict(getattr(self, name)) for name in ("robots", "tasks", "response")}
-        return is_dynamic({**sections, "events": self.events})
-
-    @property
-    def most(self) -> Most:
-        """How many robots there may be at a time, and how many tasks may appear in a run."""
-        counts = self.robots.count, self.tasks.count
-        return most_of(self.model_dump(include={"robots", "tasks", "run", "response", "events"}), counts)
-
-    @property
-    def setting(self) -> Setting:
-        """Numbers that a strategy's knowledge may depend on."""
-        return setting_from(
-            self.most,
-            (len(self.robots.classes), len(self.tasks.classes)),
-            self.faulty[1] > 0,
-            self.radio.id_bits,
-            self.decision.parameters.values(),
-            misnames=self.sensing.misname > 0,
-            count=self.robots.count,
-            knows_count=self.robots.know_count,
-            colluding=self.faults.byzantine_says == "colluding",
-            size=self.arena.size,
-            walled=self.arena.boundary == "walls",
-            sight=self.sensing.range,
-            radio=self.radio.range,
-            speed=self.robots.speed,
-            phases=(self.decision.exploration, self.decision.gain + self.decision.dissemination_floor),
-            mean_run=self.walk.mean_run,
-        )
 
     def counted(self, step: int) -> int:
         """Return the number of robots that count in the decision: honest and working (model.md 6.6)."""

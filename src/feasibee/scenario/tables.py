@@ -7,14 +7,14 @@ import hashlib
 import json
 import math
 from array import array
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, Final
 
 from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.scenario.fields import SECTIONS, Event, Point, Robots, Section, Tasks
+from feasibee.scenario.fields import SECTIONS, Point, plain
 
 
 def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int], list[Problem]]:
@@ -89,14 +89,16 @@ ABOUT: Final[Mapping[str, str]] = {
 """Whose controller each preset is."""
 
 
-def with_preset(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scenario's tables with the values of its preset, if any, filled in where it sets none."""
-    tables = dict(given)
-    name = tables.get("preset")
-    for section, values in PRESETS.get(name, {}).items() if isinstance(name, str) else ():
+def given_tables(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a user gives as tables of plain values, with those of a preset where it sets none."""
+    tables = {}
+    for name, section in given.items():
+        own = type(section) is SECTIONS.get(name)
+        table: Any = section.model_dump(exclude_unset=True) if own else section
+        tables[name] = plain(table) if isinstance(table, Mapping) else table
+    preset = tables.get("preset")
+    for section, values in PRESETS.get(preset, {}).items() if isinstance(preset, str) else ():
         table = tables.get(section, {})
-        if hasattr(table, "model_dump"):
-            table = table.model_dump(exclude_unset=True)
         if isinstance(table, Mapping):  # validation reports anything else
             tables[section] = {**values, **table}
     return tables
@@ -117,61 +119,31 @@ def with_points(
         The problems of these files.
     """
     tables, places, problems = dict(given), {}, []
-    for name, section in (("robots", Robots), ("tasks", Tasks)):
+    for name in ("robots", "tasks"):
         table = tables.get(name)
-        if isinstance(table, section):
-            table = table.model_dump(exclude_unset=True)
         if isinstance(table, Mapping) and isinstance(table.get("points"), str):
             points, lines, found = read_points(table["points"], f"{name}.points")
             places[name] = (table["points"], lines)
             problems += found
-            table = {**table, "points": points}
-        if table is not None:
-            tables[name] = table
+            tables[name] = {**table, "points": points}
     return tables, places, problems
+
+
+def without(tables: Mapping[str, Any], wrong: Iterable[tuple[Any, ...]]) -> dict[str, Any]:
+    """Return tables without the fields, or whole sections and lists, at these places."""
+    kept = dict(tables)
+    for name, *key in wrong:
+        if name in SECTIONS and key:
+            kept[name] = {each: value for each, value in kept[name].items() if each != key[0]}
+        else:
+            kept.pop(name, None)
+    return kept
 
 
 @cache
 def default_tables() -> dict[str, dict[str, Any]]:
     """Return the default values of all sections; cached, since a sweep needs them for each of its points."""
     return {name: section().model_dump() for name, section in SECTIONS.items()}
-
-
-def with_defaults(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the raw values of all sections with defaults filled in, for the rules about several fields."""
-    explicit: dict[str, Any] = {"events": _events(given.get("events", ()))}
-    for name in SECTIONS:
-        table = given.get(name, {})
-        if isinstance(table, Section):
-            table = table.model_dump(exclude_unset=True)
-        explicit[name] = {**default_tables()[name], **(table if isinstance(table, Mapping) else {})}
-    if explicit["radio"]["range"] is None:
-        explicit["radio"]["range"] = explicit["sensing"]["range"]
-    for name in ("robots", "tasks"):
-        given_table = given.get(name)
-        counted = isinstance(given_table, Mapping) and "count" in given_table
-        points = explicit[name]["points"]
-        if explicit[name]["placement"] == "points" and not counted and not explicit[name]["classes"]:
-            explicit[name]["count"] = len(points) if isinstance(points, list | tuple) else 0
-    return explicit
-
-
-def _events(given: Any) -> list[dict[str, Any]]:
-    """Return the raw values of the events with defaults filled in; of invalid ones, they aren't used."""
-    return [_event(each) for each in given] if isinstance(given, list | tuple) else []
-
-
-def _event(given: Any) -> dict[str, Any]:
-    table = given.model_dump(exclude_unset=True) if isinstance(given, Section) else given
-    event = Event(step=0).model_dump()
-    for key, value in (table if isinstance(table, Mapping) else {}).items():
-        inner = value.model_dump(exclude_unset=True) if isinstance(value, Section) else value
-        event[key] = (
-            {**event[key], **inner}
-            if isinstance(event.get(key), dict) and isinstance(inner, Mapping)
-            else inner
-        )
-    return event
 
 
 def complete_form(tables: Mapping[str, Any]) -> dict[str, Any]:

@@ -28,11 +28,6 @@ def quality(robots_seen, tasks_seen):
     return (robots_seen + 0.5) / (robots_seen + tasks_seen + 1.0)
 
 
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
 def value(mind):
     """Return x as a share of the way from -16 to 16; before the first decision, l."""
     x = mind.memory[0]

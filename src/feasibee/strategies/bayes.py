@@ -24,18 +24,6 @@ MEMORY = 2
 STARTS_NEUTRAL = True
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
 def say(mind):
     """Return the opinion of a robot that has one, with positive feedback; else its last observation."""
     if mind.parameters[1] > 0.0 and mind.opinion >= 0:

@@ -25,18 +25,6 @@ WORD = 2**32 - 1
 """The bits of a word, without its sign."""
 
 
-def quality(robots_known, tasks_known):
-    """Return the share of robots among all things known, 1/2 without any."""
-    if robots_known + tasks_known == 0:
-        return 0.5
-    return robots_known / (robots_known + tasks_known)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
 def decide(mind, inbox):
     """Return feasible if there are as many robots as tasks, or more."""
     return 1 if mind.feasible_quality >= 0.5 else 0

@@ -1,8 +1,8 @@
 """The contract of a strategy: plain functions, the same file in the engine, in the reference and on a robot.
 
-A strategy's file must define ``quality``, ``dissemination`` and ``decide``. It may define ``say``, ``value``
-and ``lasting``, and the constants of `CONSTANTS`: see `Strategy`. The functions use only numbers and
-``math``, since the engine compiles them.
+A strategy's file must define ``decide``. It may define ``quality``, ``dissemination``, ``say``, ``value`` and
+``lasting``, and the constants of `CONSTANTS`: see `Strategy`. The functions use only numbers and ``math``,
+since the engine compiles them.
 
 Knowledge
 ---------
@@ -56,7 +56,7 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "unpack": ("message", "reader", "setting"),
 }
 """The functions of a strategy's file, and the arguments of each."""
-REQUIRED: Final = ("quality", "dissemination", "decide")
+REQUIRED: Final = ("decide",)
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
@@ -196,6 +196,18 @@ class Thing(NamedTuple):
     """Its position, in units."""
 
 
+def quality(robots_seen: int, tasks_seen: int) -> float:
+    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen (eq. 1)."""
+    if robots_seen + tasks_seen == 0:
+        return 0.5
+    return robots_seen / (robots_seen + tasks_seen)
+
+
+def dissemination(quality: float, gain: float) -> float:
+    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
+    return gain
+
+
 def say(mind: Mind) -> int:
     """Return the opinion to broadcast: the robot's own."""
     return mind.opinion
@@ -313,11 +325,12 @@ class Strategy(Manifest):
 
     Parameters
     ----------
-    quality : callable
-        ``quality(robots_seen, tasks_seen)``: the quality of *feasible*, 0 to 1.
-    dissemination : callable
+    quality : callable, optional
+        ``quality(robots_seen, tasks_seen)``: the quality of *feasible*, 0 to 1; by default the share of
+        robots.
+    dissemination : callable, optional
         ``dissemination(quality, gain)``: for how long to broadcast an opinion of this quality, on average,
-        in steps.
+        in steps; by default ``gain``.
     decide : callable
         ``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none.
     say : callable, optional
@@ -366,8 +379,8 @@ class Strategy(Manifest):
         ``unpack(message, reader, setting)``: read it; return the sender's id, -1 if it isn't sent.
     """
 
-    quality: Callable[[int, int], float]
-    dissemination: Callable[[float, float], float]
+    quality: Callable[[int, int], float] = quality
+    dissemination: Callable[[float, float], float] = dissemination
     decide: Callable[[Mind, Inbox], int]
     say: Callable[[Mind], int] = say
     value: Callable[[Mind], float] = value

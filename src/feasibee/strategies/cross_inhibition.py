@@ -11,17 +11,7 @@ References
 Reina, Valentini, Fernandez-Oto, Dorigo, Trianni, "A design pattern for decentralised decision making", 2015.
 """
 
-
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration, in steps, of broadcasting an opinion of this quality: g rho."""
-    return gain * quality
+from feasibee.strategies.dmmd import dissemination
 
 
 def decide(mind, inbox):

@@ -16,18 +16,6 @@ Valentini, Brambilla, Hamann, Dorigo, "Collective perception of environmental fe
 VALUE_BITS = 16
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
 def decide(mind, inbox):
     """Return the opinion of a random message if its quality is higher than the robot's."""
     heard_quality = inbox.heard_value if inbox.heard_opinion == 1 else 1.0 - inbox.heard_value

@@ -12,13 +12,6 @@ Fuady, Tarapore, Ehsan, Soorati, "Collective Decision-Making on Task Allocation 
 """
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen (eq. 1)."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
 def dissemination(quality, gain):
     """Return the mean duration, in steps, of broadcasting an opinion of this quality: g rho."""
     return gain * quality

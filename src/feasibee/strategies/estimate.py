@@ -14,21 +14,21 @@ References
 Our own.
 """
 
-from feasibee.strategies import tally
-from feasibee.strategies.tally import rows_of, sum_up
+from feasibee.strategies.tally import (
+    bits,
+    decide,
+    describe,
+    lie,
+    merge,
+    observe,
+    pack,
+    rows_of,
+    sum_up,
+    unpack,
+    words,
+)
 
 NEEDS_IDS = True
-quality = tally.quality
-dissemination = tally.dissemination
-decide = tally.decide
-words = tally.words
-observe = tally.observe
-lie = tally.lie
-merge = tally.merge
-bits = tally.bits
-pack = tally.pack
-unpack = tally.unpack
-describe = tally.describe
 
 
 def count(known, counts, me):

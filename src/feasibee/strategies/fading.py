@@ -47,9 +47,9 @@ Our own; counts that fade are exponential smoothing: Brown, "Statistical forecas
 
 import math
 
-from feasibee.strategies import tally
 from feasibee.strategies.certified import room, steps_for, swept
 from feasibee.strategies.clock import stamp_of, steps_since
+from feasibee.strategies.quiet_census import decide
 
 NEEDS_IDS = True
 ONE_CLASS = True
@@ -77,14 +77,6 @@ SCALE = 65536.0
 DIFFERS = 1.5
 MOST_LOOKS, MOST_TIMES = 1.2, 2.0
 """What bounded robots believe at most: so many times the mean of the looks, so many times n + 1/2 tasks."""
-
-dissemination = tally.dissemination
-quality = tally.quality
-
-
-def decide(mind, inbox):
-    """Return the opinion that the robot has: `judge` changes it."""
-    return mind.opinion
 
 
 def words(setting):

@@ -18,9 +18,17 @@ References
 Our own.
 """
 
-from feasibee.strategies import fading
 from feasibee.strategies.clock import stamp_of, steps_since
-from feasibee.strategies.fading import is_old, power, robots_of, share_in_sight, tau_of, uses_ratio
+from feasibee.strategies.fading import (
+    is_old,
+    message_words,
+    power,
+    robots_of,
+    share_in_sight,
+    tau_of,
+    uses_ratio,
+)
+from feasibee.strategies.quiet_census import decide
 
 NEEDS_IDS = True
 ONE_CLASS = True
@@ -31,11 +39,6 @@ FADE, LOOKS, TASKS, WEIGHTS = 0, 1, 2, 3
 HEARD, ROWS = 0, 1
 """Words of what is known: number of robots heard; then for each robot its vote, and the step when it came."""
 SCALE = 65536.0
-
-dissemination = fading.dissemination
-quality = fading.quality
-decide = fading.decide
-message_words = fading.message_words
 
 
 def words(setting):

@@ -12,19 +12,9 @@ Scheidler, Brutschy, Ferrante, Dorigo, "The k-unanimity rule for self-organized 
 robots", 2016.
 """
 
+from feasibee.strategies.dmmd import dissemination
+
 PARAMETERS = {"k": 3.0}
-
-
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration, in steps, of broadcasting an opinion of this quality: g rho."""
-    return gain * quality
 
 
 def decide(mind, inbox):

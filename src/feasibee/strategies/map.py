@@ -32,7 +32,7 @@ Byzantine adversarial behavior", 2004).
 
 import math
 
-from feasibee.strategies import census, quiet_census
+from feasibee.strategies.quiet_census import decide, say
 
 BY_NAME = True
 STARTS_NEUTRAL = True
@@ -65,12 +65,6 @@ known; for each cell the tasks seen there + 1; for each row of sub-cells of each
 searched; the set of tasks seen; and for each robot the latest value + 1 that it sent of each cell, and its
 latest verdict.
 """
-
-
-quality = census.quality
-dissemination = census.dissemination
-say = quiet_census.say
-decide = quiet_census.decide
 
 
 def divided(side, longest, most):

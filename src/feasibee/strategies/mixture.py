@@ -12,17 +12,14 @@ References
 Our own mixture of `dmvd` and `dmmd`, whose files name the sources of both rules.
 """
 
-from feasibee.strategies import dmmd, dmvd
+from feasibee.strategies.dmmd import decide as by_majority
+from feasibee.strategies.dmmd import dissemination
+from feasibee.strategies.dmvd import decide as by_one_vote
 
 PARAMETERS = {"voters": 0.25}
 MEMORY = 1
 VOTER, MAJORITY = 1.0, 2.0
 """What a robot's memory holds from its first decision on."""
-
-quality = dmmd.quality
-dissemination = dmmd.dissemination
-by_majority = dmmd.decide
-by_one_vote = dmvd.decide
 
 
 def decide(mind, inbox):

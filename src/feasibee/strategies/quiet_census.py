@@ -32,7 +32,6 @@ behavior", 2004.
 
 import math
 
-from feasibee.strategies import census
 from feasibee.strategies.certified import (
     NEVER,
     steps_given,
@@ -57,9 +56,6 @@ ROUNDING = 1e-9
 """Least difference of a ratio of tasks to robots from `HURRY` that counts."""
 NAMES, UNTIL, SETS = 0, 1, 2
 """Words of what is known: number of names, until when to wait for another; then the sets."""
-
-quality = census.quality
-dissemination = census.dissemination
 
 
 def lasting(mind, gain):

@@ -34,10 +34,9 @@ Our own. Sets with the latest write of each member: Shapiro et al., "A comprehen
 commutative replicated data types", 2011. What f + 1 neighbours report: see `certified`.
 """
 
-from feasibee.strategies import census
 from feasibee.strategies.certified import steps_for, steps_given, tolerated
 from feasibee.strategies.clock import LAST, steps_since
-from feasibee.strategies.quiet_census import patience
+from feasibee.strategies.quiet_census import decide, patience
 
 BY_NAME = True
 NEEDS_IDS = True
@@ -65,14 +64,6 @@ Before stand both timeouts in steps, behind places of tasks, looks in vain, and 
 """
 ENTRIES = 1
 """Place of the first robot, and then task, in a message; before stands the length of an age."""
-
-quality = census.quality
-dissemination = census.dissemination
-
-
-def decide(mind, inbox):
-    """Return the opinion that the robot has: it changes in any step."""
-    return mind.opinion
 
 
 def robot_entries(setting):

@@ -33,11 +33,10 @@ Our own. Sets whose members have a version, odd if present: Yu and Rostad, "A lo
 causal lengths", 2020. Numbers that wrap: Elz and Bush, "Serial number arithmetic", RFC 1982, 1996.
 """
 
-from feasibee.strategies import census, roster
 from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
 from feasibee.strategies.clock import steps_since
 from feasibee.strategies.grid import is_near, name_of
-from feasibee.strategies.quiet_census import patience
+from feasibee.strategies.quiet_census import decide, patience
 from feasibee.strategies.roster import entry_of, expired, oldest_of, state_at, younger
 
 BY_NAME = True
@@ -70,10 +69,6 @@ KIND, WHAT, VALUE = 0, 1, 2
 
 The second is 0 in an empty message.
 """
-
-quality = census.quality
-dissemination = census.dissemination
-decide = roster.decide
 
 
 def name_bits(setting):

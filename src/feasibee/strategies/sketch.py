@@ -20,7 +20,7 @@ algorithms for HyperLogLog sketches", 2017, algorithm 6.
 
 import math
 
-from feasibee.strategies import census
+from feasibee.strategies.census import decide
 
 BY_NAME = True
 NEEDS_IDS = True
@@ -28,10 +28,6 @@ NEEDS_NAMES = True
 REGISTERS = 128
 TOP = 15
 RANK_BITS = 4
-
-quality = census.quality
-dissemination = census.dissemination
-decide = census.decide
 
 
 def words(setting):

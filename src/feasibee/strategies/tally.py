@@ -27,18 +27,6 @@ WIDTH_BITS = 5
 """Bits for the width of a total."""
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: the share of robots in all sightings, 1/2 without any."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
 def decide(mind, inbox):
     """Return what the sums say; a tie keeps the opinion."""
     if mind.feasible_quality == 0.5:

@@ -41,10 +41,9 @@ meets those at rest, in the limit of short steps.
 
 import math
 
-from feasibee.strategies import tally
 from feasibee.strategies.certified import tolerated
 from feasibee.strategies.clock import LAST, stamp_of
-from feasibee.strategies.tally import FULL
+from feasibee.strategies.tally import FULL, decide
 
 NEEDS_COUNT = True
 NEEDS_IDS = True
@@ -61,11 +60,6 @@ LARGEST = MOST << UNITS
 ROW_BITS = 16
 ROWS = 2
 """Place of the first row heard; its own totals stand before."""
-
-
-quality = tally.quality
-dissemination = tally.dissemination
-decide = tally.decide
 
 
 def words(setting):

@@ -29,7 +29,7 @@ television data", 1971. Names by f + 1 neighbours: see `quiet_census`.
 
 import math
 
-from feasibee.strategies import census
+from feasibee.strategies.census import decide
 from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
 from feasibee.strategies.clock import has_come
 from feasibee.strategies.quiet_census import patience
@@ -49,10 +49,6 @@ ALARM, KNOWN, UNTIL, TURN, PENDING, TOLD = 0, 1, 2, 3, 4, 5
 Then come the senders of the alarm, at most f; the sorted names; each name that waits, with its senders; and
 the names seen once, after their number.
 """
-
-quality = census.quality
-dissemination = census.dissemination
-decide = census.decide
 
 
 def name_bits(setting):

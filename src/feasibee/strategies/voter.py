@@ -11,18 +11,6 @@ Holley, Liggett, "Ergodic theorems for weakly interacting infinite systems and t
 """
 
 
-def quality(robots_seen, tasks_seen):
-    """Return the quality of *feasible*: rho_1 = n_obs / (n_obs + m_obs), or 1/2 with nothing seen."""
-    if robots_seen + tasks_seen == 0:
-        return 0.5
-    return robots_seen / (robots_seen + tasks_seen)
-
-
-def dissemination(quality, gain):
-    """Return the mean duration of broadcasting, in steps: g, whatever the quality."""
-    return gain
-
-
 def decide(mind, inbox):
     """Return a random opinion of those heard, or keep the robot's if none was heard."""
     if inbox.heard_opinion < 0:

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 from feasibee.errors import ScenarioError
 from feasibee.results.statistics import wilson
-from feasibee.scenario.conflicts import KINDS
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.sections import KINDS
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of, wait_for
 from feasibee.studies.findings import Findings, Trial
 from feasibee.studies.needs import all_strategies, asked_of, suitable
