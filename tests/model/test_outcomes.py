@@ -33,15 +33,10 @@ def record():
 
 def test_an_empty_record_has_the_fill_values_and_types_of_the_table():
     record = Record.empty(0, 3, 2, 4)
-    for each in OUTCOMES:
-        assert getattr(record, each.name).tolist() == [each.fill] * 3
-        assert getattr(record, each.name).dtype == each.dtype
-    for each in CURVES:
-        assert getattr(record, each.name).tolist() == [[each.fill] * 2] * 3
-        assert getattr(record, each.name).dtype == each.dtype
-    for each in TRACES:
-        assert getattr(record, each.name).tolist() == [[each.fill] * 4] * 3
-        assert getattr(record, each.name).dtype == each.dtype
+    for outcomes, shape in ((OUTCOMES, (3,)), (CURVES, (3, 2)), (TRACES, (3, 4))):
+        for each in outcomes:
+            array = getattr(record, each.name)
+            assert (array.shape, array.dtype, set(array.flat)) == (shape, each.dtype, {each.fill})
     with pytest.raises(AttributeError, match="no outcome 'sent'"):
         record.sent  # noqa: B018
 

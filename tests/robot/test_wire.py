@@ -43,6 +43,7 @@ VARIANTS = [
     ("turns", {"names": 0}, {}),
     ("turns", {"names": 3, "name_bits": 7}, {}),
     ("turns", {"names": -1}, {}),
+    ("turns", {"names": -1, "name_bits": 5}, {}),
     ("turns", {"names": -1, "name_bits": 11, "tolerates": 1, "looks": 2}, {}),
     ("totals", {"arrivals": 1, "tolerates": 1}, {}),
     ("roster", {}, {"robots": {"know_count": True}}),

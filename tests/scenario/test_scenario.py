@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from feasibee import FeasibeeError, Scenario, ScenarioError
 from feasibee.errors import UnknownFieldError
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.scenario.scenario import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
+from feasibee.scenario.fields import Arena, Decision, Radio, Robots, Run, Sensing, Tasks
 from feasibee.scenario.tables import hash_of
 
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}

@@ -9,7 +9,7 @@ from feasibee import Scenario
 from feasibee.robot.controller import Controller, Declare, Message, Settings
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES, dmmd, dmvd, mixture
+from feasibee.strategies import STRATEGIES, mixture
 from feasibee.strategies.contract import Inbox, Mind
 
 # --- Switching ---
@@ -123,15 +123,3 @@ def test_a_mixture_of_one_rule_is_that_rule(voters, pure):
         for each in (changes, {"decision.strategy": pure})
     ]
     np.testing.assert_array_equal(records[0].feasible_count, records[1].feasible_count)
-
-
-def test_the_rules_of_a_mixture_are_those_of_dmmd_and_dmvd():
-    for feasible, infeasible, heard in ((2, 1, 0), (1, 2, 1), (1, 2, 0), (0, 0, -1), (1, 1, 1)):
-        inbox = Inbox(feasible, infeasible, heard, 0.0, 0.0, 0.5)
-        for opinion in (0, 1):
-            assert mixture.decide(mind([0.0], 0.0, opinion), inbox) == dmmd.decide(
-                mind([], 0, opinion), inbox
-            )
-            assert mixture.decide(mind([0.0], 1.0, opinion), inbox) == dmvd.decide(
-                mind([], 0, opinion), inbox
-            )

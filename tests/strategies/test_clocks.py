@@ -10,8 +10,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, clock, fading, roster
-from feasibee.strategies.contract import Me, Thing
-from tests.strategies.test_totals import named
+from feasibee.strategies.contract import Me
 
 STEPS, BEFORE = 72, 32
 EDGES = [2**15, 2**16, 2**30, 2**31, 2**32]
@@ -90,17 +89,6 @@ def test_steps_are_told_apart_across_the_end_of_the_clock():
             assert clock.steps_since(word, now) == clock.steps_since(then, now) == ago
             assert clock.has_come(word, now) == (ago < 2**31)
         assert clock.stamp_of(now) != 0
-
-
-def test_a_thing_that_stays_in_view_arrives_once_at_any_step():
-    for edge in EDGES:
-        robot = named(arrivals=1.0)
-        robot.me = robot.me._replace(step=edge - 2)
-        for _ in range(4):
-            robot.observe([Thing(True, 3, 0, 7)])
-            robot.end_step(explores=True)
-        assert robot.words[0] == 1
-        assert robot.me.step == (edge + 2) & clock.LAST
 
 
 def test_a_state_is_forgotten_before_it_seems_young_again():

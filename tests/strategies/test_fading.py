@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from minds import knowing, right_by_step
 
 from feasibee import Scenario
-from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
@@ -20,12 +20,9 @@ PAPER = setting_from((20, 20), (0, 0), False, None, tuple(fading.PARAMETERS.valu
 SHARE = math.pi * 4 / 400
 
 
-def named(number=0, name="fading", counts=(20, 30), parameters=None, mark=1, **changes):
+def named(number=0, name="fading", counts=(20, 30), parameters=None, **changes):
     """Return the knowledge of a robot that explores."""
-    values = {**STRATEGIES[name].parameters, **(parameters or {})}
-    setting = setting_from(counts, (0, 0), True, None, tuple(values.values()), **changes)
-    memory = [0.0] * STRATEGIES[name].memory
-    return Knowledge(STRATEGIES[name], Me(number, 0, mark, 0, memory, setting, True))
+    return knowing(name, counts, number, mark=1, **(parameters or {}), **changes)
 
 
 def live(robot, things=(), explores=True, steps=1):
@@ -95,19 +92,6 @@ def test_counts_too_large_for_a_message_keep_their_ratio():
     robot.me.memory[fading.LOOKS], robot.me.memory[fading.TASKS] = 100.0, 50_000.0
     looks, tasks = heard(robot.message())
     assert tasks / looks == pytest.approx(500, rel=0.09)
-
-
-@pytest.mark.parametrize(
-    ("name", "parameters", "length"),
-    [("fading", {}, 21), ("fading", {"fast": 30.0}, 22), ("fading-votes", {}, 6)],
-)
-def test_lengths_of_messages(name, parameters, length):
-    robot = named(name=name, parameters=parameters)
-    assert robot.bits(robot.message()) == length
-    changes = {"decision.strategy": name, "decision.parameters": parameters, "run.steps": 50}
-    sent = simulate_record(Scenario().replace({**changes, "robots.know_count": True}), Runs(4, 1)).bits_sent
-    assert (sent % length == 0).all()
-    assert (sent > 0).all()
 
 
 def test_a_message_holds_the_robots_own_counts_only():
@@ -369,20 +353,9 @@ def test_a_false_vote_is_the_lie():
 
 def held_after(name, before, after, runs, **changes):
     """Return delays until a swarm holds the new truth, of swarms that held the old one."""
-    scenario = Scenario().replace(
-        {
-            "decision.strategy": name,
-            "robots.know_count": True,
-            "tasks.count": before,
-            "events": [{"step": 500, "tasks": after - before}],
-            "run.steps": 900,
-            **changes,
-        }
-    )
-    record = simulate_record(scenario, Runs(runs, 1))
-    right = record.held[:, 499] == record.truth[:, 499]
-    assert right.mean() > 0.97
-    hits = record.held[right, 500:] == record.truth[right, 500:]
+    right = right_by_step(name, before, after, runs, **{"robots.know_count": True, **changes})
+    assert right[:, 499].mean() > 0.97
+    hits = right[right[:, 499], 500:]
     return np.where(hits.any(axis=1), hits.argmax(axis=1), 10**6)
 
 
@@ -397,8 +370,7 @@ def test_swarms_notice_a_large_change(name):
 
 def test_swarms_that_do_not_know_n_notice_robots_that_leave():
     """Of 20 robots 8 leave, and 16 tasks stay. With n, which is that of the start, nobody would notice."""
-    gone = {"events": [{"step": 500, "robots": -8}], "robots.know_count": False}
-    gone["decision.parameters"] = {"ratio": 1.0}
+    gone = {"robots": -8, "robots.know_count": False, "decision.parameters": {"ratio": 1.0}}
     assert np.median(held_after("fading", 16, 16, 40, **gone)) < 350
 
 

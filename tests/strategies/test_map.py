@@ -8,29 +8,22 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from minds import knowing, task
 
 from feasibee import Scenario
-from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES
 from feasibee.strategies import map as map_
-from feasibee.strategies.contract import Me, Thing
 from feasibee.strategies.map import CELLS, COLUMNS, DOWN, ROW, ROWS, VALUES, VERDICT
 
 UNSURE, INFEASIBLE, FEASIBLE = 0, 1, 2
 """Verdicts."""
 
 
-def robot_of(number=0, *, robots=20, cell=1.0, rows=0.0, tolerates=0.0, **setting):
+def robot_of(number=0, *, robots=20, **changes):
     """Return the knowledge of a robot."""
-    setting = setting_from((robots, 90), (1, 1), True, None, (cell, rows, tolerates), **setting)
-    return Knowledge(STRATEGIES["map"], Me(number, 0, 0, 0, [], setting))
-
-
-def task(number, x, y):
-    return Thing(False, number, 0, 0, x, y)
+    return knowing("map", (robots, 90), number, **changes)
 
 
 def look(own, x, y, *tasks):
@@ -247,79 +240,12 @@ def test_rows_are_sent_in_turn(rows, firsts):
 # --- Bits ---
 
 
-def written(message, own):
-    """Return the bits of a message as its docstring says, as text."""
-    setting = own.me.setting
-    columns, rows = own.words[COLUMNS], own.words[ROWS]
-    told = message[CELLS:]
-    text = f"{own.me.id:0{setting.id_bits}b}"
-    text += {UNSURE: "0", INFEASIBLE: "10", FEASIBLE: "11"}[message[VERDICT]]
-    if message[VERDICT] == UNSURE or setting.parameters[2] >= 1:
-        if len(told) < columns * rows:
-            text += f"{message[ROW]:0{(rows - 1).bit_length()}b}"
-        text += "1" if all(told) else "0" + "".join("1" if word else "0" for word in told)
-        text += "".join("1" * (word - 1) + "0" for word in told if word)
-    return text
-
-
-def read(text, own):
-    """Return the message of a text of bits, of a robot of the same parameters."""
-    setting, at = own.me.setting, own.me.setting.id_bits
-    columns, rows = own.words[COLUMNS], own.words[ROWS]
-
-    def take(length):
-        nonlocal at
-        at += length
-        return text[at - length : at]
-
-    verdict = 1 + int(take(1)) if take(1) == "1" else 0
-    words, row = [0] * map_.message_words(setting), 0
-    if verdict == UNSURE or setting.parameters[2] >= 1:
-        sent = len(words) - CELLS
-        if sent < columns * rows:
-            row = int(take((rows - 1).bit_length()), 2)
-        which = "1" * sent if take(1) == "1" else take(sent)
-        for k in range(sent):
-            if which[k] == "1":
-                words[CELLS + k] = 1
-                while take(1) == "1":
-                    words[CELLS + k] += 1
-    assert at == len(text)
-    words[VERDICT], words[ROW] = verdict, row
-    map_.summarize(words)
-    return tuple(words)
-
-
-@pytest.mark.parametrize("tolerates", [0.0, 2.0])
-@pytest.mark.parametrize("rows", [0.0, 1.0, 4.0])
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-def test_bits_are_those_of_a_code_that_can_be_read(rows, tolerates, share):
-    generator = np.random.default_rng(int(10 * share))
-    own = robot_of(7, cell=2.0, rows=rows, tolerates=tolerates)
-    whole = robot_of(cell=2.0)
-    cells = {each: int(generator.poisson(0.2)) for each in everywhere(whole) if generator.uniform() < share}
-    for (column, row), value in cells.items():
-        map_.learn(own.words, row * 10 + column, value + 1)
-    messages = [own.message() for _ in range(10)]
-    own.words[VERDICT] = FEASIBLE
-    messages.append(own.message())
-    messages += [own.lie(message, feasible, ()) for message in messages[:2] for feasible in (0, 1)]
-    for message in messages:
-        text = written(message, own)
-        assert own.bits(message) == len(text)
-        if message[VERDICT] == UNSURE or tolerates:
-            assert read(text, own) == message
-
-
-def test_sixteen_rows_are_told_apart_by_four_bits():
-    own = robot_of(cell=1.25, rows=1.0)
-    assert own.bits(message_of({}, own)) == 5 + 1 + 4 + 1 + 16
-
-
 def test_bits_of_a_sure_robot_and_most_bits_of_rows():
     """One row of cells of 2 takes at most 34 bits with 5 tasks in it, four rows at most 110 with 20."""
     own = robot_of(cell=2.0)
     assert own.bits(message_of({}, own, FEASIBLE)) == 5 + 2
+    row = robot_of(cell=1.25, rows=1.0)  # sixteen rows, told apart by four bits
+    assert row.bits(message_of({}, row)) == 5 + 1 + 4 + 1 + 16
     row = robot_of(cell=2.0, rows=1.0)
     most = {(c, 0): 0 for c in range(10)}
     assert row.bits(message_of(most, row)) == 5 + 1 + 4 + 1 + 10
@@ -497,43 +423,6 @@ def test_no_robot_ever_declares_wrongly():
 
     check()
     assert sum(declared) > 5  # so that something was tried
-
-
-# --- Both implementations ---
-
-WORLDS = {
-    "twenty": {},
-    "one task too many": {"tasks.count": 21},
-    "rows": {"decision.parameters.rows": 4.0, "decision.parameters.cell": 1.3},
-    "an oblong torus": {"arena.side": [11.3, 7.1], "sensing.range": 1.7},
-    "walls and bodies": {"arena.boundary": "walls", "robots.avoid_collisions": True},
-    "small cells": {"decision.parameters.cell": 0.4, "run.steps": 40},
-    "liars": {
-        "faults.byzantine": 0.15,
-        "faults.byzantine_says": "colluding",
-        "decision.parameters.tolerates": 2.0,
-        "tasks.count": 21,
-    },
-    "rows and liars": {
-        "faults.byzantine": 0.1,
-        "decision.parameters.tolerates": 2.0,
-        "decision.parameters.rows": 3.0,
-        "radio.id_bits": 4,
-    },
-    "misses, and messages lost": {"sensing.miss": 0.2, "radio.loss": 0.3, "faults.stopped": 0.1},
-}
-
-
-@pytest.mark.quick(2)
-@pytest.mark.parametrize("name", WORLDS)
-def test_a_map_is_the_same_in_both_implementations(name):
-    small = {"arena.side": 10.0, "decision.strategy": "map", "robots.know_count": True, "run.steps": 70}
-    scenario = Scenario().replace({**small, **WORLDS[name]})
-    engine = simulate_record(scenario, Runs(2, 5), curves=True)
-    plain = simulate_record(scenario, Runs(2, 5), curves=True, backend="reference")
-    for each in ("account", "feasible_count", "infeasible_count"):
-        np.testing.assert_array_equal(getattr(engine, each), getattr(plain, each), err_msg=each)
-    assert (engine.bits_sent > 0).all()
 
 
 # --- How soon, and how surely ---

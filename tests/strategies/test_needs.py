@@ -88,13 +88,6 @@ def test_swarms_whose_ids_are_mistaken_fail_only_if_ids_are_declared(name):
     assert (lost > 0.27) == (IDS in needs_of(scenario)), lost
 
 
-def test_the_number_of_robots_is_known_only_if_that_is_declared():
-    for name, strategy in STRATEGIES.items():
-        if not strategy.needs_count:
-            scenario = scenario_of(name)
-            assert COUNT not in needs_of(scenario)
-
-
 def test_needs_of_a_file_are_read_without_running_it(tmp_path):
     text = "NEEDS_IDS = True\nNEEDS_NAMES = 'looks'\nPARAMETERS = {'looks': 1.0}\n"
     text += "def decide(mind, inbox):\n    return 1\n"
@@ -110,7 +103,18 @@ def test_needs_of_a_file_are_read_without_running_it(tmp_path):
         manifest_of(str(file))
 
 
-@pytest.mark.parametrize(("name", "bits"), [("dmmd", 6), ("average", 22), ("turns", 26), ("sketch", 1024)])
+@pytest.mark.parametrize(
+    ("name", "bits"),
+    [
+        ("dmmd", 6),
+        ("average", 22),
+        ("turns", 26),
+        ("sketch", 1024),
+        ("totals", 21),
+        ("fading", 21),
+        ("fading-votes", 6),
+    ],
+)
 def test_messages_of_constant_length(name, bits):
     assert longest_message(scenario_of(name), 1) == bits
 

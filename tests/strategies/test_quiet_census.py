@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import pytest
+from minds import declared, knowing
 
 from feasibee import Scenario, ScenarioError
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import NEVER, steps_for
-from feasibee.strategies.contract import Me, Mind, Thing
+from feasibee.strategies.contract import Mind, Thing
 from feasibee.strategies.quiet_census import patience, quiet_steps
 
-
-def robot_of(counts=(20, 20), number=0, *, quiet=0.0, tolerates=0.0, liars=True, **setting):
-    """Return the knowledge of a robot of so many robots and tasks."""
-    setting = setting_from(counts, (1, 1), liars, None, (quiet, tolerates), **setting)
-    return Knowledge(STRATEGIES["quiet-census"], Me(number, 0, 0, 0, [], setting))
+robot_of = partial(knowing, "quiet-census")
 
 
 def robots(*numbers):
@@ -36,15 +33,6 @@ def message_of(*numbers, like, robots_too=()):
     other = Knowledge(like._strategy, like.me._replace(id=19))
     other.observe([*tasks(*numbers), *robots(*robots_too)])
     return other.message()
-
-
-def declared(robot, steps):
-    """Let a robot pass so many steps; return what it declares in the last, or -1."""
-    said = -1
-    for _ in range(steps):
-        said = robot.declare()
-        robot.end_step(explores=True)
-    return said
 
 
 # --- Declaring ---
@@ -253,11 +241,14 @@ def test_without_n_a_lie_for_feasible_is_robots(colluding, robots_told):
     assert own.lie(own.message(), 1, ()) == (*words, 0, 0)
 
 
+@pytest.mark.parametrize(
+    ("name", "parameters", "steps"), [("quiet-census", {}, 350), ("turns", {"names": 6.0}, 450)]
+)
 @pytest.mark.parametrize(("f", "ok"), [(0, 0), (1, 1)])
-def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(f, ok):
-    changes = {"decision.strategy": "quiet-census", "decision.parameters": {"tolerates": float(f)}}
+def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(name, parameters, steps, f, ok):
+    changes = {"decision.strategy": name, "decision.parameters": {**parameters, "tolerates": float(f)}}
     liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
-    scenario = Scenario().replace({**changes, **liar, "robots.know_count": True, "run.steps": 350})
+    scenario = Scenario().replace({**changes, **liar, "robots.know_count": True, "run.steps": steps})
     record = simulate_record(scenario, Runs(20, 1))
     assert ((record.declared_feasible == 19) == ok).all()
     assert ((record.declared_infeasible == 19) != ok).all()
@@ -288,7 +279,7 @@ def test_a_robot_is_not_silent_and_has_no_opinion_until_it_is_sure():
     assert (record.bits_sent > 100 * 20 * 200).all()
 
 
-@pytest.mark.parametrize(("name", "known"), [("quiet-census", False), ("turns", True)])
+@pytest.mark.parametrize(("name", "known"), [("quiet-census", False), ("turns", True), ("totals", True)])
 def test_strategies_that_compare_two_numbers_refuse_classes(name, known):
     robots = {"know_count": known, "classes": [{"name": "a", "count": 3, "skills": ["x"]}]}
     with pytest.raises(ScenarioError, match=rf"robots\.classes = '1 classes': {name} compares one number"):

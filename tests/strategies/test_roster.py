@@ -4,32 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rosters import counted, step
+from minds import counted, knowing, right_by_step, step, task
 
-from feasibee import Scenario
-from feasibee.robot.knowledge import Knowledge
-from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_from
-from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import Me, Thing
+from feasibee.strategies.contract import Thing
 from feasibee.strategies.quiet_census import patience
 
 QUIET = patience(20, 0) * 10  # steps: in the paper's arena, robots find a place every 10 steps
 
 
-def robot_of(
-    counts=(20, 30), *, number=0, step=0, place=(5.0, 5.0), task_timeout=0.0, robot_timeout=0.0, looks=1.0,
-    tolerates=0.0, **setting,
-):  # fmt: skip
-    """Return the knowledge of a robot that explores at a place."""
-    parameters = (task_timeout, robot_timeout, looks, tolerates)
-    setting = setting_from(counts, (1, 1), True, None, parameters, **{"knows_count": False, **setting})
-    return Knowledge(STRATEGIES["roster"], Me(number, 0, 0, step, [], setting, True, *place))
-
-
-def task(number, x=5.0, y=5.0):
-    return Thing(False, number, 0, 77 * number, x, y)
+def robot_of(counts=(20, 30), **changes):
+    """Return the knowledge of a robot that gives up a task after one look."""
+    return knowing("roster", counts, **{"looks": 1.0, "knows_count": False, **changes})
 
 
 def robot(number):
@@ -104,9 +89,10 @@ def entry_of(own, number):
     return None if word == 0 else ((word - 1) // 2, word % 2 == 1)
 
 
+@pytest.mark.parametrize("name", ["roster", "roster-turns"])
 @pytest.mark.parametrize("looks", [1, 3])
-def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(looks):
-    own = robot_of(looks=float(looks))
+def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(name, looks):
+    own = knowing(name, looks=looks, knows_count=False)
     step(own, task(0))
     for _ in range(looks - 1):
         step(own)
@@ -115,7 +101,6 @@ def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(looks):
         assert counted(own) == (1, 1)
         step(own)
     assert counted(own) == (1, 0)
-    assert entry_of(own, 0) == (1, False)
 
 
 def test_looks_in_vain_begin_anew_after_a_tombstone():
@@ -224,25 +209,6 @@ def test_a_robot_looks_for_tasks_that_it_only_heard_of():
     assert counted(own)[1] == 0
 
 
-def written(own, message):
-    """Write a message as a robot would, bit by bit."""
-    setting, width = own.me.setting, message[0]
-    robots = 0 if setting.knows_count else setting.robot_ids
-    text = f"{width:05b}"
-    if setting.parameters[3] > 0:
-        text += f"{own.me.id:0{setting.id_bits}b}"
-    for number in range(robots):
-        if message[1 + number]:
-            assert message[1 + number] % 2 == 1  # robots are never absent
-            text += f"1{number:0{setting.id_bits}b}{(message[1 + number] - 1) // 2:0{width}b}"
-    text += "0" if robots else ""
-    for number in range(setting.task_ids):
-        word, place = (message[1 + robots + k + number] for k in (0, setting.task_ids))
-        if word:
-            text += f"1{place % 2**32:032b}{word % 2}{(word - 1) // 2:0{width}b}"
-    return text + "0"
-
-
 @pytest.mark.parametrize("tolerates", [0.0, 1.0])
 @pytest.mark.parametrize("known", [True, False])
 def test_a_message_costs_what_it_takes_to_write(known, tolerates):
@@ -251,11 +217,8 @@ def test_a_message_costs_what_it_takes_to_write(known, tolerates):
     step(own, task(1), task(2, 4.0, 4.0), task(3, 19.9, 19.9), robot(3), robot(19), explores=False)
     for _ in range(9):
         step(own, task(1), explores=False)
-    message = own.message()
-    text = written(own, message)
-    assert own.bits(message) == len(text)
     names = 3 * (1 + 32 + 1 + 8) + 1 + (0 if known else 3 * (1 + 5 + 8) + 1)
-    assert len(text) == 5 + (5 if tolerates else 0) + names
+    assert own.bits(own.message()) == 5 + (5 if tolerates else 0) + names
 
 
 # --- Lies ---
@@ -282,10 +245,8 @@ def test_a_lie_for_infeasible_wakes_the_dead_and_invents_tasks(colluding, tasks)
     own.merge(liar.message(), 1)
     assert counted(own)[1] == 1
     own.end_step(explores=True)
-    message = liar.lie(liar.message(), 0, ())
-    own.merge(message, 1)
+    own.merge(liar.lie(liar.message(), 0, ()), 1)
     assert counted(own)[1] == tasks
-    assert own.bits(message) == len(written(liar, message))
 
 
 @pytest.mark.parametrize("f", [1, 2])
@@ -334,25 +295,26 @@ def test_a_sighting_and_a_tombstone_do_not_vouch_for_each_other():
 # --- Swarms ---
 
 
-def swarm(before, after, runs=20, robots=0, **changes):
-    """Return the traces of swarms whose world changes at step 500, before and after it."""
-    event = {"step": 500, "tasks": after - before, "robots": robots}
-    scenario = Scenario(events=[event], tasks={"count": before}, run={"steps": 900})
-    scenario = scenario.replace({"decision.strategy": "roster", **changes})
-    record = simulate_record(scenario, Runs(runs, 1))
-    return record.held == record.truth
-
-
-@pytest.mark.parametrize(("before", "after", "within"), [(20, 21, 90), (21, 20, 110), (40, 10, 90)])
-def test_a_change_is_noticed_and_nothing_else(before, after, within):
-    right = swarm(before, after)
-    assert right[:, 300:500].all()
+@pytest.mark.parametrize(
+    ("name", "before", "after", "within"),
+    [
+        ("roster", 20, 21, 90),
+        ("roster", 21, 20, 110),
+        ("roster", 40, 10, 90),
+        ("roster-turns", 20, 21, 250),
+        ("roster-turns", 25, 16, 250),
+        ("roster-turns", 40, 10, 250),
+    ],
+)
+def test_a_change_is_noticed_and_nothing_else(name, before, after, within):
+    right = right_by_step(name, before, after, **{"robots.know_count": name == "roster-turns"})
+    assert right[:, 300 if name == "roster" else 400 : 500].all()
     assert not right[:, 500].any()
     assert right[:, 500 + within :].all()
 
 
 def test_robots_that_leave_are_noticed():
-    right = swarm(18, 18, robots=-5)
+    right = right_by_step("roster", 18, 18, robots=-5)
     assert right[:, 300:500].all()
     assert right[:, 500 + 180 :].all()
 
@@ -360,5 +322,5 @@ def test_robots_that_leave_are_noticed():
 @pytest.mark.parametrize(("f", "ok"), [(0.0, 0), (1.0, 1)])
 def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(f, ok):
     liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
-    right = swarm(25, 16, **liar, **{"decision.parameters": {"tolerates": f}})
+    right = right_by_step("roster", 25, 16, **liar, **{"decision.parameters": {"tolerates": f}})
     assert (np.concatenate([right[:, 400:500], right[:, 700:]], 1) == ok).all()

@@ -6,23 +6,21 @@ import math
 
 import numpy as np
 import pytest
+from minds import knowing
 from scipy import integrate
 
-from feasibee import Scenario, ScenarioError
-from feasibee.robot.knowledge import Knowledge
+from feasibee import Scenario
 from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, totals
-from feasibee.strategies.contract import Inbox, Me, Mind, Thing
+from feasibee.strategies.contract import Inbox, Mind, Thing
 
 ROBOT, TASK = Thing(True, 3, 0, 7), Thing(False, 4, 0, 7)
 
 
-def named(number=0, counts=(10, 12), arrivals=0.0, kappa=1.19, tolerates=0.0, **changes):
+def named(number=0, counts=(10, 12), **changes):
     """Return the knowledge of a robot."""
-    setting = setting_from(counts, (0, 0), True, None, (arrivals, kappa, tolerates), **changes)
-    return Knowledge(STRATEGIES["totals"], Me(number, 0, 1, 0, [], setting))
+    return knowing("totals", counts, number, mark=1, **changes)
 
 
 def decided(robot, opinion=0):
@@ -84,15 +82,6 @@ def test_rounding_a_row_has_no_bias():
     numbers = range(64, 4096)
     errors = [totals.robots_of(row(number, 0)[0]) / number - 1 for number in numbers]
     assert abs(np.mean(errors)) < 1e-3
-
-
-def test_a_message_is_an_id_and_16_bits():
-    assert named(counts=(20, 20)).bits(row(9, 9)) == 21
-    assert named(counts=(100, 20)).bits(row(9, 9)) == 7 + 16
-    changes = {"decision.strategy": "totals", "robots.know_count": True, "run.steps": 50}
-    sent = simulate_record(Scenario().replace(changes), Runs(4, 1)).bits_sent
-    assert (sent % 21 == 0).all()
-    assert (sent > 0).all()
 
 
 def test_a_message_holds_the_robots_own_totals_only():
@@ -173,14 +162,6 @@ def test_the_latest_row_of_each_id_counts_whoever_else_spoke():
     robot.merge(row(2, 2), 0)  # of another robot with its own id
     robot.observe([TASK])
     assert robot.counted() == ([21 * 25], [18 * 10])
-
-
-def test_it_must_know_n_and_knows_no_classes():
-    with pytest.raises(ScenarioError, match=r"robots\.know_count = False: totals needs the number of robots"):
-        Scenario(decision={"strategy": "totals"})
-    classes = {"robots.classes": [{"name": "a", "count": 5}], "robots.know_count": True}
-    with pytest.raises(ScenarioError, match=r"robots\.classes"):
-        Scenario().replace({**classes, "decision.strategy": "totals"})
 
 
 # --- Arrivals ---

@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import math
-import random
+from functools import partial
 
 import pytest
+from minds import declared, knowing
 
 from feasibee import Scenario
-from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import NEVER
-from feasibee.strategies.contract import Me, Thing
+from feasibee.strategies.contract import Thing
 from feasibee.strategies.quiet_census import patience
 from feasibee.strategies.turns import patience_alone, patience_in_turn
 
-GENERATOR_SEED = 6
-
-
-def robot_of(counts=(20, 20), *, names=1.0, name_bits=20.0, quiet=0.0, tolerates=0.0, looks=1.0, **setting):
-    """Return the knowledge of a robot of so many robots and tasks."""
-    parameters = (names, name_bits, quiet, tolerates, looks)
-    setting = setting_from(counts, (1, 1), True, None, parameters, **setting)
-    return Knowledge(STRATEGIES["turns"], Me(0, 0, 0, 0, [], setting))
+robot_of = partial(knowing, "turns")
 
 
 def tasks(*names, name_bits=20):
@@ -36,15 +28,6 @@ def tasks(*names, name_bits=20):
 def turns_of(robot, messages):
     """Return what a robot says in so many messages, less the alarm."""
     return [robot.message()[1:] for _ in range(messages)]
-
-
-def declared(robot, steps):
-    """Let a robot pass so many steps; return what it declares in the last, or -1."""
-    said = -1
-    for _ in range(steps):
-        said = robot.declare()
-        robot.end_step(explores=True)
-    return said
 
 
 # --- Names in turn ---
@@ -160,48 +143,6 @@ def test_a_message_of_names_in_turn_has_one_length():
     assert robot_of(names=3.0, name_bits=19.0).bits((0, 0, 0, 0)) == 63
 
 
-def written(message, robots, name_bits):
-    """Write a message of all names as a robot would, bit by bit."""
-    names = [name for name in message[1:] if name]
-    low = int(math.log2(2**name_bits // (len(names) + 1)))
-    text, last = f"{message[0]}" + f"{len(names):0{(robots + 1).bit_length()}b}", 0
-    for name in names:
-        gap = name - last - 1
-        text += "1" * (gap >> low) + "0" + (f"{gap % 2**low:0{low}b}" if low else "")
-        last = name
-    return text
-
-
-def read(text, robots, name_bits):
-    """Read such a message."""
-    bits = iter(text)
-    alarm = int(next(bits))
-    number = int("".join(next(bits) for _ in range((robots + 1).bit_length())), 2)
-    low = int(math.log2(2**name_bits // (number + 1)))
-    names, last = [], 0
-    for _ in range(number):
-        high = 0
-        while next(bits) == "1":
-            high += 1
-        rest = int("0" + "".join(next(bits) for _ in range(low)), 2)
-        last += (high << low) + rest + 1
-        names.append(last)
-    assert not list(bits)
-    return (alarm, *names, *[0] * (robots + 1 - number))
-
-
-@pytest.mark.parametrize("name_bits", [5, 12, 20, 31])
-@pytest.mark.parametrize("number", [0, 1, 7, 20, 21])
-def test_all_names_cost_what_they_take_to_write_and_read_back(number, name_bits):
-    generator = random.Random(GENERATOR_SEED)
-    own = robot_of(names=-1.0, name_bits=float(name_bits))
-    own.observe(tasks(*generator.sample(range(1, 2**name_bits), number), name_bits=name_bits))
-    message = own.message()
-    text = written(message, 20, name_bits)
-    assert read(text, 20, name_bits) == message
-    assert own.bits(message) == 5 + len(text)
-
-
 # --- Lies ---
 
 
@@ -241,16 +182,6 @@ def test_a_lie_for_feasible_denies_the_alarm_and_colluding_all_names():
         own = honest(2.0, colluding=colluding)
         message = (1, *own.message()[1:])
         assert own.lie(message, 1, ()) == expected
-
-
-@pytest.mark.parametrize(("f", "ok"), [(0, 0), (1, 1)])
-def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(f, ok):
-    changes = {"decision.strategy": "turns", "decision.parameters": {"tolerates": float(f), "names": 6.0}}
-    liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
-    scenario = Scenario().replace({**changes, **liar, "robots.know_count": True, "run.steps": 450})
-    record = simulate_record(scenario, Runs(20, 1))
-    assert ((record.declared_feasible == 19) == ok).all()
-    assert ((record.declared_infeasible == 19) != ok).all()
 
 
 # --- The quiet time ---

@@ -104,7 +104,8 @@ def launch(
     from feasibee.field.supervisor import Field, Network
     from feasibee.scenario.runs import Runs
 
-    _check_platform()
+    if not hasattr(os, "fork"):
+        raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")
     scenario = given.read()
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
@@ -117,7 +118,15 @@ def launch(
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
     with _telling(scenario.run.steps, as_json) as tell:
         result = Field(plan, Network(host, port, key), out, tell, starts_robots=not no_robots).run()
-    result = {**result, **_details(plan)}
+    result = {
+        **result,
+        "lockstep": plan.lockstep,
+        "hz": None if plan.lockstep else plan.hz,
+        "faults": [fault_in_words(fault._asdict()) for fault in plan.faults],
+        "seed": plan.seed,
+        "run": plan.run,
+        "scenario_hash": plan.scenario.hash,
+    }
     click.echo(json.dumps(result, indent=2) if as_json else _in_words(result))
 
 
@@ -138,23 +147,6 @@ def _faults(
             "--no-robots with --kill or --pause: robots from elsewhere can't be; leave one out"
         )
     return tuple(schedule(faults, scenario.robots.count, scenario.run.steps))
-
-
-def _check_platform() -> None:
-    if not hasattr(os, "fork"):
-        raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")
-
-
-def _details(plan: Plan) -> dict[str, Any]:
-    """Return what a result says of its field."""
-    return {
-        "lockstep": plan.lockstep,
-        "hz": None if plan.lockstep else plan.hz,
-        "faults": [fault_in_words(fault._asdict()) for fault in plan.faults],
-        "seed": plan.seed,
-        "run": plan.run,
-        "scenario_hash": plan.scenario.hash,
-    }
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -103,19 +103,15 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
         bits: list[int] | None = list(message_bits(scenario.replace(changes)))
     except ScenarioError:
         bits = None
+    needs = manifest.needs(scenario.decision.parameters if name == own else manifest.parameters)
     return {
         "strategy": name,
-        "needs": _needs(manifest, scenario.decision.parameters if name == own else manifest.parameters),
+        "needs": ["n" if need == "count" else need for need in needs],
         "one_class": manifest.one_class,
         "declares": manifest.declares,
         "bits": bits,
         "rule": _rule(manifest),
     }
-
-
-def _needs(manifest: Manifest, parameters: Mapping[str, float]) -> list[str]:
-    """Return what a strategy's file declares that its robots need."""
-    return ["n" if need == "count" else need for need in manifest.needs(parameters)]
 
 
 def _rule(manifest: Manifest) -> str:

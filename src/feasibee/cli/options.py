@@ -272,7 +272,9 @@ def outputs_option(text: str, *, folder: bool = False, **kinds: Sequence[str]) -
                 kind = "folder"
             else:
                 kind = suffixes[check_output(path, list(suffixes), "--out")]
-            earlier = next((each for of, each in found.items() if of == kind or _same(each, path)), None)
+            earlier = next(
+                (each for of, each in found.items() if of == kind or each.resolve() == path.resolve()), None
+            )
             if earlier is not None:
                 rule = "can't both be written; name one of them"
                 raise FeasibeeError(f"--out {earlier} and --out {path}: {rule}")
@@ -280,10 +282,6 @@ def outputs_option(text: str, *, folder: bool = False, **kinds: Sequence[str]) -
         return found
 
     return option(text, path_type, name="--out", multiple=True, metavar="FILE", callback=by_kind)
-
-
-def _same(one: Path, other: Path) -> bool:
-    return one.resolve() == other.resolve()
 
 
 def named(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:

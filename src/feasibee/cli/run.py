@@ -21,7 +21,6 @@ from feasibee.files import FIGURES, RESULTS
 
 if TYPE_CHECKING:
     from feasibee.model.record import Record
-    from feasibee.results.statistics import Quartiles
     from feasibee.scenario.scenario import Scenario
 
 
@@ -110,7 +109,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     return {
         "runs": found.runs,
         **{name: found.counts[name] for name in DECISIONS.values()},
-        "decision_step": _quartiles(found.times),
+        "decision_step": {name: getattr(found.times, name) for name in ("median", "q25", "q75")},
         "truth": "feasible" if truth(scenario) else "infeasible",
         **{name: together([found], name)._asdict() for name in ("accuracy", "right_at_end")},
         "bits_per_robot_and_step": found.bits,
@@ -124,10 +123,6 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "model_version": MODEL_VERSION,
         "rates": {name: rate._asdict() for name, rate in found.rates.items()},
     }
-
-
-def _quartiles(times: Quartiles) -> dict[str, int | None]:
-    return {"median": times.median, "q25": times.q25, "q75": times.q75}
 
 
 def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:

@@ -228,13 +228,12 @@ def _print_claims(claims: list[Claim], runs: int) -> None:
 
 
 def _print_beyond(lines: list[list[str]], runs: int) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(*lines[0], title=f"Share of right decisions, by ratio, from {runs} runs each")
     for line in lines[1:]:
         table.add_row(*line)
-    Console(highlight=False).print(table)
+    console().print(table)
 
 
 def _print_comparison(outcomes: list[Outcome]) -> None:

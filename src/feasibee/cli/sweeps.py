@@ -34,7 +34,6 @@ from feasibee.files import FIGURES, RESULTS, check_output, make_folder
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from feasibee.sweeps.plan import Study
     from feasibee.sweeps.table import Summary
 
 _folder = argument(folder_type, default=Path("results"))
@@ -75,9 +74,15 @@ def sweep(
       feasibee sweep ratio.toml --out results --runs 1000     adds runs to those in the journal
       feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee results merge results part*
     """
+    from dataclasses import replace
+
+    from feasibee.scenario.runs import Runs
+    from feasibee.sweeps.plan import Study
     from feasibee.sweeps.sweep import sweep as run_sweep
 
-    plan = _read_plan(study, runs)
+    plan = Study.read(study)
+    if runs is not None:
+        plan = replace(plan, runs=Runs(runs, plan.seed).count)
     make_folder(out)
     if log is not None:
         check_log(log)
@@ -87,17 +92,6 @@ def sweep(
         f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
         f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee results status {out}"
     )
-
-
-def _read_plan(path: Path, runs: int | None) -> Study:
-    """Return the study in a file, with another number of runs if one is given."""
-    from dataclasses import replace
-
-    from feasibee.scenario.runs import Runs
-    from feasibee.sweeps.plan import Study
-
-    plan = Study.read(path)
-    return plan if runs is None else replace(plan, runs=Runs(runs, plan.seed).count)
 
 
 @click.group()
@@ -149,6 +143,7 @@ CHANGING_CAPTION = (
     "; steps right: % of the steps at which the swarm held the truth; delay: steps until half of the changes "
     "of truth were followed; false alarms: per 1,000 steps"
 )
+UNTIL_CAPTION = "; the interval of a point with a stopping rule is valid at every look"
 CHANGING_LEGEND = ("steps right", "delay", "false alarms")
 """Further columns if the world of some point changes."""
 
@@ -180,7 +175,8 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     else:
         for row in rows:
             _print_point(dict(zip([*names, *legend], row, strict=True)))
-    click.echo(_wrapped(CAPTION + CHANGING_CAPTION * changing + _sequential(points)))
+    until = any(point.row.until for point in points)
+    click.echo(_wrapped(CAPTION + CHANGING_CAPTION * changing + UNTIL_CAPTION * until))
 
 
 def _table(names: Sequence[str], legend: Sequence[str], rows: Sequence[Sequence[str]], padding: int) -> Table:
@@ -258,11 +254,6 @@ def _wrapped(text: str, indent: str = "") -> str:
 
 def _text(value: Any) -> str:
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _sequential(points: Sequence[Summary]) -> str:
-    words = "; the interval of a point with a stopping rule is valid at every look"
-    return words if any(point.row.until for point in points) else ""
 
 
 def _as_json(point: Summary) -> dict[str, Any]:

@@ -113,7 +113,7 @@ class Robot:
 
     def _turn(self) -> None:
         """Draw a heading and how long it lasts (model.md 2.1)."""
-        heading, lasting, _, _ = philox(*self._coordinates, self._walks, WALK)
+        heading, lasting, _, _ = self.draws(self._walks, WALK)
         self._walks += 1
         cosine, sine = cos_sin(heading)
         self.velocity = (math.floor(self._reach * cosine + 0.5), math.floor(self._reach * sine + 0.5))

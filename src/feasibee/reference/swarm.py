@@ -1,4 +1,4 @@
-"""One run, step by step: the robots, the tasks, and the swarm's decision."""
+"""One run, step by step: the robots, the tasks, the swarm's decision, and how the world changes."""
 
 from __future__ import annotations
 
@@ -8,21 +8,25 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.purposes import (
     APPEARING_CLASS,
+    ARRIVAL,
     FALSE_ROBOT,
     FALSE_ROBOT_CLASS,
     FALSE_TASK,
     FALSE_TASK_CLASS,
     FAULT,
     JOINING_CLASS,
+    LEAVE,
+    LIFETIME,
     LOSS,
     MISNAME,
     MISS_ROBOT,
     MISS_TASK,
     PAIR,
+    RELEASE,
+    VANISH,
 )
 from feasibee.model.record import Record
-from feasibee.reference.draws import choose, philox, poisson, rounded, shuffle
-from feasibee.reference.dynamics import Dynamics, Operator
+from feasibee.reference.draws import choose, duration, philox, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.reference.robot import Robot, steps_of
 from feasibee.reference.world import Names, Place, World
@@ -162,14 +166,14 @@ class Swarm:
                 wrong = robot.happens(self.time, MISNAME + PAIR * number, sensing.misname)
                 name = self.names.misnamed if wrong else self.names.task
                 yield name(number, self.task_kinds[number], *where), number
-        false = (FALSE_ROBOT, FALSE_ROBOT_CLASS)
-        kinds = self.robot_kinds[: self.scenario.robots.count]
-        for kind, mark in self._false_sightings(robot, sensing.false_robots, kinds, *false):
-            yield Thing(True, -1, kind, mark), -1
-        false = (FALSE_TASK, FALSE_TASK_CLASS)
-        kinds = self.task_kinds[: self.scenario.tasks.count]
-        for kind, mark in self._false_sightings(robot, sensing.false_tasks, kinds, *false):
-            yield Thing(False, -1, kind, mark), -1
+        robots, tasks = self.scenario.robots.count, self.scenario.tasks.count
+        for is_robot, mean, kinds, number, kind in (
+            (True, sensing.false_robots, self.robot_kinds[:robots], FALSE_ROBOT, FALSE_ROBOT_CLASS),
+            (False, sensing.false_tasks, self.task_kinds[:tasks], FALSE_TASK, FALSE_TASK_CLASS),
+        ):
+            for k in range(poisson(robot.draw(self.time, number), mean) if mean > 0 else 0):
+                word, mark, _, _ = robot.draws(self.time, kind + PAIR * k)
+                yield Thing(is_robot, -1, kinds[choose(word, len(kinds))] if kinds else 0, mark), -1
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
@@ -184,15 +188,6 @@ class Swarm:
             self.time, LOSS + PAIR * sender.number, self.loss
         )
 
-    def _false_sightings(
-        self, robot: Robot, mean: float, kinds: list[int], number: int, kind: int
-    ) -> Iterator[tuple[int, int]]:
-        """Yield class and hash of a robot's false sightings: a class as of a thing drawn at random."""
-        if mean > 0:
-            for k in range(poisson(robot.draw(self.time, number), mean)):
-                words = robot.draws(self.time, kind + PAIR * k)
-                yield kinds[choose(words[0], len(kinds))] if kinds else 0, words[1]
-
     def _bits(self, sender: Robot, message: Message) -> int:
         """Return the length of a message in bits: id, opinion, value and declaration, or knowledge."""
         says_declared = self.scenario.decision.declare is not None
@@ -206,19 +201,15 @@ class Swarm:
         """The counted robots: honest and still working (model.md 6.6)."""
         return [robot for robot in self.robots if robot.fault != BYZANTINE and robot.works(self.time)]
 
-    def holding(self, opinion: int) -> list[Robot]:
-        """Return the counted robots that hold an opinion."""
-        return [robot for robot in self.counted if robot.mind.opinion == opinion]
-
     @property
     def feasible_count(self) -> int:
         """Number of counted robots with opinion 1."""
-        return len(self.holding(FEASIBLE))
+        return sum(robot.mind.opinion == FEASIBLE for robot in self.counted)
 
     @property
     def infeasible_count(self) -> int:
         """Number of counted robots with opinion 0."""
-        return len(self.holding(INFEASIBLE))
+        return sum(robot.mind.opinion == INFEASIBLE for robot in self.counted)
 
     def declared(self, opinion: int) -> int:
         """Return how many counted robots have declared an opinion."""
@@ -239,6 +230,180 @@ class Swarm:
         if self.infeasible_count > needed:
             return INFEASIBLE
         return UNDECIDED
+
+
+class Dynamics:
+    """How the world of one swarm changes: events, streams and responses (model.md 6.17, 6.19).
+
+    Parameters
+    ----------
+    swarm : Swarm
+        The swarm at step 0; events of that step happen at once.
+    seed, run : int
+        Seed and number of the run.
+    """
+
+    def __init__(self, swarm: Swarm, seed: int, run: int) -> None:
+        self._swarm = swarm
+        self._run = (seed, run)
+        self._appeared = 0
+        self._vanishes_at: dict[int, int] = {}
+        self._gone: dict[int, Robot] = {}
+        self.operator = Operator(swarm.scenario) if swarm.scenario.response.patience is not None else None
+        for _ in swarm.tasks:
+            self._begin_lifetime()
+        self._happen()
+
+    def change(self, held: int) -> bool:
+        """Change the world at the beginning of a step; return whether robots or tasks came or went.
+
+        ``held`` is the opinion that the swarm held after the step before.
+        """
+        before = set(self._swarm.tasks), set(self._swarm.robots)
+        now = self._swarm.time
+        if self.operator is not None:
+            self._release(self.operator, self.operator.look(now, held, self._swarm.counted))
+        self._take_tasks(number for number, step in self._vanishes_at.items() if step == now)
+        self._take_robots(robot for robot in self._swarm.robots if robot.leaves_at == now)
+        self._happen()
+        tasks, robots, _, _ = self._draw(0, ARRIVAL)
+        for _ in range(poisson(tasks, self._swarm.scenario.tasks.arrival_rate or 0.0)):
+            self._appear()
+        for _ in range(poisson(robots, self._swarm.scenario.robots.arrival_rate or 0.0)):
+            self._join()
+        for _ in range(self.operator.arriving(now) if self.operator else 0):
+            self._join()
+        return before != (set(self._swarm.tasks), set(self._swarm.robots))
+
+    def _release(self, operator: Operator, number: int) -> None:
+        """Release so many robots, but not the last one (model.md 6.19.6)."""
+        for k in range(min(number, len(self._swarm.robots) - 1)):
+            robots = self._swarm.robots
+            self._take_robots([robots[self._chosen(k, RELEASE, len(robots))]])
+            operator.robots_released += 1
+
+    def _happen(self) -> None:
+        """Let the events of this step happen (model.md 6.17.2)."""
+        vanished = left = 0
+        for event in self._swarm.scenario.events:
+            if event.step != self._swarm.time:
+                continue
+            for _ in range(event.tasks):
+                self._appear()
+            for _ in range(min(-event.tasks, len(self._swarm.tasks))):
+                there = list(self._swarm.tasks)
+                self._take_tasks([there[self._chosen(vanished, VANISH, len(there))]])
+                vanished += 1
+            for _ in range(event.robots):
+                self._join()
+            for _ in range(min(-event.robots, len(self._swarm.robots))):
+                robots = self._swarm.robots
+                self._take_robots([robots[self._chosen(left, LEAVE, len(robots))]])
+                left += 1
+            if event.sensing.miss is not None:
+                self._swarm.miss = event.sensing.miss
+            if event.radio.loss is not None:
+                self._swarm.loss = event.radio.loss
+
+    def _appear(self) -> None:
+        """Let the next task appear, unless all numbers have been used (model.md 6.17.4)."""
+        if self._appeared < self._swarm.scenario.most.tasks:
+            self._swarm.tasks[self._appeared] = self._swarm.world.task_place(self._appeared)
+            self._begin_lifetime()
+
+    def _begin_lifetime(self) -> None:
+        mean = self._swarm.scenario.tasks.lifetime
+        if mean is not None:
+            word = philox(*self._run, self._appeared, 0, LIFETIME)[0]
+            self._vanishes_at[self._appeared] = self._swarm.time + duration(word, mean)
+        self._appeared += 1
+
+    def _take_tasks(self, numbers: Iterable[int]) -> None:
+        for number in list(numbers):
+            del self._swarm.tasks[number]
+            self._vanishes_at.pop(number, None)
+
+    def _join(self) -> None:
+        """Let a robot join, if a number and a place are free (model.md 6.17.6, 6.17.7)."""
+        taken = {robot.number for robot in self._swarm.robots}
+        number = next(i for i in range(len(taken) + 1) if i not in taken)
+        if number >= self._swarm.scenario.most.robots:
+            return
+        before = self._gone.get(number)
+        joined = before.joined + 1 if before else 0
+        others = [robot.place for robot in self._swarm.robots]
+        place = self._swarm.world.joining_place(number, joined, others)
+        if place is not None:
+            self._swarm.robots.append(self._swarm.new_robot(number, place, before=before))
+            self._swarm.robots.sort(key=lambda robot: robot.number)
+
+    def _take_robots(self, robots: Iterable[Robot]) -> None:
+        for robot in list(robots):
+            self._swarm.robots.remove(robot)
+            self._gone[robot.number] = robot
+
+    def _chosen(self, before: int, purpose: int, count: int) -> int:
+        """Return one of so many, drawn at random."""
+        return choose(self._draw(before, purpose)[0], count)
+
+    def _draw(self, which: int, purpose: int) -> tuple[int, int, int, int]:
+        return philox(*self._run, which, self._swarm.time, purpose)
+
+
+class Operator:
+    """The operator of one swarm.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is simulated; its `response` has a patience.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._held = UNDECIDED
+        self._steps = 0
+        self._arrives_at = -1
+        self._awaited = 0
+        self.calls = self.robots_called = self.robots_released = 0
+
+    def look(self, now: int, held: int, counted: list[Robot]) -> int:
+        """Look at the opinion held after the step before; return how many robots are to spare."""
+        if now <= self._arrives_at:
+            self._steps = 0
+            return 0
+        if held == UNDECIDED:
+            self._steps = 0
+        else:
+            self._steps = self._steps + 1 if held == self._held else 1
+        self._held = held
+        response = self._scenario.response
+        if response.patience is None or self._steps < response.patience:
+            return 0
+        self._steps = 0
+        gap = self._gap([robot for robot in counted if robot.mind.opinion == held])
+        if held == INFEASIBLE:
+            self._call(now, 1 if gap is None else gap + response.margin)
+        if held == FEASIBLE and gap is not None:
+            return max(0, -gap - response.margin)
+        return 0
+
+    def arriving(self, now: int) -> int:
+        """Return how many called robots arrive at a step."""
+        return self._awaited if now == self._arrives_at else 0
+
+    def _call(self, now: int, robots: int) -> None:
+        self._awaited = min(max(1, robots), self._scenario.most.robots)
+        self._arrives_at = now + self._scenario.response.delay
+        self.calls += 1
+        self.robots_called += self._awaited
+
+    def _gap(self, asked: list[Robot]) -> int | None:
+        """Return the lower median of the gaps that robots believe in, or None if they know none."""
+        if not self._scenario.manifest.knows_gap or not asked:
+            return None
+        gaps = sorted(robot.mind.knowledge.gap() for robot in asked if robot.mind.knowledge)
+        return gaps[(len(gaps) - 1) // 2]
 
 
 def _kinds(section: Robots | Tasks, most: int, purpose: int, run: tuple[int, int]) -> list[int]:
@@ -262,18 +427,9 @@ def _by_kind(kinds: Iterable[int], section: Robots | Tasks) -> list[int]:
 def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:
     """Return each robot's fault; the faulty robots are drawn at random (model.md 6.6)."""
     count = scenario.robots.count
-    faults = [HONEST] * count
-    numbers = [
-        (fault, given["count"] if isinstance(given, Mapping) else rounded(exact(given), count))
-        for fault, given in (
-            (STOPPED, scenario.faults.stopped),
-            (BYZANTINE, scenario.faults.byzantine),
-            (STUBBORN, scenario.faults.stubborn),
-        )
-    ]
-    if any(number for _, number in numbers):
-        left = iter(shuffle(count, draw))
-        for fault, number in numbers:
-            for _ in range(number):
-                faults[next(left)] = fault
+    faults, left = [HONEST] * count, iter(shuffle(count, draw))
+    for fault in (STOPPED, BYZANTINE, STUBBORN):
+        given = getattr(scenario.faults, fault)
+        for _ in range(given["count"] if isinstance(given, Mapping) else rounded(exact(given), count)):
+            faults[next(left)] = fault
     return faults

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
+from feasibee.scenario.sections import Sections
 
 ANY = "any"
 """The skill that tasks without classes need and every robot has.
@@ -21,18 +22,6 @@ It can't be confused with a user's skill of this name: tasks have either classes
 
 Node = tuple[str, str]
 SOURCE, SINK = ("source", ""), ("sink", "")
-
-
-class Team(Protocol):
-    """The part of a scenario that the ground truth depends on; every Scenario has it."""
-
-    @property
-    def robots(self) -> Robots:
-        """The robots of the swarm."""
-
-    @property
-    def tasks(self) -> Tasks:
-        """The tasks that the swarm must judge."""
 
 
 class Violator(NamedTuple):
@@ -70,7 +59,7 @@ class Verdict(NamedTuple):
         return {"feasible": True, "assignment": rows}
 
 
-def truth(scenario: Team) -> bool:
+def truth(scenario: Sections) -> bool:
     """Return the ground truth: whether the swarm can do all tasks at once, each robot in one place.
 
     Parameters
@@ -92,7 +81,7 @@ def truth(scenario: Team) -> bool:
     return explain(scenario).feasible
 
 
-def explain(scenario: Team) -> Verdict:
+def explain(scenario: Sections) -> Verdict:
     """Return the ground truth with its proof.
 
     Parameters
@@ -120,10 +109,13 @@ def explain(scenario: Team) -> Verdict:
     >>> explain(Scenario(robots=robots, tasks=tasks)).violator
     Violator(skills=('lift',), demand=6, robots=5)
     """
-    sections = getattr(scenario, "robots", None), getattr(scenario, "tasks", None)
-    if not isinstance(sections[0], Robots) or not isinstance(sections[1], Tasks):
+    if not isinstance(scenario, Sections):
         raise FeasibeeError(f"scenario = {quoted(scenario)}: must be a Scenario; write Scenario(...)")
-    robots, tasks = _classes(scenario)
+    return _verdict(scenario.robots, scenario.tasks)
+
+
+def _verdict(some_robots: Robots, some_tasks: Tasks) -> Verdict:
+    robots, tasks = _classes(some_robots, some_tasks)
     demand: Counter[str] = Counter()
     for each in tasks:
         demand.update({skill: each.count * needed for skill, needed in each.needs.items()})
@@ -133,30 +125,18 @@ def explain(scenario: Team) -> Verdict:
     return Verdict(_assignment(_serving(robots, demand), tasks), None)
 
 
-def explain_numbers(scenario: Team, robots: Sequence[int], tasks: Sequence[int]) -> Verdict:
+def explain_numbers(scenario: Sections, robots: Sequence[int], tasks: Sequence[int]) -> Verdict:
     """Return the truth if there are so many robots and tasks of each class, in a world that changes."""
-    return explain(
-        _Numbers(
-            _with_counts(scenario.robots, robots),
-            _with_counts(scenario.tasks, tasks),
-        )
-    )
+    return _verdict(_with_counts(scenario.robots, robots), _with_counts(scenario.tasks, tasks))
 
 
-def explain_kinds(scenario: Team, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
+def explain_kinds(scenario: Sections, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
     """Return the truth if there are robots and tasks of these classes, each class by its number."""
     counts = []
     for kinds, section in ((robots, scenario.robots), (tasks, scenario.tasks)):
         number = Counter(kinds)
         counts.append([number[kind] for kind in range(max(1, len(section.classes)))])
     return explain_numbers(scenario, *counts)
-
-
-class _Numbers(NamedTuple):
-    """The part of a scenario that matters, with other numbers."""
-
-    robots: Robots
-    tasks: Tasks
 
 
 def _with_counts(section: Any, counts: Sequence[int]) -> Any:
@@ -167,16 +147,13 @@ def _with_counts(section: Any, counts: Sequence[int]) -> Any:
     return section.model_copy(update={"count": sum(counts), "classes": tuple(classes)})
 
 
-def _classes(scenario: Team) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
+def _classes(some_robots: Robots, some_tasks: Tasks) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
     """Return the classes of robots and tasks; without classes, all robots or tasks are one class."""
-    robots: Sequence[RobotClass] = scenario.robots.classes
-    tasks: Sequence[TaskClass] = scenario.tasks.classes
-    if not robots:
-        robots = [RobotClass(name="robots", count=scenario.robots.count)]
-    if not tasks:
-        robots = [each.model_copy(update={"skills": (ANY,)}) for each in robots]
-        tasks = [TaskClass(name="tasks", count=scenario.tasks.count, needs={ANY: 1})]
-    return robots, tasks
+    robots = some_robots.classes or (RobotClass(name="robots", count=some_robots.count),)
+    if some_tasks.classes:
+        return robots, some_tasks.classes
+    able = [each.model_copy(update={"skills": (ANY,)}) for each in robots]
+    return able, [TaskClass(name="tasks", count=some_tasks.count, needs={ANY: 1})]
 
 
 def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violator | None:
@@ -191,10 +168,8 @@ def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violat
             for size in range(len(demand) + 1)
             for skills in combinations(sorted(demand), size)
         ),
-        key=lambda each: (
-            each.demand - each.robots
-        ),  # the first of equals has the fewest skills; the empty set has excess 0
-    )
+        key=lambda each: each.demand - each.robots,
+    )  # the first of equals has the fewest skills; the empty set has excess 0
     return worst if worst.skills else None
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Me, Setting, Strategy, Thing
 from feasibee.strategies.words import Words
@@ -38,10 +39,13 @@ def message_bits(scenario: Scenario) -> MessageBits:
     more = bare_bits(scenario, setting.id_bits)
     if not strategy.knowledge:
         return MessageBits(more, more)
-    robots = [_me(strategy, setting, number) for number in range(setting.robots)]
-    first = knowledge_bits(strategy, _started(strategy, robots[0]), robots[0])
-    full = knowledge_bits(strategy, _after_all(strategy, robots), robots[0])
-    return MessageBits(first + more, full + more)
+    robots = [Knowledge(strategy, _me(strategy, setting, number)) for number in range(setting.robots)]
+    first = knowledge_bits(strategy, Words(robots[0].words), robots[0].me)
+    for robot in robots:
+        robot.observe(_things(robot.me))
+    for robot in robots[1:]:
+        robots[0].merge(robot.message(), robot.me.id)
+    return MessageBits(first + more, robots[0].bits(robots[0].message()) + more)
 
 
 def bare_bits(scenario: Scenario, id_bits: int) -> int:
@@ -52,30 +56,9 @@ def bare_bits(scenario: Scenario, id_bits: int) -> int:
     return id_bits + 1 + scenario.strategy.value_bits + says_declared
 
 
-def _after_all(strategy: Strategy, robots: list[Me]) -> Words:
-    """Return what the first robot knows once all have seen everything, and it has heard from all."""
-    functions: Any = strategy
-    knowledge = []
-    for me in robots:
-        known = _started(strategy, me)
-        for thing in _things(me):
-            functions.observe(known, thing, me)
-        knowledge.append(known)
-    for me, known in zip(robots[1:], knowledge[1:], strict=True):
-        functions.merge(knowledge[0], _message(strategy, known, me), me.id, robots[0])
-    return knowledge[0]
-
-
 def _me(strategy: Strategy, setting: Setting, number: int) -> Me:
     kind = number % setting.robot_classes
     return Me(number, kind, _hash(number, True), 0, [0.0] * strategy.memory, setting, False)
-
-
-def _started(strategy: Strategy, me: Me) -> Words:
-    known = Words([0] * strategy.row_lengths(me.setting)[0])
-    if strategy.start is not None:
-        strategy.start(known, me)
-    return known
 
 
 def _things(me: Me) -> list[Thing]:
@@ -98,16 +81,8 @@ def _hash(number: int, is_robot: bool) -> int:
     return 2654435761 * (2 * number + is_robot + 1) % 2**32
 
 
-def _message(strategy: Strategy, known: Words, me: Me) -> tuple[int, ...]:
-    functions: Any = strategy
-    if functions.encode is None:
-        return tuple(known)
-    message = Words([0] * strategy.row_lengths(me.setting)[1])
-    functions.encode(message, known, me)
-    return tuple(message)
-
-
 def knowledge_bits(strategy: Strategy, known: Words, me: Me) -> int:
     """Return the length of the knowledge in the message of a robot that knows these words."""
-    functions: Any = strategy
-    return int(functions.bits(_message(strategy, known, me), me))
+    robot = Knowledge(strategy, me)
+    robot.words = known
+    return robot.bits(robot.message())

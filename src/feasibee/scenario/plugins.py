@@ -37,18 +37,14 @@ from feasibee.strategies.contract import (
 GROUP: Final = "feasibee.strategies"
 """Entry point group by which other packages register strategies."""
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
+FLAG: Final = ("True or False", lambda value: isinstance(value, bool))
 NEED: Final = ("True, False or the name of a parameter", lambda value: isinstance(value, bool | str))
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
-    "FORGETS": ("True or False", lambda value: isinstance(value, bool)),
-    "STARTS_NEUTRAL": ("True or False", lambda value: isinstance(value, bool)),
-    "BY_NAME": ("True or False", lambda value: isinstance(value, bool)),
-    "NEEDS_COUNT": ("True or False", lambda value: isinstance(value, bool)),
-    "NEEDS_IDS": NEED,
-    "NEEDS_NAMES": NEED,
-    "ONE_CLASS": ("True or False", lambda value: isinstance(value, bool)),
+    **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "ONE_CLASS"), FLAG),
+    **dict.fromkeys(("NEEDS_IDS", "NEEDS_NAMES"), NEED),
 }
 
 

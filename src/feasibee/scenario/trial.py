@@ -15,6 +15,7 @@ from typing import Any, Final
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST, is_whole
 from feasibee.robot.controller import Message
+from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import Wire, WireError
 from feasibee.scenario.setting import WORDS_LIMIT, setting_from
 from feasibee.strategies.contract import (
@@ -35,10 +36,13 @@ OPINIONS: Final = "must be 1, 0, or -1 for none"
 ROWS: Final = "must return nothing: it writes into"
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "quality": ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
-    "dissemination": (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST),
-    "lasting": (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST),
-    "decide": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
-    "say": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
+    **dict.fromkeys(
+        ("dissemination", "lasting"), (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST)
+    ),
+    **dict.fromkeys(
+        ("decide", "say", "declare", "judge"),
+        (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
+    ),
     "value": ("must be a number", lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
     "words": (
         f"must be a whole number from 1 to {WORDS_LIMIT}",
@@ -48,14 +52,9 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
         f"must be a whole number from 0 to {WORDS_LIMIT}",
         lambda value: is_whole(value, WORDS_LIMIT),
     ),
-    "start": (f"{ROWS} known", lambda value: value is None),
-    "observe": (f"{ROWS} known", lambda value: value is None),
-    "encode": (f"{ROWS} message", lambda value: value is None),
-    "lie": (f"{ROWS} message", lambda value: value is None),
-    "merge": (f"{ROWS} known", lambda value: value is None),
+    **dict.fromkeys(("start", "observe", "merge"), (f"{ROWS} known", lambda value: value is None)),
+    **dict.fromkeys(("encode", "lie"), (f"{ROWS} message", lambda value: value is None)),
     "count": (f"{ROWS} counts", lambda value: value is None),
-    "declare": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
-    "judge": (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     "gap": (
         f"must be a whole number from -{COUNT_LIMIT} to {COUNT_LIMIT}",
         lambda value: is_whole(value, COUNT_LIMIT) or is_whole(-value, COUNT_LIMIT),
@@ -175,20 +174,19 @@ def _try_knowledge(strategy: Strategy, file: str) -> None:
         for number in sorted({0, setting.robots - 1}):
             kind, memory = setting.robot_classes - 1, [0.0] * strategy.memory
             me = Me(number, kind, 2**32 - 1 - number, 0, memory, setting)
-            known, messages = _said_by(strategy, me)
+            robot, messages = _said_by(strategy, me)
             for each in (functions.declare, functions.judge):
                 if each is not None:
-                    each(known, me)
+                    each(robot.words, me)
             for message in messages:
-                functions.bits(message, me)
-                functions.merge(known, message, 0, me._replace(step=1000))
+                robot.bits(message)
+                functions.merge(robot.words, message, 0, me._replace(step=1000))
                 _try_bytes(strategy, message, me, file)
-            numbers = [0] * (setting.robot_classes + setting.task_classes)
-            functions.count(tuple(known), numbers, me)
+            robots, tasks = robot.counted()
             for each in (functions.gap, functions.describe):
                 if each is not None:
-                    each(tuple(known), me)
-            strategy.quality(sum(numbers[: setting.robot_classes]), sum(numbers[setting.robot_classes :]))
+                    each(tuple(robot.words), me)
+            strategy.quality(sum(robots), sum(tasks))
 
 
 def _try_bytes(strategy: Strategy, message: tuple[int, ...], me: Me, file: str) -> None:
@@ -213,30 +211,18 @@ def _try_bytes(strategy: Strategy, message: tuple[int, ...], me: Me, file: str) 
         raise FeasibeeError(f"{file}: {told}; they must be equal")
 
 
-def _said_by(strategy: Strategy, me: Me) -> tuple[Words, list[tuple[int, ...]]]:
-    """Return the knowledge of a robot that has seen everything, and its messages, true and false."""
+def _said_by(strategy: Strategy, me: Me) -> tuple[Knowledge, list[tuple[int, ...]]]:
+    """Return a robot that has seen everything, and its messages, true and false."""
+    robot, setting = Knowledge(strategy, me), me.setting
     functions: Any = strategy
-    setting = me.setting
-    words, told = strategy.row_lengths(setting)
-    known = Words([0] * words)
-    if functions.start is not None:
-        functions.start(known, me)
     for each in (functions.declare, functions.judge):
         if each is not None:
-            each(Words(known), me._replace(step=1000))
-    for thing in _things(setting, false=not functions.by_name):
-        functions.observe(known, thing, me)
-    message = Words(known)
-    if functions.encode is not None:
-        message = Words([0] * told)
-        functions.encode(message, known, me)
-    messages = [tuple(message)]
+            each(Words(robot.words), me._replace(step=1000))
+    robot.observe(_things(setting, false=not strategy.by_name))
+    messages = [robot.message()]
     if functions.lie is not None and setting.robot_ids > setting.robots:
-        for feasible in (1, 0):
-            message = Words(messages[0])
-            functions.lie(message, feasible, me)
-            messages.append(tuple(message))
-    return known, messages
+        messages += [robot.lie(messages[0], feasible, ()) for feasible in (1, 0)]
+    return robot, messages
 
 
 def _things(setting: Setting, false: bool) -> list[Thing]:

@@ -10,7 +10,7 @@ import signal
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -22,7 +22,7 @@ from concurrent.futures import (
     as_completed,
     wait,
 )
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from threading import Thread
@@ -87,8 +87,14 @@ class _Processes(ProcessPoolExecutor):
     """Processes that ignore Ctrl-C, which the main process handles; they start with the first chunk."""
 
     def submit(self, work: Callable[..., Any], /, *arguments: Any, **options: Any) -> Future[Any]:
-        with inherited_block():
+        if not hasattr(signal, "pthread_sigmask"):
             return super().submit(work, *arguments, **options)
+        resource_tracker.ensure_running()  # starting it later would unblock Ctrl-C
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # for processes that start now
+        try:
+            return super().submit(work, *arguments, **options)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def kill_workers(self) -> None:
         """Kill all processes at once; Python has this method from 3.14 on."""
@@ -152,19 +158,18 @@ def play(
     scenarios: Sequence[Scenario], pieces: Sequence[RunRange], seed: int, curves: bool
 ) -> list[EncodedRuns]:
     """Compute a chunk, wherever this runs; ``scenarios`` has one for each piece, with its strategy's text."""
-    return [_play(scenario, piece, seed, curves) for scenario, piece in zip(scenarios, pieces, strict=True)]
-
-
-def _play(scenario: Scenario, piece: RunRange, seed: int, curves: bool) -> EncodedRuns:
-    try:
-        runs = Runs(piece.runs, seed, piece.first_run)
-        record = simulate_record(scenario, runs, curves=curves, threads=1)
-    except MemoryError:
-        raise FeasibeeError(
-            f"robots.count = {scenario.robots.count}: a worker has not enough memory for such a swarm; use "
-            "fewer workers or robots, and run the same command again: the runs in the journal are kept"
-        ) from None
-    return encode(record)
+    encoded = []
+    for scenario, piece in zip(scenarios, pieces, strict=True):
+        try:
+            runs = Runs(piece.runs, seed, piece.first_run)
+            encoded.append(encode(simulate_record(scenario, runs, curves=curves, threads=1)))
+        except MemoryError:
+            raise FeasibeeError(
+                f"robots.count = {scenario.robots.count}: a worker has not enough memory for such a swarm; "
+                "use fewer workers or robots, and run the same command again: the runs in the journal are "
+                "kept"
+            ) from None
+    return encoded
 
 
 class Workers:
@@ -337,17 +342,3 @@ class Interrupts:
         self.seen += 1
         if self.seen > 2 or (self.seen == 2 and not self._stop()):
             self._before(number, frame)
-
-
-@contextmanager
-def inherited_block() -> Iterator[None]:
-    """Block Ctrl-C in processes that are started within; a terminal sends it even while they start."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    resource_tracker.ensure_running()  # starting it later would unblock Ctrl-C
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -13,7 +13,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
-from itertools import chain, count
+from itertools import chain, count, product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Self
@@ -25,6 +25,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.files.locking import lock
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
@@ -47,7 +48,6 @@ from feasibee.sweeps.schema import (
     digest_of_entry,
     digest_of_rows,
     encode,
-    fill,
     write_seal,
 )
 
@@ -156,9 +156,17 @@ class Journal:
 
     def record(self, point: int, record: Record) -> Record:
         """Return an empty record filled with its runs of a point, and what it has room for by step."""
-        curves = self.chunks(Kind.CURVES, point) if record.feasible_count.shape[1] else ()
-        traces = self.chunks(Kind.TRACES, point) if record.truth.shape[1] else ()
-        fill(record, self.columns(point), chain.from_iterable(curves), chain.from_iterable(traces))
+        columns, first = self.columns(point), record.first_run
+        wanted = columns[(first <= columns[:, 0]) & (columns[:, 0] < first + record.runs)]
+        for place, outcome in enumerate(OUTCOMES, start=1):
+            getattr(record, outcome.name)[wanted[:, 0] - first] = wanted[:, place]
+        for kind, outcomes in ((Kind.CURVES, CURVES), (Kind.TRACES, TRACES)):
+            if not getattr(record, outcomes[0].name).shape[1]:
+                continue
+            for run, *blobs in chain.from_iterable(self.chunks(kind, point)):
+                if 0 <= run - first < record.runs:
+                    for outcome, blob in zip(outcomes, blobs, strict=True):
+                        getattr(record, outcome.name)[run - first] = curve_of(blob, outcome.dtype)
         return record
 
     def results(self, point: int) -> SimpleNamespace:
@@ -215,7 +223,8 @@ class Journal:
                 if known is None:
                     there = entry._replace(id=next(free), source=self._source(entry.text))
                 else:
-                    there = Entry._make((*known, entry.text)).said_by(entry)
+                    there = Entry._make((*known, entry.text))
+                    there = there._replace(vary=entry.vary, until=entry.until or there.until)
                     self._agree(there, "its truth", (there.truth, entry.truth), origin)
                 self.store(there)
                 numbers.append(there.id)
@@ -464,16 +473,10 @@ def merge(journal: Journal, folders: Sequence[Path]) -> int:
     with journal.transaction():
         for folder in folders:
             with Journal(folder) as other:
-                new += _take(journal, other)
-    return new
-
-
-def _take(journal: Journal, other: Journal) -> int:
-    entries, origin, new = other.entries(), str(other.folder), 0
-    numbers = journal.enter(entries, origin)
-    for number, entry in zip(numbers, entries, strict=True):
-        for kind in Kind:
-            for rows in other.chunks(kind, entry.id):
-                taken = journal.put(kind, number, rows, origin)
-                new += taken if kind is Kind.RUNS else 0
+                entries = other.entries()
+                numbers = journal.enter(entries, str(folder))
+                for (number, entry), kind in product(zip(numbers, entries, strict=True), Kind):
+                    for rows in other.chunks(kind, entry.id):
+                        taken = journal.put(kind, number, rows, str(folder))
+                        new += taken if kind is Kind.RUNS else 0
     return new

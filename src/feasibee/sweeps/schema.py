@@ -9,7 +9,7 @@ import hashlib
 import json
 import os
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -145,10 +145,6 @@ class Entry(NamedTuple):
     text: str | None
     """The file of its strategy, if it isn't built in."""
 
-    def said_by(self, study: Entry) -> Entry:
-        """Return this point with what another study varies; a rule that chose the number of runs stays."""
-        return self._replace(vary=study.vary, until=study.until or self.until)
-
 
 POINT: Final = ", ".join(Entry._fields[:-1])
 """Columns of the table of points, but for its digest."""
@@ -234,13 +230,9 @@ class EncodedRuns(NamedTuple):
 def encode(record: Record) -> EncodedRuns:
     """Encode runs, and their curves and traces if the record has any."""
     by_step = (list(_rows_by_step(record, outcomes)) for outcomes in (CURVES, TRACES))
-    return EncodedRuns(list(rows_of_runs(record)), *by_step)
-
-
-def rows_of_runs(record: Record) -> Iterator[tuple[int, ...]]:
-    """Yield each run's number and its outcomes, in the order of `OUTCOMES`."""
     numbers = range(record.first_run, record.first_run + record.runs)
-    return zip(numbers, *(getattr(record, each.name).tolist() for each in OUTCOMES), strict=True)
+    rows = zip(numbers, *(getattr(record, each.name).tolist() for each in OUTCOMES), strict=True)
+    return EncodedRuns(list(rows), *by_step)
 
 
 def _rows_by_step(record: Record, outcomes: Sequence[Outcome]) -> Iterator[tuple[Any, ...]]:
@@ -260,37 +252,6 @@ def _compressed(values: NDArray[Any]) -> bytes:
 def curve_of(blob: bytes, dtype: str = "int32") -> NDArray[Any]:
     """Return an outcome at each step: shape (steps + 1,)."""
     return np.frombuffer(zlib.decompress(blob), np.dtype(dtype).newbyteorder("<")).astype(dtype)
-
-
-def fill(
-    record: Record,
-    columns: NDArray[np.int64],
-    curves: Iterable[tuple[Any, ...]] = (),
-    traces: Iterable[tuple[Any, ...]] = (),
-) -> None:
-    """Fill in a record from the rows of a journal; rows of other runs are ignored.
-
-    Parameters
-    ----------
-    record : Record
-        Empty, of the runs and the curve length that are wanted.
-    columns : int64 array, shape (rows, columns of `PLACES`)
-        Number of each run, then its `OUTCOMES`.
-    curves : iterable of tuple
-        Number of each run, then its compressed `CURVES`.
-    traces : iterable of tuple
-        Number of each run, then its compressed `TRACES`.
-    """
-    first = record.first_run
-    wanted = columns[(first <= columns[:, 0]) & (columns[:, 0] < first + record.runs)]
-    rows = wanted[:, 0] - first
-    for place, outcome in enumerate(OUTCOMES, start=1):
-        getattr(record, outcome.name)[rows] = wanted[:, place]
-    for outcomes, by_step in ((CURVES, curves), (TRACES, traces)):
-        for run, *blobs in by_step:
-            if 0 <= run - first < record.runs:
-                for outcome, blob in zip(outcomes, blobs, strict=True):
-                    getattr(record, outcome.name)[run - first] = curve_of(blob, outcome.dtype)
 
 
 def difference(

@@ -17,7 +17,6 @@ from typing import Self
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record
-from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import CURVES_LIMIT
 from feasibee.simulation.loading import load_engine
 from feasibee.sweeps.executors import WorkerPool, Workers, threads
@@ -132,7 +131,13 @@ class Rounds:
             At Ctrl-C; it says how many runs are in the journal.
         """
         for point in study.points:
-            _check_curves(study, point.scenario)
+            steps, what = point.scenario.run.steps, "truths" if point.scenario.dynamic else "curves"
+            kept = study.curves or point.scenario.dynamic
+            if kept and 4 * study.runs * (steps + 1) > CURVES_LIMIT:
+                raise FeasibeeError(
+                    f"{what} of {study.runs} runs x {steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; use "
+                    "fewer runs or fewer steps"
+                )
         once = {(point.scenario.hash, point.first_run): point for point in study.points}
         schedule = self._complete(replace(study, points=list(once.values())), (0, 1))
         numbers = dict(zip(once, schedule.numbers, strict=True))
@@ -151,7 +156,9 @@ class Rounds:
         numbers = self._journal.add(study.points, study.seed, study.until)
         schedule = Schedule(study, self._journal, numbers, shard)
         schedule.begin()
-        self._prepare(schedule)
+        if self.execution.pool.is_local:  # compile here, once, what workers on this machine need
+            for place in {piece.point: None for piece in schedule.queue}:
+                load_engine(study.points[place].scenario)
         self._report(schedule, stopping=False)
         interrupted = self._workers.work_off(
             schedule, lambda stopping: self._report(schedule, stopping=stopping)
@@ -162,12 +169,6 @@ class Rounds:
             raise KeyboardInterrupt("" if self.execution.folder is None else kept)
         self._past = self._past.plus(schedule.totals)
         return schedule
-
-    def _prepare(self, schedule: Schedule) -> None:
-        """Compile here, once, what workers on this machine need."""
-        if self.execution.pool.is_local:
-            for place in {piece.point: None for piece in schedule.queue}:
-                load_engine(schedule.study.points[place].scenario)
 
     def _report(self, schedule: Schedule, *, stopping: bool) -> None:
         if self.execution.progress is not None:
@@ -230,12 +231,3 @@ def _journal_in(folder: str | Path | None) -> Journal:
     if journal.rescued:
         print(f"feasibee: {journal.rescued}", file=sys.stderr, flush=True)
     return journal
-
-
-def _check_curves(study: Study, scenario: Scenario) -> None:
-    steps, what = scenario.run.steps, "truths" if scenario.dynamic else "curves"
-    if (study.curves or scenario.dynamic) and 4 * study.runs * (steps + 1) > CURVES_LIMIT:
-        raise FeasibeeError(
-            f"{what} of {study.runs} runs x {steps} steps: must fit {CURVES_LIMIT // 2**30} GiB; use fewer "
-            "runs or fewer steps"
-        )

@@ -198,12 +198,16 @@ def to_dataframe(journal: Journal) -> pd.DataFrame:
     for number, row in enumerate(points):
         results = results_in(row, journal.results(row.id))
         columns: dict[str, Any] = {"point": row.id, **{path: fields[path][number] for path in fields}}
-        columns |= {"seed": np.uint64(row.seed), "truth": int(row.truth), **rightness(results, row.scenario)}
-        columns |= {name: getattr(results, name) for name in PLACES}
-        if row.scenario.dynamic:
-            columns |= measures_of_runs(results)
+        columns |= {"seed": np.uint64(row.seed), "truth": int(row.truth), **_of_runs(row, results)}
         parts.append(pd.DataFrame(columns, index=range(results.run.size)))
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def _of_runs(row: StoredPoint, results: SimpleNamespace) -> dict[str, Any]:
+    """Return the columns with a value per run of a point."""
+    tracked = measures_of_runs(results) if row.scenario.dynamic else {}
+    outcomes = {name: getattr(results, name) for name in PLACES}
+    return {**rightness(results, row.scenario), **outcomes, **tracked}
 
 
 def to_dataset(journal: Journal) -> xr.Dataset:
@@ -220,11 +224,16 @@ def to_dataset(journal: Journal) -> xr.Dataset:
     points = journal.points
     axes = _axes_of(points)
     results = [results_in(row, journal.results(row.id)) for row in points]
-    runs = _Runs.of([each.run for each in results])
-    grid = _Grid(tuple(axes), tuple(map(len, axes.values())), _cells(points, axes), runs)
-    data = _of_points(grid, points) | _of_runs(grid, points, results)
+    grid = _Grid.of(points, axes, [each.run for each in results])
+    of_runs = [
+        {**_of_runs(row, each), "run_number": each.run} for row, each in zip(points, results, strict=True)
+    ]
+    data = _of_points(grid, points)
+    for name, (kind, attributes) in _about(any(row.scenario.dynamic for row in points), grid.shared).items():
+        values = [each.get(name, np.full(each["run"].size, -1)) for each in of_runs]
+        data[name] = grid.of_runs(values, kind, attributes)
     coordinates: dict[str, Any] = {name: (name, values) for name, values in axes.items()}
-    coordinates["run"] = ("run", runs.numbers, {"long_name": NUMBER if runs.shared else "place of the run"})
+    coordinates["run"] = ("run", grid.numbers, {"long_name": NUMBER if grid.shared else "place of the run"})
     if POINT in axes:
         coordinates |= {path: (POINT, values) for path, values in _fields(points).items()}
     variables = {name: data[name] for name in data if name not in axes}
@@ -236,52 +245,26 @@ def to_dataset(journal: Journal) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, {"title": "feasibee sweep", "recipe": recipe})
 
 
+def _about(dynamic: bool, shared: bool) -> dict[str, tuple[str, dict[str, Any]]]:
+    """Return type and attributes of the variables with a value per run."""
+    right = {each.column: ("bool", {"long_name": each.of_run}) for each in MEASURES.values() if each.column}
+    tracked = {name: ("int64", {"long_name": words}) for name, words in OF_RUNS.items() if dynamic}
+    outcomes = {each.name: (each.dtype, attributes_of(each)) for each in OUTCOMES}
+    numbers = {} if shared else {"run_number": ("int64", {"long_name": NUMBER})}
+    return {**right, **outcomes, **numbers, **tracked}
+
+
 def _of_points(grid: _Grid, points: Sequence[StoredPoint]) -> dict[str, Any]:
     """Return the variables with a value per point."""
     flags = {
         "flag_values": np.array([INFEASIBLE, FEASIBLE], np.int8),
         "flag_meanings": f"{DECISIONS[INFEASIBLE]} {DECISIONS[FEASIBLE]}",
     }
+    truths = [np.int8(row.truth) for row in points]
     return {
         POINT: grid.of_points([row.id for row in points], "number of the point in the recipe"),
         SEED: grid.of_points([np.uint64(row.seed) for row in points], "seed of the runs"),
-        "truth": grid.of_points(
-            [np.int8(row.truth) for row in points], "ground truth before any change", **flags
-        ),
-    }
-
-
-def _of_runs(
-    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
-) -> dict[str, Any]:
-    """Return the variables with a value per run."""
-    right = [rightness(each, row.scenario) for row, each in zip(points, results, strict=True)]
-    data = {
-        each.column: grid.of_runs([of[each.column] for of in right], "bool", {"long_name": each.of_run})
-        for each in MEASURES.values()
-        if each.column
-    }
-    for outcome in OUTCOMES:
-        values = [getattr(each, outcome.name) for each in results]
-        data[outcome.name] = grid.of_runs(values, outcome.dtype, attributes_of(outcome))
-    if not grid.runs.shared:
-        data["run_number"] = grid.of_runs([each.run for each in results], "int64", {"long_name": NUMBER})
-    return data | _of_tracked(grid, points, results)
-
-
-def _of_tracked(
-    grid: _Grid, points: Sequence[StoredPoint], results: Sequence[SimpleNamespace]
-) -> dict[str, Any]:
-    """Return the variables of worlds that change; none if no point is of one."""
-    if not any(row.scenario.dynamic for row in points):
-        return {}
-    found = [
-        measures_of_runs(each) if row.scenario.dynamic else dict.fromkeys(OF_RUNS, np.full(each.run.size, -1))
-        for row, each in zip(points, results, strict=True)
-    ]
-    return {
-        name: grid.of_runs([each[name] for each in found], "int64", {"long_name": words})
-        for name, words in OF_RUNS.items()
+        "truth": grid.of_points(truths, "ground truth before any change", **flags),
     }
 
 
@@ -303,32 +286,6 @@ def _fields(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
     return {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
 
 
-def _cells(points: Sequence[StoredPoint], axes: Mapping[str, Sequence[Any]]) -> list[tuple[int, ...]]:
-    """Return the place of each point on each axis."""
-    own = {**_fields(points), POINT: [row.id for row in points], SEED: [row.seed for row in points]}
-    places = [[list(values).index(value) for value in own[path]] for path, values in axes.items()]
-    return list(zip(*places, strict=True)) if places else [() for _ in points]
-
-
-class _Runs(NamedTuple):
-    """The dimension ``run``."""
-
-    numbers: NDArray[np.int64]
-    shared: bool
-    """Whether a run has the same number in all points; otherwise the numbers are places within a point."""
-    places: list[NDArray[np.int64]]
-    """Of the runs of each point along the dimension."""
-
-    @classmethod
-    def of(cls, numbers: Sequence[NDArray[np.int64]]) -> _Runs:
-        """Return the dimension for the numbers of the runs of each point."""
-        longest = max((each.size for each in numbers), default=0)
-        together = np.unique(np.concatenate([np.empty(0, np.int64), *numbers]))
-        if together.size == longest:
-            return cls(together, True, [np.searchsorted(together, each) for each in numbers])
-        return cls(np.arange(longest), False, [np.arange(each.size) for each in numbers])
-
-
 class _Grid(NamedTuple):
     """Where the values of points and runs stand in arrays with a dimension per field."""
 
@@ -336,7 +293,30 @@ class _Grid(NamedTuple):
     shape: tuple[int, ...]
     cells: list[tuple[int, ...]]
     """Of each point."""
-    runs: _Runs
+    numbers: NDArray[np.int64]
+    """Along the dimension ``run``."""
+    shared: bool
+    """Whether a run has the same number in all points; otherwise the numbers are places within a point."""
+    places: list[NDArray[np.int64]]
+    """Of the runs of each point along the dimension."""
+
+    @classmethod
+    def of(
+        cls,
+        points: Sequence[StoredPoint],
+        axes: Mapping[str, Sequence[Any]],
+        numbers: Sequence[NDArray[np.int64]],
+    ) -> _Grid:
+        """Return the grid of points with runs of some numbers."""
+        own = {**_fields(points), POINT: [row.id for row in points], SEED: [row.seed for row in points]}
+        indices = [[list(values).index(value) for value in own[path]] for path, values in axes.items()]
+        cells: list[tuple[int, ...]] = list(zip(*indices, strict=True)) if indices else [() for _ in points]
+        longest = max((each.size for each in numbers), default=0)
+        together = np.unique(np.concatenate([np.empty(0, np.int64), *numbers]))
+        shared = together.size == longest
+        along = together if shared else np.arange(longest)
+        places = [np.searchsorted(together, each) if shared else np.arange(each.size) for each in numbers]
+        return cls(tuple(axes), tuple(map(len, axes.values())), cells, along, shared, places)
 
     def of_points(self, values: Sequence[Any], words: str, **attributes: Any) -> tuple[Any, ...]:
         """Return a variable with a value per point."""
@@ -347,10 +327,10 @@ class _Grid(NamedTuple):
 
     def of_runs(self, values: Sequence[Any], dtype: str, attributes: dict[str, Any]) -> tuple[Any, ...]:
         """Return a variable with a value per run; NaN, in a file a fill value, where a point lacks a run."""
-        whole = all(each.size == self.runs.numbers.size for each in values)
+        whole = all(each.size == self.numbers.size for each in values)
         kind = np.dtype(dtype if whole else "float64")
-        array = np.full((*self.shape, self.runs.numbers.size), 0 if whole else np.nan, kind)
-        for cell, places, each in zip(self.cells, self.runs.places, values, strict=True):
+        array = np.full((*self.shape, self.numbers.size), 0 if whole else np.nan, kind)
+        for cell, places, each in zip(self.cells, self.places, values, strict=True):
             array[cell][places] = each
         stored = "int8" if dtype == "bool" else dtype
         encoding: dict[str, Any] = {"zlib": True, "complevel": 4}
