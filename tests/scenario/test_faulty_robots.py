@@ -61,27 +61,6 @@ def test_what_is_neither_a_share_nor_a_count_is_an_error_with_a_remedy(kind, val
     assert problem.remedy == "use {count = 1} for one robot"
 
 
-@pytest.mark.parametrize(
-    ("faults", "given_"),
-    [
-        ({"byzantine": {"count": 20}}, "0 stopped, 20 byzantine, 0 stubborn"),
-        ({"byzantine": 0.99}, "0 stopped, 20 byzantine, 0 stubborn"),
-        ({"stopped": {"count": 20}}, "20 stopped, 0 byzantine, 0 stubborn"),
-        ({"stopped": 0.5, "byzantine": 0.5}, "10 stopped, 10 byzantine, 0 stubborn"),
-    ],
-)
-def test_an_honest_robot_that_works_must_be_left(faults, given_):
-    with pytest.raises(ScenarioError, match=rf"must leave an honest robot that works; .* there are {given_}"):
-        Scenario(faults=faults)
-
-
-def test_all_robots_but_one_may_lie_and_all_may_be_stubborn():
-    assert Scenario(faults={"byzantine": {"count": 19}}).faulty == (0, 19, 0)
-    assert Scenario(faults={"stopped": 0.5, "byzantine": {"count": 9}}).faulty == (10, 9, 0)
-    assert Scenario(faults={"stubborn": {"count": 20}}).faulty == (0, 0, 20)
-    assert Scenario(robots={"count": 3}, faults={"byzantine": 0.7}).faulty == (0, 2, 0)
-
-
 FAULTY = st.one_of(
     st.sampled_from([0, 0.1, 0.25, 1 / 3, 0.34, 0.5, 0.625, 0.999]),
     st.builds(lambda count: {"count": count}, st.integers(0, 12)),
@@ -123,10 +102,3 @@ def test_a_count_of_faulty_robots_can_be_set_and_swept(tmp_path):
     assert [point["values"] for point in json.loads(result.stdout)] == [
         {"faults.byzantine.count": count} for count in (0, 1, 2)
     ]
-
-
-def test_one_byzantine_robot_that_is_all_of_them_is_an_error_of_the_command():
-    result = invoke("run", "--set", "faults.byzantine=1")
-    assert result.exit_code == 2
-    assert "faults.byzantine = 1: must be a share of the robots" in result.stderr
-    assert "use {count = 1} for one robot" in result.stderr

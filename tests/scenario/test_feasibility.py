@@ -129,31 +129,6 @@ def test_as_scipys_matching_of_single_robots_with_proofs_that_hold(seed):
     assert min(verdicts[True], verdicts[False]) >= 20
 
 
-@pytest.mark.parametrize(("robots", "tasks"), [(20, 0), (20, 19), (20, 20), (1, 0), (1, 1)])
-def test_without_classes_it_takes_a_robot_a_task(robots, tasks):
-    verdict = explain(scenario(robots, tasks))
-    assert verdict.feasible
-    assert verdict.assignment == ({("robots", "tasks", "any"): tasks} if tasks else {})
-
-
-def test_without_classes_a_robot_too_few():
-    assert explain(scenario(20, 21)).violator == Violator(("any",), 21, 20)
-
-
-def test_a_skill_for_which_another_robot_must_make_way():
-    """The robots that lift and scan are given to lift first, and must be moved to scan."""
-    robots = {"both": (2, ["lift", "scan"]), "arm": (3, ["lift"])}
-    verdict = explain(scenario(robots, {"search": (1, {"lift": 3, "scan": 2})}))
-    assert verdict.assignment == {("both", "search", "scan"): 2, ("arm", "search", "lift"): 3}
-
-
-def test_a_robot_of_two_skills_is_at_one_place():
-    """Each skill alone has robots enough; both together don't."""
-    robots = {"both": (8, ["lift", "scan"]), "arm": (4, ["lift"])}
-    verdict = explain(scenario(robots, {"carry": (4, {"lift": 2}), "look": (3, {"scan": 2})}))
-    assert verdict.violator == Violator(("lift", "scan"), 14, 12)
-
-
 def test_places_of_one_skill_are_shared_out_over_the_classes():
     robots = {"a": (3, ["lift"]), "b": (4, ["lift", "lift"]), "c": (5, ["lift"])}
     verdict = explain(scenario(robots, {"one": (5, {"lift": 1}), "two": (3, {"lift": 2})}))
@@ -165,44 +140,10 @@ def test_places_of_one_skill_are_shared_out_over_the_classes():
     }
 
 
-def test_a_skill_that_no_robot_has():
-    robots = {"arm": (50, ["lift"])}
-    verdict = explain(scenario(robots, {"carry": (3, {"lift": 2, "fly": 4})}))
-    assert verdict.violator == Violator(("fly",), 12, 0)
-
-
-def test_robots_without_classes_have_no_skills():
-    assert explain(scenario(9, {"carry": (2, {"lift": 1})})).violator == Violator(("lift",), 2, 0)
-
-
-def test_a_users_skill_called_any_is_a_skill_like_others():
-    robots = {"jack": (2, ["any"]), "arm": (3, ["lift"])}
-    assert explain(scenario(robots, {"odd": (3, {"any": 1})})).violator == Violator(("any",), 3, 2)
-    assert explain(scenario(robots, 5)).assignment == {
-        ("jack", "tasks", "any"): 2,
-        ("arm", "tasks", "any"): 3,
-    }
-    assert explain(scenario(robots, 6)).violator == Violator(("any",), 6, 5)
-
-
 def test_a_class_named_as_a_skill_or_as_the_others():
     robots = {"lift": (2, ["scan"]), "scan": (1, ["lift"])}
     verdict = explain(scenario(robots, {"lift": (1, {"lift": 1, "scan": 2})}))
     assert verdict.assignment == {("scan", "lift", "lift"): 1, ("lift", "lift", "scan"): 2}
-
-
-@pytest.mark.parametrize(
-    ("needs", "skills"),
-    [
-        ({"scan": 3, "lift": 3}, ("lift", "scan")),  # both together lack most
-        ({"scan": 3, "lift": 1}, ("scan",)),  # lift adds nothing to it: the fewest skills
-        ({"lift": 1, "scan": 3, "dig": 3}, ("dig", "scan")),
-        ({"dig": 3, "scan": 3, "both": 2}, ("dig", "scan")),
-    ],
-)
-def test_the_set_most_in_excess_with_the_fewest_skills(needs, skills):
-    robots = {"arm": (1, ["lift"]), "eye": (1, ["scan"]), "spade": (1, ["dig"]), "all": (2, ["both"])}
-    assert explain(scenario(robots, {"job": (1, needs)})).violator.skills == skills
 
 
 def ring(count, missing=0):

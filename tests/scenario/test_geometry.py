@@ -55,12 +55,6 @@ def test_whole_numbers_stay_whole():
     assert names.tolist() == [0, 0]
 
 
-def test_nothing_has_no_images():
-    spots, names = images(np.zeros((0, 2)), 2.0, (30.0, 12.0), walls=False)
-    assert spots.shape == (0, 2)
-    assert names.shape == (0,)
-
-
 @pytest.mark.parametrize("painter", [html, frames, arena])
 def test_every_painter_asks_the_one_rule(painter):
     assert painter.images is geometry.images

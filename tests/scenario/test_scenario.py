@@ -408,11 +408,6 @@ def test_another_sections_object_is_refused():
     assert problem.path == "tasks"
 
 
-def test_objects_are_checked_together_too():
-    (problem,) = problems_of({"sensing": Sensing(range=11.0)})
-    assert (problem.path, problem.value) == ("sensing.range", 11.0)
-
-
 # --- Frozen ---
 
 
@@ -438,38 +433,28 @@ def test_equal_scenarios_are_one_key():
 WRONG = [
     # path, value, words of the rule, words of the remedy
     ("arena.side", 0.0, "> 0", "20.0"),
-    ("arena.side", -20.0, "> 0", "20.0"),
     ("arena.side", math.inf, "1000000", "20.0"),
     ("arena.side", [3.0], "[width, height]", "20.0"),
     ("arena.side", [3.0, 0.0], "[width, height]", "20.0"),
-    ("arena.side", [3.0, 1.0, 2.0], "[width, height]", "20.0"),
     ("arena.side", [True, 1.0], "[width, height]", "20.0"),
     ("arena.side", 2e6, "1000000", "20.0"),
     ("arena.side", "20", "numbers", "20.0"),
     ("arena.boundary", "wall", "'torus' or 'walls'", "torus"),
     ("robots.count", 0, "≥ 1", "20"),
-    ("robots.count", -5, "≥ 1", "20"),
     ("robots.count", 1_000_001, "1000000", "20"),
     ("robots.count", True, "whole number", "20"),
     ("robots.count", 20.0, "whole number", "20"),
     ("robots.count", "20", "whole number", "20"),
     ("robots.count", None, "whole number", "20"),
     ("robots.speed", -0.1, "≥ 0", "1.0"),
-    ("robots.speed", True, "number", "1.0"),
-    ("robots.speed", 10.001, "half the side", "arena.side"),
     ("tasks.count", -1, "≥ 0", "20"),
     ("tasks.count", 10_000_001, "10000000", "20"),
-    ("tasks.count", 1.5, "whole number", "20"),
     ("walk.mean_run", 0.0, "> 0", "10.0"),
     ("walk.mean_run", -math.inf, "finite", "10.0"),
-    ("sensing.range", -2.0, "> 0", "2.0"),
     ("sensing.range", 0.0, "> 0", "2.0"),
-    ("sensing.range", 10.001, "half the side", "arena.side"),
-    ("sensing.range", [2.0], "number", "2.0"),
     ("sensing.observation", "once", "'repeated' or 'unique'", "repeated"),
     ("sensing.memory", "life", "unknown key", "each exploration counts anew"),
     ("sensing.miss", 1.1, "≤ 1", "0.0"),
-    ("sensing.miss", -0.1, "≥ 0", "0.0"),
     ("sensing.false_robots", 51.0, "≤ 50", "0.0"),
     ("sensing.false_tasks", -1.0, "≥ 0", "0.0"),
     ("radio.loss", 1.1, "≤ 1", "0.0"),
@@ -477,54 +462,42 @@ WRONG = [
     ("faults.byzantine", -0.1, "≥ 0", "{count = 1}"),
     ("faults.stubborn", "all", "number", "{count = 1}"),
     ("faults.stop_step", -1, "≥ 0", "0"),
-    ("faults.stop_step", 1.5, "whole number", "0"),
     ("faults.byzantine_says", "lies", "'opposite'", "opposite"),
     ("robots.diameter", 0.0, "> 0", "1.0"),
     ("robots.avoid_collisions", 1, "true or false", "false"),
     ("robots.placement", "middle", "'clusters'", "uniform"),
-    ("tasks.placement", "middle", "'clusters'", "uniform"),
     ("tasks.clusters", 0, "≥ 1", "3"),
     ("robots.clusters", 1001, "1000", "3"),
     ("tasks.spread", 0.0, "> 0", "1.5"),
     ("robots.spread", -1.0, "> 0", "1.5"),
     ("sensing.count_self", 1, "true or false", "false"),
-    ("sensing.count_self", "yes", "true or false", "false"),
     ("radio.range", -2.0, "> 0", "default"),
-    ("radio.range", 10.001, "half the side", "arena.side"),
     ("radio.range", "far", "number", "default"),
     ("decision.strategy", "dmdm", "one of dmmd, dmvd, dc, voter, majority, k-unanimity,", "dmmd"),
     ("decision.strategy", "none.py", "can't be read", "dmmd"),
     ("decision.strategy", 5, "string", "dmmd"),
     ("decision.parameters", 5, "table", "[decision.parameters]"),
     ("decision.dissemination_floor", -1, "≥ 0", "0"),
-    ("decision.dissemination_floor", 0.5, "whole number", "0"),
     ("decision.quality_floor", -1, "≥ 0", "0"),
     ("decision.inbox_size", 0, "≥ 1", "default"),
-    ("decision.inbox_size", 1.5, "whole number", "default"),
     ("decision.declare", True, "table", "[decision.declare]"),
     ("decision.switching", 1.5, "≤ 1", "default"),
     ("radio.id_bits", 0, "≥ 1", "default"),
     ("radio.id_bits", 33, "≤ 32", "default"),
     ("decision.listen", {"last": 0}, "{last = 3}", "always"),
-    ("decision.listen", {"last": 1.0}, "{last = 3}", "always"),
     ("decision.listen", {"last": True}, "{last = 3}", "always"),
     ("decision.listen", {"first": 3}, "{last = 3}", "always"),
     ("decision.listen", {"last": 3, "first": 3}, "{last = 3}", "always"),
-    ("decision.listen", {}, "{last = 3}", "always"),
     ("decision.listen", 3, "{last = 3}", "always"),
     ("decision.exploration", 0.0, "> 0", "10.0"),
     ("decision.gain", -1.0, "> 0", "10.0"),
     ("decision.listen", "never", "'always', 'dissemination', or {last = 3}", "always"),
     ("decision.inbox", "latest", "'latest-per-robot' or 'every-message'", "latest-per-robot"),
-    ("decision.own_vote", 0, "true or false", "true"),
     ("decision.threshold", 0.49, "≥ 0.5", "0.9"),
     ("decision.threshold", 1.0, "< 1", "0.9"),
     ("run.steps", 0, "≥ 1", "1000"),
-    ("run.steps", False, "whole number", "1000"),
-    ("run.stop_at_decision", "false", "true or false", "false"),
     ("tasks.cuont", 5, "unknown key", "did you mean tasks.count?"),
     ("decision.treshold", 0.9, "unknown key", "did you mean decision.threshold?"),
-    ("robots.speeed", 1.0, "unknown key", "did you mean robots.speed?"),
     ("walk.zzz", 1.0, "unknown key", "mean_run"),
 ]
 
@@ -551,10 +524,6 @@ def test_nan_is_refused_everywhere(path):
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        ("sensing.range", 10.0),
-        ("radio.range", 10.0),
-        ("robots.speed", 10.0),
-        ("robots.speed", 0.0),
         ("decision.threshold", 0.5),
         ("decision.threshold", 0.9999),
         ("robots.count", 1),
@@ -640,11 +609,6 @@ def test_all_problems_are_told_at_once():
     assert lines == [f"mine.toml: {problem}" for problem in problems]
 
 
-def test_problems_of_combinations_come_with_those_of_fields():
-    problems = problems_of({"sensing": {"range": 11.0}, "tasks": {"count": -1}, "robots": {"speed": 12.0}})
-    assert sorted(problem.path for problem in problems) == ["robots.speed", "sensing.range", "tasks.count"]
-
-
 def test_a_range_that_only_the_default_radio_shares_is_told_once():
     assert [problem.path for problem in problems_of({"sensing": {"range": 11.0}})] == ["sensing.range"]
     both = problems_of({"sensing": {"range": 11.0}, "radio": {"range": 12.0}})
@@ -655,10 +619,6 @@ def test_a_small_arena_makes_the_default_ranges_too_long():
     (problem,) = problems_of({"arena": {"side": 3.0}})
     assert (problem.path, problem.value) == ("sensing.range", 2.0)
     assert "1.5" in problem.rule
-
-
-def test_a_wrong_side_does_not_blame_the_ranges():
-    assert [problem.path for problem in problems_of({"arena": {"side": -3.0}})] == ["arena.side"]
 
 
 @given(
@@ -728,65 +688,15 @@ BEYOND_WRONG = [
     ),
     ({"robots": {"classes": [LIFTERS, LIFTERS]}}, ["robots.classes = 'a': is the name of two classes"]),
     ({"tasks": {"classes": [HEAPS, HEAPS]}}, ["tasks.classes = 'x': is the name of two classes"]),
-    (
-        {"robots": {"classes": [{**LIFTERS, "count": 0}]}},
-        ["robots.classes = 0: must have at least 1 robot together"],
-    ),
     ({"robots": {"classes": [{**LIFTERS, "name": str(k)} for k in range(17)]}}, ["robots.classes = "]),
     ({"tasks": {"classes": [{**HEAPS, "name": str(k)} for k in range(17)]}}, ["tasks.classes = "]),
-    (
-        {
-            "robots": {"classes": [{**LIFTERS, "skills": list("abcde")}]},
-            "tasks": {"classes": [{**HEAPS, "needs": dict.fromkeys("fghi", 1)}]},
-        },
-        ["robots.classes = '9 skills': must be at most 8 skills"],
-    ),
-    ({"faults": {"stopped": 0.5, "byzantine": 0.4, "stubborn": 0.2}}, ["faults = '22 robots': "]),
-    (
-        {"robots": {"count": 3}, "faults": {"stopped": 0.5, "stubborn": 0.5}},
-        [
-            "faults = '4 robots': must be at most 3, since a robot has one fault at most; there are "
-            "2 stopped, 0 byzantine, 2 stubborn; use faults.stopped = {count = 1}"
-        ],
-    ),
-    (
-        {
-            "robots": {"classes": [{**LIFTERS, "count": 3}]},
-            "faults": dict.fromkeys(("stopped", "byzantine"), 0.5),
-        },
-        ["faults = '4 robots': "],
-    ),
-    (
-        {"arena": {"boundary": "walls", "side": [9.0, 5.0]}, "robots": {"diameter": 5.0}},
-        ["robots.diameter = 5.0: must be less than the arena's shorter side"],
-    ),
-    (
-        {"robots": {"avoid_collisions": True, "count": 500}},
-        ["robots.count = 500: must be at most 361, the number of discs"],
-    ),
-    (
-        {"robots": {"avoid_collisions": True, "classes": [{**LIFTERS, "count": 500}]}},
-        ["robots.count = 500: must be at most 361, the number of discs"],
-    ),
-    (
-        {"robots": {"contact": "deflect"}},
-        ["robots.contact = 'deflect': needs robots.avoid_collisions = true"],
-    ),
     ({"robots": {"placement": "points"}}, ["robots.points = '': is missing, but robots.placement is"]),
-    (
-        {"robots": {"placement": "points", "points": [[1, 2]], "count": 3}},
-        ["robots.points = '1 points': must be as many as robots, 3"],
-    ),
     (
         {"tasks": {"placement": "points", "points": [[1, 2]], "classes": [HEAPS]}},
         ["tasks.points = '1 points': must be as many as tasks, 3"],
     ),
     ({"tasks": {"points": [[1, 2, 3]]}}, ["tasks.points = [[1, 2, 3]]: must be the name"]),
     ({"tasks": {"points": [[True, 2]]}}, ["tasks.points = [[True, 2]]: must be the name"]),
-    (
-        {"sensing": {"observation": "unique"}, "robots": {"count": 1_000_000}},
-        ["sensing.observation = 'unique': needs 116.4 GiB for 1000000 robots"],
-    ),
     (
         {
             "tasks": {"classes": [{**HEAPS, "needs": {"lift": 0}}], "spread": -1.0},
@@ -811,15 +721,6 @@ def test_what_is_wrong_beyond_the_paper_is_all_told(tables_, lines):
     assert len(text.splitlines()) == len(lines), text
     assert all(any(each.startswith(line) for each in text.splitlines()) for line in lines), text
     assert all(problem.rule and problem.remedy for problem in problems_of(tables_))
-
-
-def test_a_whole_of_shares_is_not_too_much():
-    """Catches 0.7 + 0.2 + 0.1 > 1 in floats."""
-    Scenario(faults={"stopped": 0.7, "byzantine": 0.2, "stubborn": 0.1})
-
-
-def test_a_skill_that_nobody_has_is_no_error():
-    Scenario(robots={"classes": [LIFTERS]}, tasks={"classes": [HEAPS]})
 
 
 def test_classes_make_the_counts():
@@ -1232,18 +1133,6 @@ def test_a_missing_file_is_told(tmp_path):
         Scenario.read(tmp_path / "missing.toml")
 
 
-def test_a_folder_is_not_read(tmp_path):
-    with pytest.raises(FeasibeeError, match=r"can't be read: .*directory"):
-        Scenario.read(tmp_path)
-
-
-def test_a_file_that_is_not_text_is_told(tmp_path):
-    path = tmp_path / "bytes.toml"
-    path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FeasibeeError, match=r"bytes\.toml: can't be read: .*UTF-8"):
-        Scenario.read(path)
-
-
 def test_problems_of_a_file_name_the_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("[tasks]\ncount = -1\n[robots]\ncount = -1\n")
@@ -1343,9 +1232,9 @@ def test_the_schema_accepts_its_own_defaults():
 
 def test_the_schema_refuses_what_a_single_field_must_not_be():
     schema = Scenario.model_json_schema()
-    for path, value, rule, _ in WRONG:
-        # Strategies are found among files and packages, and ranges compared with the arena.
-        takes_more_to_see = "half the side" in rule or (path == "decision.strategy" and value != 5)
+    for path, value, *_ in WRONG:
+        # Strategies are found among files and packages.
+        takes_more_to_see = path == "decision.strategy" and value != 5
         assert accepts(schema, table_of(path, value), schema) == takes_more_to_see, (path, value)
     for path, value in {**OTHER_VALUES, **UNSET}.items():
         assert accepts(schema, table_of(path, value), schema), (path, value)
