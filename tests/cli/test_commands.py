@@ -113,19 +113,10 @@ def test_the_shell_is_offered_what_may_come(words, offered):
     assert f"plain,{offered}" in told.stdout.splitlines()
 
 
-def test_the_commands_are_those_of_the_issue():
-    assert {"paper", "run", "scenario", "schema"} <= set(main.commands)
-
-
 def test_the_version_is_the_packages():
     result = invoke("--version")
     assert result.exit_code == 0
     assert result.stdout.split()[-1] == version("feasibee")
-
-
-def test_an_unknown_command_or_option_is_refused():
-    assert "nope" in refused("nope")[-1]
-    assert "--nope" in refused("run", "--nope")[-1]
 
 
 # --- run, for programs ---
@@ -186,14 +177,6 @@ def test_people_read_declarations_in_a_line(tmp_path):
     assert any(line.startswith("Right at the end: ") for line in lines)
 
 
-def test_bits_of_runs_that_stop_at_their_decision_are_those_of_their_steps():
-    """A robot broadcasts its six bits in about a third of the steps, stopped or not."""
-    whole = summary_of("--runs", 40)["bits_per_robot_and_step"]
-    stopped = summary_of("--runs", 40, "--set", "run.stop_at_decision=true")["bits_per_robot_and_step"]
-    assert 1.5 < stopped < 3.5
-    assert 1.5 < whole < 3.5
-
-
 def test_json_says_what_the_library_says():
     summary = summary_of("--set", "tasks.count=10", "--runs", 30, "--seed", 2**64 - 1, "--run", 100)
     scenario = Scenario(tasks={"count": 10})
@@ -219,6 +202,7 @@ def test_json_says_what_the_library_says():
 def test_quartiles_of_undecided_runs_are_null():
     summary = summary_of("--steps", 1, "--runs", 20)
     assert summary["undecided"] == 20
+    assert summary["accuracy"]["estimate"] == 0
     assert summary["decision_step"] == {"median": None, "q25": None, "q75": None}
     assert summary["scenario"]["run"]["steps"] == 1
 
@@ -228,11 +212,6 @@ def test_a_quartile_that_is_reached_is_told_beside_one_that_is_not():
     whole = summary_of(*arguments)["decision_step"]
     cut = summary_of(*arguments, "--steps", whole["median"])["decision_step"]
     assert cut == {"q25": whole["q25"], "median": whole["median"], "q75": None}
-
-
-def test_the_truth_is_told():
-    assert summary_of("--set", "tasks.count=20", "--runs", 1, "--steps", 1)["truth"] == "feasible"
-    assert summary_of("--set", "tasks.count=21", "--runs", 1, "--steps", 1)["truth"] == "infeasible"
 
 
 def test_the_truth_is_that_of_a_step_if_the_world_changes():
@@ -245,14 +224,6 @@ def test_the_truth_is_that_of_a_step_if_the_world_changes():
     assert "step = 1001: must be a whole number from 0 to 1000" in line
 
 
-def test_threads_change_nothing():
-    one, two = (
-        invoke("run", "--json", "--runs", 50, "--seed", 3, "--workers", threads).stdout for threads in (1, 2)
-    )
-    assert one == two
-    assert json.loads(one)["runs"] == 50
-
-
 def test_as_many_threads_are_used_as_asked_for(monkeypatch):
     asked = []
 
@@ -263,14 +234,6 @@ def test_as_many_threads_are_used_as_asked_for(monkeypatch):
     for threads in (1, 2, 3):
         assert invoke("run", "--runs", 5, "--workers", threads).exit_code == 0
     assert asked == [1, 2, 3]
-
-
-def test_seeds_and_first_runs_matter():
-    runs = {
-        json.dumps(summary_of("--runs", 30, *more)["decision_step"])
-        for more in ((), ("--seed", 1), ("--run", 30))
-    }
-    assert len(runs) == 3
 
 
 # --- run, for people ---
@@ -437,17 +400,13 @@ def test_save_and_plot_write_whole_files_and_nothing_else(here):
     assert result.exit_code == 0, result.stderr
     assert names(here) == ["a.nc", "b.png"]
     scenario = Scenario(run={"steps": 50})
+    assert json.loads(result.stdout) == summary_of("--runs", 6, "--seed", 2, "--steps", 50)
     opened = open_results(here / "a.nc")
     assert opened.identical(simulate(scenario, runs=6, seed=2, curves=True))
     assert scenario_of(opened).hash == json.loads(result.stdout)["scenario_hash"]
     picture = (here / "b.png").read_bytes()
     assert picture.startswith(b"\x89PNG")
     assert picture.rstrip().endswith(b"IEND\xaeB`\x82")
-
-
-def test_saving_and_plotting_change_no_result(here):
-    arguments = ("--runs", 6, "--seed", 2, "--steps", 80)
-    assert summary_of(*arguments) == summary_of(*arguments, "--out", "a.nc", "--out", "b.pdf")
 
 
 def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
@@ -471,14 +430,6 @@ def test_an_unknown_kind_of_file_is_refused_before_the_work(here, name):
     assert names(here) == []
 
 
-def test_a_plot_through_a_link_is_of_the_kind_of_the_links_suffix(here):
-    """Matplotlib would write beside a temporary file without a suffix, and leave that one empty."""
-    (here / "link.png").symlink_to("real")
-    assert invoke("run", "--runs", 2, "--steps", 5, "--out", "link.png").exit_code == 0
-    assert (here / "real").read_bytes().startswith(b"\x89PNG")
-    assert names(here) == ["link.png", "real"]
-
-
 @pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["a.png", "a.pdf", "a.svg", "A.PNG"])
 def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
@@ -496,19 +447,6 @@ def test_the_same_command_writes_the_same_plot(here):
 
 
 @pytest.mark.usefixtures("no_simulation")
-@pytest.mark.parametrize("suffix", [".nc", ".png"])
-def test_what_can_not_be_written_is_refused_before_the_work(here, suffix):
-    (here / "file").write_text("mine")
-    (here / "folder").with_suffix(suffix).mkdir()
-    for path in (f"missing/a{suffix}", f"file/a{suffix}", f"folder{suffix}"):
-        (line,) = refused("run", "--out", path)
-        assert path in line
-        assert "unknown kind" not in line
-    assert names(here) == ["file", f"folder{suffix}"]
-    assert names(here / f"folder{suffix}") == []
-
-
-@pytest.mark.usefixtures("no_simulation")
 def test_one_file_for_results_and_plot_is_refused_before_the_work(here):
     (here / "a.nc").symlink_to("a.png")
     (line,) = refused("run", "--out", "a.nc", "--out", f"../{here.name}/a.png")
@@ -516,25 +454,15 @@ def test_one_file_for_results_and_plot_is_refused_before_the_work(here):
     assert names(here) == ["a.nc"]
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes to stand for devices")
-@pytest.mark.usefixtures("no_simulation")
-def test_a_device_is_not_replaced_by_a_file(here):
-    """A superuser's --out /dev/null must not make a file of it."""
-    for name in ("pipe.nc", "pipe.csv", "pipe.png"):
-        os.mkfifo(name)
-        (line,) = refused("run", "--out", name)
-        assert f"{name}: isn't a plain file" in line
-        assert (here / name).is_fifo()
-
-
-def test_a_link_stays_a_link_and_its_file_is_replaced(here):
-    (here / "real").mkdir()
-    (here / "real" / "a.nc").write_text("old")
-    (here / "link.nc").symlink_to("real/a.nc")
-    assert invoke("run", "--runs", 2, "--steps", 5, "--out", "link.nc").exit_code == 0
-    assert (here / "link.nc").is_symlink()
-    assert names(here / "real") == ["a.nc"]
-    assert open_results(here / "real" / "a.nc").sizes["run"] == 2
+@pytest.mark.parametrize("name", ["a.nc", "a.png"])
+def test_a_link_stays_a_link_and_its_file_is_replaced(here, name):
+    """Matplotlib would write beside a temporary file without a suffix, and leave that one empty."""
+    (here / "real").write_text("old")
+    (here / name).symlink_to("real")
+    assert invoke("run", "--runs", 2, "--steps", 5, "--out", name).exit_code == 0
+    assert (here / name).is_symlink()
+    assert (here / "real").read_bytes()[:4] in (b"\x89PNG", b"\x89HDF")
+    assert names(here) == [name, "real"]
 
 
 def test_without_options_nothing_is_written(here):
@@ -563,11 +491,6 @@ def test_scenario_prints_the_papers_by_default():
     assert "# Range of observation d, in units, from centre to centre.\nrange = 2.0\n" in printed
 
 
-def test_scenario_refuses_what_run_refuses():
-    (line,) = refused("scenario", "--set", "tasks.count=-1")
-    assert "tasks.count = -1" in line
-
-
 def test_schema_prints_the_schema_of_scenarios():
     result = invoke("schema")
     assert result.exit_code == 0
@@ -588,21 +511,6 @@ def test_paper_writes_figures_and_says_of_each_claim_whether_it_holds(here):
 
 def test_paper_has_enough_runs_by_default_that_its_claims_can_be_told():
     assert "[default: 2000;" in " ".join(invoke("paper", "--help").stdout.split())
-
-
-@pytest.mark.parametrize(
-    "arguments", [["--runs", "3"], ["--seed", "-1"], ["--seed", str(2**64)], ["--workers", "0"]]
-)
-def test_paper_refuses_impossible_numbers_and_makes_no_folder(here, arguments):
-    assert arguments[0].strip("-") in refused("paper", *arguments)[-1]
-    assert names(here) == []
-
-
-def test_paper_refuses_a_file_for_a_folder(here):
-    (here / "file").write_text("mine")
-    for out in ("file", "file/below"):
-        assert "file" in refused("paper", "--out", out)[-1]
-    assert (here / "file").read_text() == "mine"
 
 
 def test_too_little_memory_is_told(monkeypatch):
@@ -634,14 +542,6 @@ def test_as_a_module_standard_output_is_one_json_object_and_nothing_else(tmp_pat
     assert errors == ""
     assert json.loads(output) == expected
     assert names(tmp_path) == []
-
-
-def test_as_a_module_a_bad_field_is_one_line_and_status_2(tmp_path):
-    process = start("run", "--set", "tasks.cuont=5", cwd=tmp_path)
-    output, errors = process.communicate(timeout=240)
-    assert process.returncode == 2
-    assert output == ""
-    assert errors.splitlines() == ["feasibee: tasks.cuont = 5: unknown key; did you mean tasks.count?"]
 
 
 def test_a_reader_that_goes_away_leaves_no_traceback():
@@ -697,10 +597,8 @@ def start_simulating(*arguments, **options):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("run", "--json", "--runs", 200_000),
         ("run", "--json", "--runs", 2, "--steps", 100_000_000),
         ("run", "--runs", 20_000, "--out", "a.nc", "--out", "a.png", "--workers", 1),
-        ("paper", "--runs", 20_000, "--out", "out"),
     ],
 )
 def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
@@ -715,20 +613,7 @@ def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
     assert output == ""
     (line,) = {*errors.splitlines()} - {"begun"}  # of each call of the engine
     assert "interrupted" in line
-    left = [path.name for path in tmp_path.rglob("*") if path.is_file()]
-    assert [name for name in left if not name.startswith("journal.")] == []
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
-def test_an_interrupt_leaves_an_older_file_as_it_was(tmp_path):
-    (tmp_path / "a.nc").write_text("old")
-    process = start_simulating("run", "--runs", 20_000, "--workers", 1, "--out", "a.nc", cwd=tmp_path)
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=240)
-    assert process.returncode == 130
-    assert (tmp_path / "a.nc").read_text() == "old"
-    assert names(tmp_path) == ["a.nc"]
+    assert names(tmp_path) == []
 
 
 # --- Accuracy ---
@@ -743,10 +628,6 @@ def test_accuracy_is_the_rate_of_the_true_decision(tasks, truth):
     (line,) = (line for line in invoke("run", *arguments).stdout.splitlines() if "accuracy" in line)
     assert f"{summary['accuracy']['estimate']:.1%}" in line
     assert f"{summary['accuracy']['low']:.1%} to {summary['accuracy']['high']:.1%}" in line
-
-
-def test_undecided_runs_are_not_accurate():
-    assert summary_of("--steps", 1, "--runs", 20)["accuracy"]["estimate"] == 0
 
 
 @pytest.mark.slow

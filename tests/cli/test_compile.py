@@ -54,19 +54,6 @@ def test_json(monkeypatch):
     }
 
 
-def test_a_file_that_is_missing_is_told():
-    result = commands.invoke("compile", "no.toml")
-    assert result.exit_code == 2
-    assert "no.toml: can't be read" in result.stderr
-
-
-def test_an_out_that_is_a_file_is_told(tmp_path):
-    (tmp_path / "out").touch()
-    result = commands.invoke("compile", "--out", str(tmp_path / "out"))
-    assert result.exit_code == 2
-    assert "is a file" in result.stderr
-
-
 STRATEGY = """
 def decide(mind, inbox):
     return inbox.heard_opinion

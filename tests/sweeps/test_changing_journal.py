@@ -28,7 +28,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps.journal import Journal, merge
 from feasibee.sweeps.plan import DesignPoint
-from feasibee.sweeps.schema import NAME, Kind
+from feasibee.sweeps.schema import NAME
 from feasibee.sweeps.table import export
 
 WORLD = {"arena": {"side": 6.0}, "robots": {"count": 5}, "tasks": {"count": 3}, "run": {"steps": 60}}
@@ -154,9 +154,3 @@ def test_two_journals_that_differ_in_a_trace_are_refused(folder, records, tmp_pa
         journal.write([(number, replace(records[1], held=held))])
         with pytest.raises(FeasibeeError, match=r"run 5: held at step 17 is -?\d in"):
             merge(journal, [folder])
-
-
-def test_kinds_of_rows_are_those_that_runs_have():
-    assert Kind.of(False, False) == (Kind.RUNS,)
-    assert Kind.of(True, True) == (Kind.RUNS, Kind.CURVES, Kind.TRACES)
-    assert Kind.of(False, True) == (Kind.RUNS, Kind.TRACES)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import random
-import re
 import sqlite3
 from collections import Counter
 from contextlib import closing
@@ -90,11 +88,6 @@ def see(kept, table, folder, times, seed, sweeps):
     assert found["another"] == 0
     assert min(found["same"], found["refused"]) > times / 6
     assert mended[0] > 0.8 * sum(mended.values())
-
-
-@pytest.mark.slow
-def test_no_random_damage_changes_an_export(kept, table, tmp_path):
-    see(kept, table, tmp_path / "out", 60, 1, sweeps=4)
 
 
 @pytest.mark.slow
@@ -332,39 +325,6 @@ def test_no_tool_can_enter_what_cant_be(folder, row):
 
 
 # --- A search ---
-
-
-@pytest.mark.slow
-def test_a_damaged_search_is_refused_or_the_same(tmp_path):
-    pytest.importorskip("optuna")
-    scenario = Scenario(arena={"side": 6.0}, robots={"count": 5}, run={"steps": 40})
-    space = dimensions(scenario, ["decision.gain", "decision.strategy=dmmd|voter"])
-
-    def search(folder):
-        return tune(scenario, space, trials=4, runs=20, execution=Execution(folder))
-
-    whole = search(tmp_path / "whole")
-    chance, found = random.Random(4), Counter()
-    path = tmp_path / "out" / NAME
-    for how in ["flip", "cut", "zero"] * 5:
-        copied(tmp_path, "whole", tmp_path / "out")
-        data = bytearray(path.read_bytes())
-        place = chance.randrange(len(data))
-        if how == "flip":
-            data[place] ^= 1 << chance.randrange(8)
-        elif how == "cut":
-            del data[place:]
-        else:
-            data[place - place % 4096 : place - place % 4096 + 4096] = bytes(4096)
-        path.write_bytes(bytes(data))
-        told = ""
-        try:
-            assert search(tmp_path / "out") == whole
-        except FeasibeeError as error:
-            told = str(error)
-        assert re.fullmatch(rf"|{path}: damaged as a whole [^\n]+", told)
-        found["refused" if told else "same"] += 1
-    assert found["same"] > 3
 
 
 def test_a_trials_run_that_was_changed_is_computed_again(tmp_path):

@@ -25,7 +25,6 @@ from feasibee.sweeps import schema
 from feasibee.sweeps.journal import Journal, merge
 from feasibee.sweeps.plan import DesignPoint, StoppingRule
 from feasibee.sweeps.schema import FORMAT, LOCK, NAME, PLACES, SCHEMA, SEAL, Entry, Kind
-from feasibee.sweeps.table import summaries
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 3}, run={"steps": 40})
 STRATEGY = """
@@ -41,14 +40,7 @@ def point(changes=None):
 def rows_of(record):
     """Return what a journal must hold of a record."""
     runs = np.arange(record.first_run, record.first_run + record.runs)
-    return np.column_stack(
-        [
-            runs,
-            record.decision,
-            record.decision_step,
-            *record.account.T,
-        ]
-    )
+    return np.column_stack([runs, record.decision, record.decision_step, *record.account.T])
 
 
 def test_the_tables_are_those_of_their_format():
@@ -145,15 +137,6 @@ def test_what_goes_in_comes_out(tmp_path):
             np.testing.assert_array_equal([other for *_, other in curves], record.infeasible_count)
 
 
-def test_no_run_is_there_twice(filled):
-    with Journal(filled, write=True) as journal:
-        before = journal.columns(1)
-        journal.write([(1, simulate_record(SMALL, Runs(40, 7, 10)))])
-        after = journal.columns(1)
-    assert after[:, 0].tolist() == list(range(50))
-    np.testing.assert_array_equal(after[:30], before)
-
-
 def test_a_chunk_that_fails_leaves_nothing(filled):
     def parts():
         yield 1, simulate_record(SMALL, Runs(5, 7, 30))
@@ -178,18 +161,6 @@ def test_what_is_missing(tmp_path):
         assert journal.missing(number, 0, 9, False) == [(0, 2), (6, 8)]
         assert journal.missing(number, 0, 5, False) == [(0, 2)]
         assert journal.missing(number, 0, 12, True) == [(0, 2), (5, 12)]
-
-
-def test_right_decisions_are_counted_by_the_truth(tmp_path):
-    feasible, infeasible = point({"tasks.count": 2}), point({"tasks.count": 9})
-    with Journal(tmp_path, write=True) as journal:
-        numbers = journal.add([feasible, infeasible], 0)
-        records = [simulate_record(each.scenario, Runs(60, 0)) for each in (feasible, infeasible)]
-        journal.write(zip(numbers, records, strict=True))
-        expected = [int((records[0].decision == 1).sum()), int((records[1].decision == 0).sum())]
-        assert min(expected) > 0
-        assert journal.counts() == dict.fromkeys(numbers, 60)
-        assert [each.found.counts["accuracy"] for each in summaries(journal)] == expected
 
 
 def test_it_is_plain_sql(filled):
@@ -405,17 +376,6 @@ def test_a_missing_point_without_runs_is_damage(tmp_path):
 # --- One writer ---
 
 
-def test_a_second_writer_is_refused_and_readers_arent(filled):
-    with Journal(filled, write=True) as journal:
-        with pytest.raises(FeasibeeError, match=f"process {os.getpid()} writes here; wait for it"):
-            Journal(filled, write=True)
-        with Journal(filled) as reader:
-            assert len(reader.columns(1)) == 30
-            journal.write([(1, simulate_record(SMALL, Runs(5, 7, 30)))])
-            assert len(reader.columns(1)) == 35
-    Journal(filled, write=True).close()
-
-
 def test_a_writer_of_another_process_is_refused(filled):
     code = "import sys; from feasibee.sweeps.journal import Journal; Journal(sys.argv[1], write=True)"
     with Journal(filled, write=True):
@@ -468,10 +428,7 @@ def refuse(folder, rule):
 def test_other_versions_are_refused(filled, key, number, rule):
     with database(filled) as other:
         about = dict(other.execute("SELECT key, value FROM about"))
-        if number is None:
-            del about[key]
-        else:
-            about[key] = str(number)
+        about[key] = str(number)
         about["digest"] = schema.digest_of_about(about)
         other.execute("DELETE FROM about")
         other.executemany("INSERT INTO about VALUES (?, ?)", about.items())
@@ -492,27 +449,6 @@ def test_any_other_database_is_refused(tmp_path):
     with database(tmp_path) as other:
         other.execute("CREATE TABLE photographs (id INTEGER)")
     refuse(tmp_path, "isn't a journal of feasibee; choose another folder")
-
-
-def test_garbage_is_refused(tmp_path):
-    (tmp_path / NAME).write_bytes(bytes(range(256)) * 64)
-    refuse(tmp_path, "damaged as a whole .*none of its runs can be rescued; move it away")
-
-
-@pytest.mark.parametrize("kept", [60, 1000, 5000, 9000])
-def test_a_truncated_journal_is_told_at_once_or_when_it_is_read(filled, kept):
-    with database(filled) as other:
-        other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    whole = (filled / NAME).read_bytes()
-    assert len(whole) > 9000
-    (filled / NAME).write_bytes(whole[:kept])
-    for write in (False, True):
-        with (
-            pytest.raises(FeasibeeError, match=r"damaged|no journal"),
-            Journal(filled, write) as journal,
-        ):
-            summaries(journal)
-    assert (filled / NAME).stat().st_size == kept
 
 
 def test_a_folder_without_one_is_told(tmp_path):

@@ -193,15 +193,6 @@ def test_a_design_table_has_a_point_a_row(study, tmp_path):
     ]
 
 
-def test_a_latin_hypercube_of_scipy_is_a_design(study, tmp_path):
-    qmc = pytest.importorskip("scipy.stats.qmc")
-    sample = qmc.scale(qmc.LatinHypercube(2, seed=1).random(6), [2, 0.0], [60, 0.5])
-    np.savetxt(tmp_path / "d.csv", sample, delimiter=",", header="tasks.count,radio.loss", comments="")
-    found = study('design = "d.csv"')
-    np.testing.assert_array_equal(values(found, "tasks.count"), np.round(sample[:, 0]))
-    np.testing.assert_allclose(values(found, "radio.loss"), sample[:, 1])
-
-
 def test_equal_scenarios_are_one_point(study):
     """10 is there twice; 2 is 2.0, and the range that the radio has from the sensors anyway."""
     assert len(study('[sweep]\n"tasks.count" = [10, 20, 10]').points) == 2

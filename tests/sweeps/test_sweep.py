@@ -77,6 +77,18 @@ def output_of(*arguments):
     return result.stdout
 
 
+def study_file(folder):
+    """Write the study as a file."""
+    (folder / "study.toml").write_text(TOML)
+    return folder / "study.toml"
+
+
+def python(folder, *arguments):
+    """Run Python in a folder; return what it said."""
+    command = [sys.executable, *map(str, arguments)]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=900, check=False)
+
+
 class Here(Executor):
     """Works at once, and keeps what it was asked for."""
 
@@ -367,19 +379,9 @@ def test_a_cluster_that_isnt_there_is_told():
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://here:1", "tls://127.0.0.1:1"])
 def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
     """In a process of its own: what Dask leaves open there would be another test's warning, later."""
-    (tmp_path / "study.toml").write_text(TOML)
-    code = (
-        "from feasibee.sweeps import executors\nfrom feasibee.cli import main\n"
-        "executors.PATIENCE = 1.0\nmain()"
-    )
-    told = subprocess.run(
-        [sys.executable, "-c", code, "sweep", tmp_path / "study.toml", "--dask", address],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    more = "from feasibee.sweeps import executors\nexecutors.PATIENCE = 1.0\n"
+    code = f"{more}from feasibee.cli import main\nmain()"
+    told = python(tmp_path, "-c", code, "sweep", study_file(tmp_path), "--dask", address)
     assert told.returncode == 2
     (line,) = told.stderr.splitlines()
     assert f"--dask {address}: doesn't answer: " in line
@@ -432,13 +434,7 @@ if __name__ == "__main__":
 """
     script = tmp_path / "script.py"
     script.write_text(code)
-    told = subprocess.run(
-        [sys.executable, script, Path(__file__).parent, tmp_path],
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    told = python(tmp_path, script, Path(__file__).parent, tmp_path)
     assert told.returncode == 0, told.stderr
     new, done, killed, left = map(int, told.stdout.split())
     assert (new, done, killed) == (144, 144, 1)
@@ -458,9 +454,13 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
         plan = replace(plan, points=plan.points[:1])
     total = 0
     for part, folder in enumerate(folders):
-        done = sweep(plan, folder, executors.threads(1), shard=(part, parts))
-        assert done.runs_new == done.runs_done == done.runs == sum(counts(folder))
-        total += done.runs
+        if parts == 3:  # as a user says it
+            output_of("sweep", study_file(tmp_path), "--out", folder, "--shard", f"{part + 1}/3")
+            assert counts(folder) == [8] * 6
+        else:
+            done = sweep(plan, folder, executors.threads(1), shard=(part, parts))
+            assert done.runs_new == done.runs_done == done.runs == sum(counts(folder))
+        total += sum(counts(folder))
     assert total == 24 * len(plan.points)
     told = output_of("results", "merge", tmp_path / "all", *folders)
     assert f"has {total} runs of {parts} parts" in told
@@ -498,7 +498,12 @@ def looks(until, runs):
     ids=["width", "decided", "most"],
 )
 def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
-    """Each stops at the first look at which its interval is as wanted, or at the most runs."""
+    """Each stops at the first look at which its interval is as wanted, or at the most; also after Ctrl-C."""
+
+    def interrupt(progress):
+        if progress.runs_new >= 70:
+            raise KeyboardInterrupt
+
     plan = replace(study(runs=20), until=until)
     done = sweep(plan, tmp_path, executors.threads(1))
     assert done.runs == done.runs_done == done.runs_new == sum(counts(tmp_path))
@@ -518,28 +523,10 @@ def test_points_run_until_they_are_sure(tmp_path, monkeypatch, until):
     assert sweep(plan, tmp_path, executors.threads(1)).runs_new == 0
     for number, (chunk, crew) in enumerate([(WORK, executors.threads(3)), (7 * WORK, WorkerPool(Here, 2))]):
         monkeypatch.setattr(schedule, "CHUNK_WORK", chunk)
+        with pytest.raises(KeyboardInterrupt):
+            sweep(plan, tmp_path / str(number), crew, progress=interrupt)
         sweep(plan, tmp_path / str(number), crew)
         assert everything(tmp_path / str(number)) == everything(tmp_path)
-
-
-@pytest.mark.slow
-def test_an_interrupted_search_for_certainty_goes_on(tmp_path, small_chunks):
-    plan = replace(study(runs=20), until=StoppingRule(0.25, None, 2000))
-    sweep(plan, tmp_path / "whole", executors.threads(1))
-    total = sum(counts(tmp_path / "whole"))
-
-    def tell(progress):
-        if progress.runs_new >= 70:
-            raise KeyboardInterrupt
-
-    new = 0
-    for _ in range(total):
-        try:
-            new += sweep(plan, tmp_path / "out", executors.threads(2), progress=tell).runs_new
-            break
-        except KeyboardInterrupt:
-            pass
-    assert everything(tmp_path / "out") == everything(tmp_path / "whole")
 
 
 def test_parts_cant_be_sure(tmp_path):
@@ -665,13 +652,7 @@ print(killed, place, done.runs_new)
 @pytest.mark.slow
 def test_a_sweep_that_is_killed_thirty_times_goes_on(tmp_path):
     """At random moments; the same call goes on to the same journal."""
-    told = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", KILLING, Path(__file__).parent, tmp_path, "30"],
-        capture_output=True,
-        text=True,
-        timeout=900,
-        check=False,
-    )
+    told = python(tmp_path, "-W", "ignore", "-c", KILLING, Path(__file__).parent, tmp_path, 30)
     assert told.returncode == 0, told.stderr
 
 
@@ -785,14 +766,7 @@ def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
     code = f"import resource\nresource.setrlimit(resource.RLIMIT_AS, (2 * 10**9, 2 * 10**9))\n{CHUNKED}"
     sizes = "[scenario]\nrun.steps = 20\narena.side = 3000\ndecision.strategy = 'census'\n"
     (tmp_path / "study.toml").write_text(f"runs = 9\n{sizes}[sweep]\n'robots.count' = [20, 100000]\n")
-    told = subprocess.run(
-        [sys.executable, "-c", code, "sweep", "study.toml", "--out", "out", "--workers", "1", *crew],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    told = python(tmp_path, "-c", code, "sweep", "study.toml", "--out", "out", "--workers", 1, *crew)
     assert told.returncode == 2, told.stderr
     assert (
         "robots.count = 100000: a worker has not enough memory for such a swarm"
@@ -807,16 +781,7 @@ def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
 def test_a_full_disk_is_told_and_the_sweep_goes_on(whole, tmp_path):
     """No file may grow beyond a megabyte here; the journal would have several."""
     code = f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))\n{CHUNKED}"
-    (tmp_path / "study.toml").write_text(TOML)
-    arguments = ["sweep", "study.toml", "--out", "out"]
-    told = subprocess.run(
-        [sys.executable, "-c", code, *arguments, "--runs", "2000"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    told = python(tmp_path, "-c", code, "sweep", study_file(tmp_path), "--out", "out", "--runs", 2000)
     assert told.returncode == 2, told.stderr
     (line,) = told.stderr.splitlines()
     assert "free some room, and run the same command again: the runs in the journal are kept" in line
@@ -878,14 +843,6 @@ def test_status_in_numbers_says_what_the_journal_holds(results, whole):
         assert each["accuracy"] == wilson(decisions[truth], 24)._asdict()
         assert set(each["decision_step"]) == {"q25", "median", "q75"}
         assert each["bits_per_robot_and_step"] == pytest.approx(sum(row[3] for row in runs) / (24 * WORK))
-
-
-def test_status_in_words(results, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
-    told = output_of("results", "status", results)
-    assert "144 runs of 6 points" in " ".join(told.split())
-    assert told.count("infeasible") == 2
-    assert told.count("voter") == 3
 
 
 @pytest.fixture
@@ -1027,22 +984,6 @@ def test_an_export_has_a_row_a_run(results, tmp_path, suffix):
             assert (set(part["seed"]), set(part["truth"])) == ({5}, {int(row.truth)})
 
 
-def test_an_export_lies_beside_the_journal(results):
-    output_of("results", "export", results)
-    assert (results / "runs.csv").is_file()
-    assert "can't be written" in refused_in_a_line(
-        "results", "export", results, "--out", results / "no" / "runs.csv"
-    )
-
-
-@pytest.mark.parametrize("name", ["a.txt", "a"])
-def test_an_export_is_of_the_kind_of_its_suffix(results, tmp_path, name):
-    assert f"{name}: unknown file format; end the name with ." in refused_in_a_line(
-        "results", "export", results, "--out", tmp_path / name
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.parametrize("suffix", RESULTS)
 def test_several_studies_in_one_journal_are_exported_together(tmp_path, suffix):
     """Where a study doesn't vary a field, its scenarios' own value stands; kinds that differ become text."""
@@ -1159,43 +1100,6 @@ def test_figures_that_cant_be_drawn(results, arguments, rule):
     before = files()
     assert rule in refused_in_a_line("results", "plot", results, *arguments)
     assert files() == before
-
-
-@pytest.mark.parametrize(
-    ("arguments", "rule"),
-    [
-        (("--shard", "0/3"), "must be I/N"),
-        (("--shard", "4/3"), "must be I/N"),
-        (("--shard", "half"), "must be I/N"),
-        (("--runs", "0"), "--runs"),
-        (("--workers", "0"), "--workers"),
-        (("--dask", "tcp://127.0.0.1:1", "--processes"), "brings its own workers"),
-        (("--dask", "tcp://127.0.0.1:1", "--workers", "2"), "brings its own workers"),
-        (("--log", "nope/log"), "--log nope/log: can't be written"),
-    ],
-)
-def test_sweeps_that_make_no_sense(tmp_path, monkeypatch, arguments, rule):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "study.toml").write_text(TOML)
-    assert rule in refused_in_a_line("sweep", "study.toml", *arguments)
-
-
-@pytest.mark.parametrize("command", ["status", "export", "plot"])
-def test_a_folder_without_a_sweep_is_told(tmp_path, command):
-    arguments = ("--x", "tasks.count") if command == "plot" else ()
-    assert "name the folder of a sweep" in refused_in_a_line(
-        "results", command, tmp_path / "nope", *arguments
-    )
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_part_on_the_command_line(whole, tmp_path):
-    (tmp_path / "study.toml").write_text(TOML)
-    for part in (1, 2):
-        output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / str(part), "--shard", f"{part}/2")
-        assert counts(tmp_path / str(part)) == [12] * 6
-    output_of("results", "merge", tmp_path / "all", tmp_path / "1", tmp_path / "2")
-    assert everything(tmp_path / "all") == everything(whole)
 
 
 def test_a_figure_shows_all_runs_of_a_value(whole):

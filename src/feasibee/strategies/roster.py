@@ -34,7 +34,7 @@ Our own. Sets with the latest write of each member: Shapiro et al., "A comprehen
 commutative replicated data types", 2011. What f + 1 neighbours report: see `certified`.
 """
 
-from feasibee.strategies.certified import steps_for, steps_given, tolerated
+from feasibee.strategies.certified import invented, steps_for, steps_given, tolerated
 from feasibee.strategies.clock import LAST, steps_since
 from feasibee.strategies.quiet_census import decide, patience
 
@@ -138,11 +138,6 @@ def place_of(thing, setting):
     return across * SIDE + along
 
 
-def invented_place(task):
-    """Return the position at which Byzantine robots say that an invented task is."""
-    return (task + 1) * 2654435761 % 2**POSITION_BITS
-
-
 def observe(known, thing, me):
     """Store that a robot or task is in sight."""
     robots = robot_entries(me.setting)
@@ -219,7 +214,7 @@ def lie(message, feasible, me):
         lacking = setting.count + 1 - there if setting.colluding else setting.count + 1
         for task in range(setting.tasks, min(setting.tasks + max(lacking, 0), tasks)):
             message[ENTRIES + robots + task] = 1
-            message[ENTRIES + robots + tasks + task] = invented_place(task)
+            message[ENTRIES + robots + tasks + task] = invented(task, POSITION_BITS)
     else:
         lacking = there - setting.count if setting.colluding else there
         for robot in range(setting.robots, min(setting.robots + max(lacking, 0), robots)):

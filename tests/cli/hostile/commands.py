@@ -71,6 +71,7 @@ LINES = {
     "dask by another protocol": ["sweep", "study.toml", "--dask", "http://127.0.0.1:8786"],
     "dask at a name of accents": ["sweep", "study.toml", "--dask", "é" * 300 + ":8786"],
     "dask and workers": ["sweep", "study.toml", "--dask", "127.0.0.1:1", "--workers", "2"],
+    "dask and processes": ["sweep", "study.toml", "--dask", "127.0.0.1:1", "--processes"],
     "host of accents": ["watch", "--no-open", "--host", "é" * 300],
     "host elsewhere": ["watch", "--no-open", "--host", "192.0.2.1"],
     "host of dots": ["watch", "--no-open", "--host", "..."],
