@@ -90,18 +90,13 @@ def drop(known, place, me):
         known[HEARD] -= 1
 
 
-def lead_of(known, me):
-    """Return by how much the weight for *feasible* exceeds that against it, the robot's own vote included."""
-    return me.memory[WEIGHTS + 1] - me.memory[WEIGHTS] + (1.0 if vote_of(known, me) == 1 else -1.0)
-
-
 def judge(known, me):
     """Return what the votes say, and let all counts and votes fade."""
     look(me)
     place = ROWS + 2 * (me.step % me.setting.robots)
     if not me.setting.knows_count and is_old(known[place + 1], me):
         drop(known, place, me)
-    lead = lead_of(known, me)
+    lead = me.memory[WEIGHTS + 1] - me.memory[WEIGHTS] + (1.0 if vote_of(known, me) == 1 else -1.0)
     fade(me)
     return -1 if lead == 0.0 else 1 if lead > 0.0 else 0
 

@@ -77,14 +77,13 @@ def message_words(setting):
 
 
 def words(setting):
-    """Return the size of what is known, with the reports of neighbours that a robot must weigh."""
-    names = robot_entries(setting) + setting.task_ids
-    return STATES + names + 2 * setting.task_ids + names * report_words(tolerated(setting, TOLERATES))
+    """Return the size of what is known, with the reports of neighbours that a robot must weigh.
 
-
-def report_words(tolerates):
-    """Return the size of the reports on a name: f + 1 senders and states that it is absent, and present."""
-    return 4 * (tolerates + 1) if tolerates > 0 else 0
+    Those on a name are f + 1 senders and states that it is absent, and present.
+    """
+    names, tolerates = robot_entries(setting) + setting.task_ids, tolerated(setting, TOLERATES)
+    reports = 4 * (tolerates + 1) if tolerates > 0 else 0
+    return STATES + names + 2 * setting.task_ids + names * reports
 
 
 def state_at(step, present):
