@@ -10,7 +10,8 @@ help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, as docs/paper.md has them: 2,000 swarms at each ratio, seed 1"
 	@echo "make test    the tests that take minutes together"
 	@echo "make test-all    the slow ones, too"
-	@echo "make test-lowest   the same with the lowest versions that pyproject.toml states, of Python too; in $(LOWEST)"
+	@echo "make test-lowest   those of make test without a browser, with the lowest versions that pyproject.toml states, of"
+	@echo "             Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
 	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/live/world/world.wasm"
@@ -32,7 +33,8 @@ test-all: $(VENV)/with-test
 
 # Old versions warn of what new ones, brought along by others, no longer want.
 test-lowest: $(LOWEST)/installed
-	$(LOWEST)/bin/python -m pytest --numprocesses auto --dist worksteal -W ignore::DeprecationWarning
+	$(LOWEST)/bin/python -m pytest --numprocesses auto --dist worksteal -W ignore::DeprecationWarning \
+		-m "not slow and not browser"
 
 lint: $(VENV)/with-lint
 	$(BIN)/ruff check

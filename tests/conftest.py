@@ -59,9 +59,11 @@ def pytest_configure(config):
 
 @pytest.hookimpl(tryfirst=True)  # before slow tests are left out
 def pytest_collection_modifyitems(items):
-    """Mark the cases of quick tests slow, but so many."""
+    """Mark the cases of quick tests slow, but so many; and what runs in a browser."""
     families = defaultdict(list)
     for item in items:
+        if "browser" in item.fixturenames:
+            item.add_marker("browser")
         if item.get_closest_marker("quick") and not item.get_closest_marker("slow"):
             families[item.nodeid.partition("[")[0]].append(item)
     for cases in families.values():

@@ -34,14 +34,6 @@ def read(page):
 # --- Sessions: commands and Python with their outputs ---
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("page", sessions.PAGES)
-def test_the_commands_of_a_page_print_what_it_says(page, tmp_path):
-    assert sessions.played(read(page), tmp_path) == read(page)
-    for picture in re.findall(rf"\(made/{page}/(.*?)\)", read(page)):
-        assert (tmp_path / picture).stat().st_size > 0
-
-
 def test_a_session_puts_outputs_right_and_writes_the_readers_files(tmp_path):
     page = """Text.
 

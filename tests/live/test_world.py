@@ -47,7 +47,7 @@ def compare(play, runs):
         assert np.array_equal(places * (scenario.arena.size[0] / 2**32), positions), where
 
 
-@pytest.mark.parametrize(("number", "steps"), [(22, 80), pytest.param(100, 300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("number", "steps"), [(22, 80), pytest.param(66, 300, marks=pytest.mark.slow)])
 def test_runs_of_all_strategies_equal_the_engines(play, number, steps):
     draw = np.random.default_rng(17)
     runs = []

@@ -11,7 +11,7 @@ from tests.robot.swarms import KNOWLEDGE, assert_same, program
 IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""
 IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - IN_DOUBLE)
-MANY = pytest.param(100_000, marks=pytest.mark.slow)
+MANY = pytest.param(30_000, marks=pytest.mark.slow)
 
 
 @pytest.fixture(scope="module")
