@@ -31,8 +31,8 @@ from feasibee.cli.options import (
 from feasibee.files import FIGURES
 
 if TYPE_CHECKING:
-    from feasibee.studies.assess import Assessment
     from feasibee.studies.recommend import Recommendation
+    from feasibee.studies.report import Assessment
     from feasibee.studies.size import Sizing
 
 
