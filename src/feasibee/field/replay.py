@@ -22,7 +22,7 @@ from feasibee.field.checks import (
 )
 from feasibee.field.logs import check_line, damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node, Words
-from feasibee.files.reading import named
+from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.scenario.fields import Duration, Faults, Length, Section, Share, Speed
