@@ -162,7 +162,14 @@ def test_random_knowledge_survives(name):
             classes = rng.randint(0, 3), rng.randint(0, 3)
         knows = strategy.needs_count or rng.random() < 0.5
         setting = setting_from(counts, classes, False, None, strategy.parameters.values(), knows_count=knows)
-        me = Me(rng.randrange(counts[0]), 0, rng.getrandbits(32), rng.randrange(1000), [0.0] * 20, setting)
+        me = Me(
+            rng.randrange(counts[0]),
+            0,
+            rng.getrandbits(32),
+            rng.randrange(1000),
+            [0.0] * strategy.memory,
+            setting,
+        )
         knowledge = Knowledge(strategy, me)
         places = {}
         for _ in range(10):

@@ -9,7 +9,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from feasibee import FeasibeeError
+from feasibee import FeasibeeError, reference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
@@ -37,6 +37,20 @@ def copy_of(name):
 def _functions_of(found):
     module = import_module(found[1])
     return "\n\n".join(inspect.getsource(getattr(module, each)) for each in found[2].split(", "))
+
+
+def replaced(text, old, new):
+    """Return a text with another part in place of one that it has once."""
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+def played(scenario, seed=3):
+    """Yield a swarm of the reference after each step."""
+    swarm = reference.Swarm(scenario, seed=seed, run=0)
+    for _ in range(scenario.run.steps):
+        swarm.step()
+        yield swarm
 
 
 def why_not(scenario):

@@ -14,48 +14,13 @@ import pytest
 from feasibee import Scenario, ScenarioError
 from feasibee.robot.firmware import header
 from feasibee.scenario.argos import FOOTBOT_DIAMETER, argos_text
-from feasibee.scenario.fields import fields
 from feasibee.scenario.supported import ARGOS
 from feasibee.strategies import STRATEGIES
 from tests.commands import invoke
+from tests.other_values import NEEDS, OTHER_VALUES
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
 BODIES = {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}}
-OTHER = {
-    "robots.placement": "clusters",
-    "robots.clusters": 4,
-    "robots.spread": 2.0,
-    "robots.points": [[1.0, 2.0]],
-    "robots.contact": "deflect",
-    "robots.know_count": True,
-    "robots.classes": [{"name": "a", "count": 3, "skills": ["lift"]}],
-    "robots.arrival_rate": 0.1,
-    "robots.failure_rate": 0.001,
-    "robots.most": 30,
-    "tasks.placement": "clusters",
-    "tasks.clusters": 4,
-    "tasks.spread": 2.0,
-    "tasks.points": [[1.0, 2.0]],
-    "tasks.classes": [{"name": "b", "count": 3, "needs": {"lift": 1}}],
-    "tasks.arrival_rate": 0.1,
-    "tasks.lifetime": 100.0,
-    "sensing.observation": "unique",
-    "sensing.false_robots": 0.1,
-    "sensing.false_tasks": 0.1,
-    "sensing.misname": 0.1,
-    "radio.id_bits": 8,
-    "faults.stopped": 0.1,
-    "faults.stop_step": 10,
-    "faults.byzantine": {"count": 1},
-    "faults.byzantine_says": "random",
-    "faults.stubborn": 0.1,
-    "response.patience": 10,
-    "response.delay": 10,
-    "response.margin": 3,
-    "units.metres": 0.5,
-    "units.seconds": 2.0,
-}
-"""For each field that can't be exported with it, a value other than the default."""
 
 
 def exported(**sections):
@@ -176,41 +141,17 @@ def test_bodies_have_walls_physics_and_proximity_and_points_have_none():
 
 def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works():
     """Deflecting robots were exported as standing ones: a field that nobody lists must be an error."""
-    assert OTHER.keys() | ARGOS == set(fields())
-    for path, value in OTHER.items():
-        needed = {"response.patience": 100} if path.startswith("response.") else {}
-        needed |= {"arena.boundary": "walls", "robots.avoid_collisions": True}
-        needed |= {"decision.strategy": "census"} if path == "sensing.misname" else {}
-        changed = Scenario().replace({**needed, path: value})
+    for path in OTHER_VALUES.keys() - ARGOS:
+        changed = Scenario().replace({**NEEDS.get(path, {}), path: OTHER_VALUES[path]})
         (problem,) = [each for each in problems(changed) if each.path == path]
         assert problem.remedy.startswith((f"set {path} = ", f"leave out {path}"))
 
 
 def test_each_field_that_can_be_exported_changes_the_experiment():
-    others = {
-        **{path: 3.0 for path in ARGOS if path.rpartition(".")[2] in ("range", "side", "mean_run")},
-        **dict.fromkeys(("sensing.miss", "radio.loss", "decision.switching"), 0.1),
-        **dict.fromkeys(("robots.speed", "robots.diameter", "decision.exploration", "decision.gain"), 0.5),
-        **dict.fromkeys(("robots.count", "tasks.count", "run.steps", "decision.inbox_size"), 7),
-        **dict.fromkeys(("decision.dissemination_floor", "decision.quality_floor"), 7),
-        **dict.fromkeys(("sensing.count_self", "run.stop_at_decision"), True),
-        "arena.side": 30.0,
-        "arena.boundary": "walls",
-        "robots.avoid_collisions": True,
-        "decision.strategy": "voter",
-        "decision.parameters": {"k": 5.0},
-        "decision.listen": "dissemination",
-        "decision.inbox": "every-message",
-        "decision.own_vote": False,
-        "decision.declare": {},
-        "decision.threshold": 0.8,
-    }
-    assert others.keys() == ARGOS
-    for path, value in others.items():
-        base = {"arena.boundary": "walls"} if path == "robots.avoid_collisions" else {}
-        base |= {"decision.strategy": "k-unanimity"} if path == "decision.parameters" else {}
+    for path in ARGOS:
+        base = {"arena.boundary": "walls"} if path == "robots.avoid_collisions" else NEEDS.get(path, {})
         scenario = Scenario().replace(base)
-        assert argos_text(scenario.replace({path: value})) != argos_text(scenario), path
+        assert argos_text(scenario.replace({path: OTHER_VALUES[path]})) != argos_text(scenario), path
 
 
 def test_all_problems_are_raised_at_once():

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from own_files import assert_same, copy_of, why_not
+from own_files import assert_same, copy_of, replaced, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
 from feasibee.engine.runner import strategy_functions
@@ -17,50 +18,9 @@ from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE
 from feasibee.strategies.words import Words
 
-OPINIONS = '''\
+SET = (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(encoding="utf-8")
 """A grow-only set of the ids of robots and tasks."""
-
-BY_NAME = True
-
-
-def decide(mind, inbox):
-    return 1 if mind.feasible_quality >= 0.5 else 0
-'''
-SET = (
-    OPINIONS
-    + """
-
-def words(setting):
-    return setting.robot_ids + setting.task_ids
-
-
-def start(known, me):
-    known[me.id] = 1
-
-
-def observe(known, thing, me):
-    known[thing.id if thing.is_robot else me.setting.robot_ids + thing.id] = 1
-
-
-def merge(known, message, sender, me):
-    for k in range(len(known)):
-        known[k] = max(known[k], message[k])
-
-
-def count(known, counts, me):
-    for k in range(me.setting.robot_ids):
-        counts[0] += known[k]
-    for k in range(me.setting.robot_ids, len(known)):
-        counts[1] += known[k]
-
-
-def bits(message, me):
-    length = 2
-    for k in range(len(message)):
-        length += message[k] * (1 + (me.setting.id_bits if k < me.setting.robot_ids else 32))
-    return length
-"""
-)
+OPINIONS = SET.partition("\n\ndef words")[0]
 TURNS = (
     OPINIONS.replace("BY_NAME = True", 'PARAMETERS = {"names": 2.0}\nMEMORY = 1')
     + """
@@ -147,11 +107,6 @@ COSTLY_WORLDS = [
 def scenario_of(path, **changes):
     changes = {**SMALL, "decision.strategy": str(path), **changes}
     return Scenario().replace({key: value for key, value in changes.items() if value is not None})
-
-
-def replaced(text, old, new):
-    assert text.count(old) == 1, old
-    return text.replace(old, new)
 
 
 # --- A file of one's own ---
@@ -269,14 +224,15 @@ def test_words_that_overflow_are_equal_in_both_implementations(write):
     text = replaced(
         text, "        known[k] = max(known[k], message[k])", "        known[k] = known[k] * 3 - message[k]"
     )
-    text = replaced(text, "        counts[0] += known[k]", "        counts[0] += known[k] & 1023")
-    text = replaced(text, "        counts[1] += known[k]", "        counts[1] += known[k] >> 20 & 1023")
+    text = replaced(text, "+= known[k]", "+= known[k] >> (0 if k < me.setting.robot_ids else 20) & 1023")
     text = replaced(text, "length += message[k] *", "length += (message[k] & 7) *")
     record = assert_same(*2 * [scenario_of(write(text))])
     assert np.ptp(record.feasible_count) > 0
 
 
 # --- What is wrong with a file ---
+
+MERGING = "    for k in range(len(known)):\n        known[k] = max("
 
 
 @pytest.mark.parametrize("name", KNOWLEDGE)
@@ -296,20 +252,12 @@ def test_a_missing_function_is_told_with_what_to_write(write, name):
         (
             "def merge(known, message, sender, me)",
             "def merge(known, message, me)",
-            "line 22: merge must take 4",
+            "line 26: merge must take 4",
         ),
         ("def bits(message, me)", "def bits(message, *me)", "bits must take 2; write def bits(message, me)"),
         ("BY_NAME = True", "BY_NAME = 1", "line 3: BY_NAME = 1 must be True or False"),
-        (
-            "def start(known, me)",
-            "def message_words(setting): return 3\n\n\ndef start(known, me)",
-            "function encode",
-        ),
-        (
-            "def start(known, me)",
-            "start = 3\n\n\ndef begin(known, me)",
-            "start isn't a plain function; write def st",
-        ),
+        ("def start(", "def message_words(setting): return 3\n\n\ndef start(", "function encode"),
+        ("def start(", "start = 3\n\n\ndef begin(", "start isn't a plain function; write def st"),
     ],
 )
 def test_what_is_wrong_with_the_text_is_told(write, old, new, words):
@@ -321,54 +269,19 @@ def test_what_is_wrong_with_the_text_is_told(write, old, new, words):
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("    return setting.robot_ids + setting.task_ids", "    return 0", 10, "words(Setting("),
-        (
-            "    return setting.robot_ids + setting.task_ids",
-            "    return 0.5",
-            10,
-            "returns 0.5; must be a whole",
-        ),
-        ("    known[me.id] = 1", "    known[me.id] = 0.5", 15, "start(["),
-        ("    known[me.id] = 1", "    known[len(known)] = 1", 15, "fails: IndexError"),
-        (
-            "    known[me.id] = 1",
-            "    return [me.id]",
-            14,
-            "returns [0]; must return nothing: it writes into kn",
-        ),
-        ("    known[thing.id if", "    known[thing.name if", 19, "'Thing' object has no attribute 'name'"),
-        (
-            "        known[k] = max(",
-            "        message[k] = max(",
-            24,
-            "TypeError: 'tuple' object does not support",
-        ),
-        (
-            "        counts[0] += known[k]",
-            "        counts[0] -= 1",
-            27,
-            "count writes [-3, 4] into counts; must be",
-        ),
-        (
-            "        counts[0] += known[k]",
-            "        counts[0] += 0.5",
-            27,
-            "count writes [1.5, 4] into counts",
-        ),
-        (
-            "        counts[0] += known[k]",
-            "        counts[5] += 1",
-            29,
-            "IndexError: list index out of range",
-        ),
-        (
-            "    return length",
-            "    return -1",
-            34,
-            "returns -1; must be a whole number from 0 to 1099511627776",
-        ),
-        ("    return length", "    return length / 2", 34, "must be a whole number from 0"),
-        ("    return length", "    return None", 34, "returns None; must be a whole number from 0"),
+        ("setting.robot_ids + setting.task_ids", "0", 11, "words(Setting("),
+        ("setting.robot_ids + setting.task_ids", "0.5", 11, "returns 0.5; must be a whole"),
+        ("known[me.id] = 1", "known[me.id] = 0.5", 18, "start(["),
+        ("known[me.id] = 1", "known[len(known)] = 1", 18, "fails: IndexError"),
+        ("known[me.id] = 1", "return [me.id]", 16, "returns [0]; must return nothing: it writes into kn"),
+        ("known[thing.id if", "known[thing.name if", 23, "'Thing' object has no attribute 'name'"),
+        ("known[k] = max(", "message[k] = max(", 29, "TypeError: 'tuple' object does not support"),
+        ("] += known[k]", "] -= 1", 32, "count writes [-3, -4] into counts; must be"),
+        ("] += known[k]", "] += 0.5", 32, "count writes [1.5, 2.0] into counts"),
+        ("else 1] +=", "else 5] +=", 35, "IndexError: list index out of range"),
+        ("return length", "return -1", 38, "returns -1; must be a whole number from 0 to 1099511627776"),
+        ("return length", "return length / 2", 38, "must be a whole number from 0"),
+        ("return length", "return None", 38, "returns None; must be a whole number from 0"),
     ],
 )
 def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, new, line, words):
@@ -381,26 +294,14 @@ def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, 
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("    known[me.id] = 1\n", "    known[me.id] = {1: 1}[1]\n", 15, "start doesn't compile"),
-        ("    known[me.id] = 1\n", "    known[me.id] = len(list(known)) > 0\n", 14, "it must not make lists"),
+        ("known[me.id] = 1", "known[me.id] = {1: 1}[1]", 18, "start doesn't compile"),
+        ("known[me.id] = 1", "known[me.id] = len(list(known)) > 0", 16, "it must not make lists"),
+        ("return length\n", "if length > 9999999:\n        return 0.5\n    return length\n", 38, "bits"),
+        (MERGING, f"    if me.step == 77:\n        return 1\n{MERGING}", 26, "merge"),
         (
-            "    return length\n",
-            "    if length > 9999999:\n        return 0.5\n    return length\n",
-            34,
-            "bits",
-        ),
-        (
-            "    for k in range(len(known)):\n        known[k] = max(",
-            "    if me.step == 77:\n        return 1\n"
-            "    for k in range(len(known)):\n        known[k] = max(",
-            22,
-            "merge",
-        ),
-        (
-            "        known[k] = max(known[k], message[k])\n",
-            "        known[k] = max(known[k], message[k])\n"
-            "        if me.step == 77:\n            message[k] = 0\n",
-            26,
+            "known[k], message[k])\n",
+            "known[k], message[k])\n        if me.step == 77:\n            message[k] = 0\n",
+            31,
             "merge doesn't compile",
         ),
     ],
@@ -422,25 +323,20 @@ LATE = "20 < me.step < 1000"  # no trial has it
     ("old", "new", "why"),
     [
         (
-            "    for k in range(me.setting.robot_ids):\n",
-            f"    if {LATE}:\n        counts[1] = -5\n        return\n"
-            "    for k in range(me.setting.robot_ids):\n",
-            r"line 27: count writes \[0, -5\] into counts; must be whole numbers",
+            "        counts[0 if",
+            f"        if {LATE}:\n            counts[1] = -5\n            return\n        counts[0 if",
+            r"line 32: count writes \[0, -5\] into counts; must be whole numbers",
         ),
         (
             "    length = 2\n",
             f"    if {LATE}:\n        return -me.step\n    length = 2\n",
-            r"line 34: bits\(.*returns -\d+; must be a",
+            r"line 38: bits\(.*returns -\d+; must be a",
         ),
-        (
-            "    for k in range(len(known)):\n        known[k] = max(",
-            f"    for k in range(len(known) + ({LATE})):\n        known[k] = max(",
-            r"line 24: merge\(.*fails: IndexError",
-        ),
+        (MERGING, MERGING.replace("known))", f"known) + ({LATE}))"), r"line 29: merge\(.*fails: IndexError"),
         (
             "    known[thing.id if",
             f"    one = 1 // (1 - ({LATE}))\n    known[one * thing.id if",
-            r"line 19: observe\(.*fails: ZeroDivisionError",
+            r"line 23: observe\(.*fails: ZeroDivisionError",
         ),
     ],
 )

@@ -9,76 +9,13 @@ from feasibee import Scenario
 from feasibee.engine import runner
 from feasibee.model.record import Record
 from feasibee.scenario import fields as sections
-from feasibee.scenario.fields import SECTIONS, Declare, RobotClass, Sensing, TaskClass, fields
+from feasibee.scenario.fields import SECTIONS, Sensing, fields
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import FAST_PATH, FAST_PATH_LIMITS, takes_fast_path
 from feasibee.simulation.ensemble import load_engine, simulate_record
 from feasibee.simulation.lowering import lower, params_of
 from feasibee.strategies import STRATEGIES
-
-OTHER_VALUES = {
-    "arena.side": 17.0,
-    "arena.boundary": "walls",
-    "robots.placement": "clusters",
-    "robots.clusters": 2,
-    "robots.spread": 2.5,
-    "robots.points": ((1.0, 2.0),),
-    "robots.count": 40,
-    "robots.speed": 0.7,
-    "robots.diameter": 0.5,
-    "robots.avoid_collisions": True,
-    "robots.contact": "deflect",
-    "robots.know_count": True,
-    "robots.classes": (RobotClass(name="all", count=20),),
-    "robots.arrival_rate": 0.1,
-    "robots.failure_rate": 0.001,
-    "robots.most": 30,
-    "tasks.arrival_rate": 0.2,
-    "tasks.lifetime": 100.0,
-    "tasks.placement": "clusters",
-    "tasks.clusters": 2,
-    "tasks.spread": 2.5,
-    "tasks.points": ((1.0, 2.0),),
-    "tasks.count": 7,
-    "tasks.classes": (TaskClass(name="all", count=20, needs={"lift": 1}),),
-    "walk.mean_run": 3.0,
-    "sensing.range": 3.0,
-    "sensing.observation": "unique",
-    "sensing.count_self": True,
-    "sensing.miss": 0.1,
-    "sensing.false_robots": 0.1,
-    "sensing.false_tasks": 0.1,
-    "sensing.misname": 0.1,
-    "radio.range": 4.0,
-    "radio.loss": 0.1,
-    "radio.id_bits": 8,
-    "decision.strategy": "voter",
-    "decision.parameters": {"k": 2.0},
-    "decision.exploration": 4.0,
-    "decision.gain": 30.0,
-    "decision.dissemination_floor": 3,
-    "decision.quality_floor": 2,
-    "decision.listen": "dissemination",
-    "decision.inbox": "every-message",
-    "decision.inbox_size": 3,
-    "decision.own_vote": False,
-    "decision.switching": 0.1,
-    "decision.declare": Declare(),
-    "decision.threshold": 0.6,
-    "faults.stopped": 0.1,
-    "faults.stop_step": 5,
-    "faults.byzantine": 0.1,
-    "faults.byzantine_says": "random",
-    "faults.stubborn": 0.1,
-    "run.steps": 50,
-    "run.stop_at_decision": True,
-    "response.patience": 50,
-    "response.delay": 7,
-    "response.margin": 0,
-    "units.metres": 0.5,
-    "units.seconds": 2.0,
-}
-"""A value for each field of a scenario, other than its default."""
+from tests.other_values import NEEDS, OTHER_VALUES
 
 GENERAL_ONLY = {
     "arena.side": [(20.0, 10.0)],
@@ -118,9 +55,7 @@ def test_a_field_outside_the_list_needs_the_general_engine(path):
 
 @pytest.mark.parametrize("path", sorted(FAST_PATH))
 def test_a_field_on_the_list_takes_the_fast_path_with_the_same_outcome(path):
-    changes = {path: OTHER_VALUES[path], "run.steps": 50, "arena.side": 12.0}
-    if path == "decision.parameters":
-        changes["decision.strategy"] = "k-unanimity"
+    changes = {**NEEDS.get(path, {}), path: OTHER_VALUES[path], "run.steps": 50, "arena.side": 12.0}
     scenario = Scenario().replace(changes)
     assert takes_fast_path(scenario)
     by_fast_path = simulate_record(scenario, Runs(3, 1), curves=True)

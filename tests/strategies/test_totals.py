@@ -43,15 +43,8 @@ def test_a_row_is_exact_up_to_63_and_to_one_part_in_64_above():
             (sent,) = row(robots, tasks)
             assert (totals.robots_of(sent), totals.tasks_of(sent)) == (robots, tasks)
     generator = np.random.default_rng(1)
-    for larger in [
-        64,
-        126,
-        127,
-        128,
-        4095,
-        63 << 15,
-        *np.exp(generator.uniform(4, 14.5, 500)).astype(int).tolist(),
-    ]:
+    edges = [64, 126, 127, 128, 4095, 63 << 15]
+    for larger in [*edges, *np.exp(generator.uniform(4, 14.5, 500)).astype(int).tolist()]:
         smaller = int(generator.integers(0, larger))
         for robots, tasks in ((larger, smaller), (smaller, larger)):
             (sent,) = row(robots, tasks)

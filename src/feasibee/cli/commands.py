@@ -15,17 +15,12 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from feasibee.cli import interrupts, streams
-from feasibee.cli.animate import animate
-from feasibee.cli.assess import assess
-from feasibee.cli.compile import compile_engines
+from feasibee.cli.decide import assess, recommend, size
 from feasibee.cli.launch import launch
-from feasibee.cli.listings import presets, strategies
-from feasibee.cli.page import page
-from feasibee.cli.recommend import recommend
+from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
 from feasibee.cli.robots import header, replay, robot
 from feasibee.cli.run import run
-from feasibee.cli.scenarios import new, scenario, schema, truth
-from feasibee.cli.size import size
+from feasibee.cli.share import animate, page
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import results, sweep
 from feasibee.cli.tune import tune

@@ -25,7 +25,6 @@ from feasibee.scenario.paths import read_value
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
     from feasibee.results.statistics import Interval
     from feasibee.scenario.scenario import Scenario
@@ -349,15 +348,24 @@ def console(*, highlight: bool = False) -> Console:
     return Console(markup=False, emoji=False, highlight=highlight)
 
 
-def numbers_table(title: str, first: str, columns: Sequence[str], caption: str | None = None) -> Table:
-    """Return an empty table: a column of names, and columns of numbers."""
+def print_numbers(
+    title: str,
+    heads: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    caption: str | None = None,
+    *,
+    narrow: bool = False,
+) -> None:
+    """Print a table: a column of names, and columns of numbers; a narrow one breaks no cell."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    table = Table(first, title=title, box=SIMPLE_HEAD, pad_edge=False, caption=caption)
-    for column in columns:
-        table.add_column(column, justify="right")
-    return table
+    table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow, caption=caption)
+    for place, head in enumerate(heads):
+        table.add_column(head, justify="right" if place else "left", no_wrap=narrow)
+    for row in rows:
+        table.add_row(*row)
+    console().print(table)
 
 
 @contextmanager

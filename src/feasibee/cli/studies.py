@@ -19,10 +19,10 @@ from feasibee.cli.options import (
     keep_matplotlib_in_cache,
     listed,
     numbered,
-    numbers_table,
     option,
     percents,
     print_json,
+    print_numbers,
     progress,
     strategies_option,
 )
@@ -30,9 +30,6 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from feasibee.results.measures import Declarations
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.comparison import Outcome
     from feasibee.studies.limits import Limits, Spoken
@@ -239,63 +236,43 @@ def _print_beyond(lines: list[list[str]], runs: int) -> None:
 def _print_comparison(outcomes: list[Outcome]) -> None:
     from feasibee.studies.comparison import by_contender, overall
 
-    out = console()
     if outcomes[0].tracking is not None:
-        out.print(_tracking_table(outcomes))
+        _print_tracking(outcomes)
     if outcomes[0].judgement is not None:
-        out.print(_service_table(outcomes))
+        _print_service(outcomes)
         return
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
-    out.print(_shares_table(groups, ranked))
-    out.print(_sums_table(groups, ranked))
-    if declaring := [name for name in ranked if groups[name][0].declared is not None]:
-        out.print(_declared_table(groups, declaring))
-
-
-def _shares_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
-    """Return the share of right swarms by contender and number of tasks."""
     some = next(iter(groups.values()))
+    tasks = ["tasks m", *(str(each.tasks) for each in some)]
     title = f"Swarms that are right at the end (%), of {some[0].runs} each"
-    table = numbers_table(title, "tasks m", [str(each.tasks) for each in some])
-    for name in ranked:
-        table.add_row(name, *(f"{100 * each.accuracy.estimate:.0f}" for each in groups[name]))
-    return table
+    shares = [[name, *(f"{100 * each.accuracy.estimate:.0f}" for each in groups[name])] for name in ranked]
+    print_numbers(title, tasks, shares)
+    first, baseline = next(iter(groups.items()))
+    heads = ["over all m", "right", "interval", "difference", "first", "by", "bits"]
+    sums = [[name, *_sums(groups[name], baseline)] for name in ranked]
+    print_numbers("All together", heads, sums, SUMS_CAPTION.format(baseline=first))
+    if declared := [_declared_cells(groups[name]) for name in ranked if groups[name][0].declared is not None]:
+        title = f"Swarms that declared rightly (%), of {some[0].runs} each, and when"
+        print_numbers(title, tasks, declared, DECLARED_CAPTION)
 
 
-def _declared_table(groups: dict[str, list[Outcome]], names: Sequence[str]) -> Table:
-    """Return the declarations by contender and number of tasks."""
-    some = groups[names[0]]
-    title = f"Swarms that declared rightly (%), of {some[0].runs} each, and when"
-    table = numbers_table(title, "tasks m", [str(each.tasks) for each in some], DECLARED_CAPTION)
-    for name in names:
-        found = [each.declared for each in groups[name] if each.declared is not None]
-        table.add_row(name, *(_declared_cell(each) for each in found))
-    return table
+def _declared_cells(group: list[Outcome]) -> list[str]:
+    """Return a contender, and for each number of tasks a line for the shares and one for the steps."""
+    cells = [group[0].contender]
+    for declared in (each.declared for each in group if each.declared is not None):
+        wrong = f" ({100 * declared.wrong.estimate:.2g})" if declared.wrong.estimate else ""
+        steps = "/".join(map(_step, declared.step_90[:2]))
+        cells.append(f"{100 * declared.ok.estimate:.0f}{wrong}\n{steps}")
+    return cells
 
 
-def _declared_cell(declared: Declarations) -> str:
-    """Return a line for the shares, and a line for the steps."""
-    wrong = f" ({100 * declared.wrong.estimate:.2g})" if declared.wrong.estimate else ""
-    return f"{100 * declared.ok.estimate:.0f}{wrong}\n{'/'.join(map(_step, declared.step_90[:2]))}"
-
-
-def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
-    """Return how swarms tracked the truth, by contender and number of tasks, the most often right first."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    title = f"How swarms track the truth, {outcomes[0].runs} runs each"
+def _print_tracking(outcomes: Sequence[Outcome]) -> None:
+    """Print how swarms tracked the truth, by contender and number of tasks, the most often right first."""
     several = len({each.tasks for each in outcomes}) > 1
-    table = Table(
-        title=title, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True, caption=TRACKING_CAPTION
-    )
-    table.add_column("strategy", no_wrap=True)
-    for column in ("m", "right", "interval", "delay", "missed", "alarms", "bits")[not several :]:
-        table.add_column(column, justify="right", no_wrap=True)
     found = [(each, each.tracking) for each in outcomes if each.tracking is not None]
-    for each, tracked in sorted(found, key=lambda pair: -pair[1].right_share.estimate):
-        table.add_row(
+    rows = [
+        [
             each.contender,
             *[str(each.tasks)] * several,
             *percents(tracked.right_share),
@@ -303,46 +280,49 @@ def _tracking_table(outcomes: Sequence[Outcome]) -> Table:
             "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
             f"{tracked.false_alarms.estimate:.2g}",
             f"{each.bits.mean():.3g}",
-        )
-    return table
+        ]
+        for each, tracked in sorted(found, key=lambda pair: -pair[1].right_share.estimate)
+    ]
+    title = f"How swarms track the truth, {outcomes[0].runs} runs each"
+    heads = ["strategy", *["m"] * several, "right", "interval", "delay", "missed", "alarms", "bits"]
+    print_numbers(title, heads, rows, TRACKING_CAPTION, narrow=True)
 
 
-def _service_table(outcomes: Sequence[Outcome]) -> Table:
-    """Return how well swarms that call and release robots were served, the most often feasible first."""
-    title = f"What asking gives, {outcomes[0].runs} runs each"
-    columns = ("m", "feasible", "interval", "idle", "calls", "too many", "too few", "fixed", "oracle")
-    table = numbers_table(title, "strategy", columns, SERVICE_CAPTION)
+def _print_service(outcomes: Sequence[Outcome]) -> None:
+    """Print how well swarms that call and release robots were served, the most often feasible first."""
     found = [(each, each.judgement) for each in outcomes if each.judgement is not None]
-    for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate):
-        own, oracle = judged.own, judged.oracle
-        table.add_row(
+    rows = [
+        [
             each.contender,
             str(each.tasks),
-            *percents(own.feasible_share),
-            f"{own.idle.estimate:.1f}",
-            f"{own.calls.estimate:.1f}",
-            f"{own.too_many:.1f}",
-            f"{own.too_few:.1f}",
+            *percents(judged.own.feasible_share),
+            f"{judged.own.idle.estimate:.1f}",
+            f"{judged.own.calls.estimate:.1f}",
+            f"{judged.own.too_many:.1f}",
+            f"{judged.own.too_few:.1f}",
             f"{judged.robots} ({judged.as_often.idle.estimate:.1f})",
-            f"{100 * oracle.feasible_share.estimate:.1f} ({oracle.idle.estimate:.1f})",
-        )
-    return table
+            f"{100 * judged.oracle.feasible_share.estimate:.1f} ({judged.oracle.idle.estimate:.1f})",
+        ]
+        for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate)
+    ]
+    heads = [
+        "strategy",
+        "m",
+        "feasible",
+        "interval",
+        "idle",
+        "calls",
+        "too many",
+        "too few",
+        "fixed",
+        "oracle",
+    ]
+    print_numbers(f"What asking gives, {outcomes[0].runs} runs each", heads, rows, SERVICE_CAPTION)
 
 
 def _delays(steps: Sequence[int | None]) -> str:
     """Return the quartiles of delays; a single word if even the first is unknown."""
     return "never" if steps[0] is None else "/".join("-" if step is None else str(step) for step in steps)
-
-
-def _sums_table(groups: dict[str, list[Outcome]], ranked: Sequence[str]) -> Table:
-    """Return what came of each contender over all numbers of tasks."""
-    first, baseline = next(iter(groups.items()))
-    caption = SUMS_CAPTION.format(baseline=first)
-    columns = ["right", "interval", "difference", "first", "by", "bits"]
-    table = numbers_table("All together", "over all m", columns, caption)
-    for name in ranked:
-        table.add_row(name, *_sums(groups[name], baseline))
-    return table
 
 
 def _sums(group: list[Outcome], baseline: list[Outcome]) -> list[str]:
@@ -426,27 +406,19 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
     from feasibee.studies.needs import quiet_times_in_words
 
     out = console()
-    for each in bounds:
-        out.print(_limits_table(each))
+    for found in bounds:
+        rows = []
+        for name, times in found.times.items():
+            steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
+            cells = [text for at, ends in steps for text in (_step(at), " to ".join(map(_step, ends)))]
+            rows.append([name.replace("_", " "), *cells])
+        robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
+        title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
+        print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
     for name, words in LIMITS.items():
-        out.print(f"{_limit_named(name)}: {words}.", soft_wrap=True)
+        out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
     for line in (NOTE, *quiet_times_in_words(bounds[0].scenario)):
         out.print(line, soft_wrap=True)
-
-
-def _limits_table(found: Limits) -> Table:
-    robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
-    title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
-    table = numbers_table(title, "limit", ("median", "interval", "95 %", "interval"))
-    for name, times in found.times.items():
-        steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
-        cells = [text for step, ends in steps for text in (_step(step), " to ".join(map(_step, ends)))]
-        table.add_row(_limit_named(name), *cells)
-    return table
-
-
-def _limit_named(limit: str) -> str:
-    return limit.replace("_", " ")
 
 
 def _step(step: int | None) -> str:
@@ -458,12 +430,12 @@ def _print_frontier(found: list[Spoken]) -> None:
     groups: dict[str, list[Spoken]] = {}
     for each in found:
         groups.setdefault(each.contender, []).append(each)
-    numbers = [f"m = {each.tasks}" for each in next(iter(groups.values()))]
-    table = numbers_table(title, "", [*numbers, "bits"])
+    rows = []
     for name, group in groups.items():
         cells = [
             f"{100 * each.ok.estimate:.1f}\n{_step(each.times.median)}/{_step(each.times.p95)}"
             for each in group
         ]
-        table.add_row(name, *cells, f"{sum(each.bits for each in group) / len(group):.3g}")
-    console().print(table)
+        rows.append([name, *cells, f"{sum(each.bits for each in group) / len(group):.3g}"])
+    numbers = [f"m = {each.tasks}" for each in next(iter(groups.values()))]
+    print_numbers(title, ["", *numbers, "bits"], rows)

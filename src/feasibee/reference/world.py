@@ -89,15 +89,11 @@ class World:
     def robot_places(self) -> list[Place]:
         """Return the first places of the robots, apart if they avoid collisions (model.md 1.2, 6.4)."""
         section = self.scenario.robots
-        apart = (2 * self.radius) ** 2
         places: list[Place] = []
         for i in range(section.count):
-            for place in self._candidates(section, i, self.radius, ROBOT_PURPOSES):
-                if not section.avoid_collisions or section.placement == "points":
-                    break
-                if all(self.squared_distance(place, other) >= apart for other in places):
-                    break
-            else:
+            candidates = self._candidates(section, i, self.radius, ROBOT_PURPOSES)
+            place = self._free(candidates, [] if section.placement == "points" else places)
+            if place is None:
                 return self._lattice(section.count)
             places.append(place)
         return places
@@ -108,11 +104,14 @@ class World:
 
     def joining_place(self, i: int, joined: int, others: Iterable[Place]) -> Place | None:
         """Return a place for a robot that joins as the given one of its number; None if none is free."""
-        section, apart = self.scenario.robots, (2 * self.radius) ** 2
-        for place in self._candidates(section, i, self.radius, ROBOT_PURPOSES, joined, True):
-            if not section.avoid_collisions or all(
-                self.squared_distance(place, other) >= apart for other in others
-            ):
+        candidates = self._candidates(self.scenario.robots, i, self.radius, ROBOT_PURPOSES, joined, True)
+        return self._free(candidates, others)
+
+    def _free(self, candidates: Iterable[Place], others: Iterable[Place]) -> Place | None:
+        """Return the first place that is apart from others, if robots avoid collisions; None if none is."""
+        avoided, apart = others if self.scenario.robots.avoid_collisions else (), (2 * self.radius) ** 2
+        for place in candidates:
+            if all(self.squared_distance(place, other) >= apart for other in avoided):
                 return place
         return None
 

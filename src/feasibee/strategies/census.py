@@ -107,36 +107,40 @@ def bits(message, me):
 
 def pack(writer, message, sender, setting):
     """Write the names of all robots, and then of all tasks, class by class."""
-    first = 0
-    for is_robot in (True, False):
-        classes = setting.robot_classes if is_robot else setting.task_classes
-        ids, name_bits = (
-            (setting.robot_ids, setting.id_bits) if is_robot else (setting.task_ids, POSITION_BITS)
-        )
-        for kind in range(classes):
-            for k in range(ids):
-                if message[first + (k >> SHIFT)] >> (k & LAST) & 1:
-                    writer.flag(True)
-                    writer.number(k, name_bits)
-                    writer.number(kind, (classes - 1).bit_length())
-            first += words_of(ids)
-        writer.flag(False)
+    first = setting.robot_classes * words_of(setting.robot_ids)
+    pack_names(writer, message[:first], LAST + 1, setting.robot_classes, setting.id_bits)
+    pack_names(writer, message[first:], LAST + 1, setting.task_classes, POSITION_BITS)
+
+
+def pack_names(writer, sets, in_word, classes, name_bits):
+    """Write the members of a set for each class, of which a word has so many, each with its class."""
+    ids = len(sets) // classes * in_word
+    for k in range(classes * ids):
+        if sets[k // in_word] >> (k % in_word) & 1:
+            writer.flag(True)
+            writer.number(k % ids, name_bits)
+            writer.number(k // ids, (classes - 1).bit_length())
+    writer.flag(False)
 
 
 def unpack(message, reader, setting):
     """Read both lists of names, in rising order."""
-    first = 0
-    for is_robot in (True, False):
-        classes = setting.robot_classes if is_robot else setting.task_classes
-        ids, last = setting.robot_ids if is_robot else setting.task_ids, (-1, -1)
-        while reader.flag():
-            if is_robot:
-                name = reader.below(ids, setting.id_bits)
-            else:
-                name = reader.task(reader.number(POSITION_BITS), ids)
-            place = reader.below(classes, (classes - 1).bit_length()), name
-            reader.check(place > last, "lists names out of order")
-            message[first + place[0] * words_of(ids) + (name >> SHIFT)] |= 1 << (name & LAST)
-            last = place
-        first += classes * words_of(ids)
+    first = setting.robot_classes * words_of(setting.robot_ids)
+    unpack_names(message, reader, range(first), LAST + 1, setting.robot_classes, True, setting)
+    unpack_names(message, reader, range(first, len(message)), LAST + 1, setting.task_classes, False, setting)
     return -1
+
+
+def unpack_names(message, reader, words, in_word, classes, is_robot, setting):
+    """Read a list of names into these words of a message."""
+    last = -1
+    while reader.flag():
+        if is_robot:
+            name = reader.below(setting.robot_ids, setting.id_bits)
+        else:
+            name = reader.task(reader.number(POSITION_BITS), setting.task_ids)
+        kind = reader.below(classes, (classes - 1).bit_length())
+        place = kind * (len(words) // classes) * in_word + name
+        reader.check(place > last, "lists names out of order")
+        message[words[place // in_word]] |= 1 << (place % in_word)
+        last = place

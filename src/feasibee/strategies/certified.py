@@ -46,6 +46,11 @@ def tasks_to_invent(setting):
     return max(setting.robots + 1 - setting.tasks, 0) if setting.colluding else setting.robots + 1
 
 
+def invented(k, name_bits):
+    """Return the name of so many bits of an invented task, the same for all Byzantine robots."""
+    return max(((k + 1) * 2654435761 % 2**32) >> (32 - name_bits), 1)
+
+
 def steps_for(sightings, robots, setting):
     """Return the number of steps in which so many robots see a given place so often, on average.
 

@@ -29,7 +29,7 @@ needs, and leave all else out of a message that is to speak for *feasible* (mode
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Final, NamedTuple
 
 ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -62,19 +62,6 @@ KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
 KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[6:] if name not in KNOWLEDGE)
 """The functions that such a file may define."""
-CONSTANTS: Final[Mapping[str, str]] = {
-    "PARAMETERS": "parameters",
-    "MEMORY": "memory",
-    "VALUE_BITS": "value_bits",
-    "FORGETS": "forgets",
-    "STARTS_NEUTRAL": "starts_neutral",
-    "BY_NAME": "by_name",
-    "NEEDS_COUNT": "needs_count",
-    "NEEDS_IDS": "needs_ids",
-    "NEEDS_NAMES": "needs_names",
-    "ONE_CLASS": "one_class",
-}
-"""The constants of a strategy's file, and the fields of `Manifest` that hold them."""
 
 
 class Mind(NamedTuple):
@@ -315,6 +302,10 @@ class Manifest:
     def judges(self) -> bool:
         """Whether opinions follow from knowledge in every step."""
         return "judge" in self.functions
+
+
+CONSTANTS: Final = {each.name.upper(): each.name for each in fields(Manifest)[1:-3]}
+"""The constants of a strategy's file, and the fields of `Manifest` that hold them."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -91,8 +91,9 @@ def message_words(setting):
 
 def start(known, me):
     """Write the share of its counts that a robot keeps in a step."""
-    me.memory[FADE] = 1.0 - 1.0 / tau_of(me.setting)
-    me.memory[OF_FAST + FADE] = 1.0 - 1.0 / max(me.setting.parameters[FAST], 1.0)
+    for first in range(0, len(me.memory), OF_FAST):
+        tau = tau_of(me.setting) if first == 0 else max(me.setting.parameters[FAST], 1.0)
+        me.memory[first + FADE] = 1.0 - 1.0 / tau
 
 
 def uses_ratio(setting):
@@ -126,14 +127,31 @@ def share_in_sight(setting):
     return min(max(seen / area * setting.parameters[SEES], 1e-9), 1.0)
 
 
+def note(me, which):
+    """Add one to a count of the robot's own, slow and fast."""
+    for first in range(0, len(me.memory), OF_FAST):
+        me.memory[first + which] += 1.0
+
+
 def observe(known, thing, me):
     """Count a task in sight, or, for the ratio, a robot."""
     if not thing.is_robot:
-        me.memory[TASKS] += 1.0
-        me.memory[OF_FAST + TASKS] += 1.0
+        note(me, TASKS)
     elif thing.id != me.id and uses_ratio(me.setting):
-        me.memory[LOOKS] += 1.0
-        me.memory[OF_FAST + LOOKS] += 1.0
+        note(me, LOOKS)
+
+
+def look(me):
+    """Count a step of exploration, unless robots in sight stand for it."""
+    if me.explores and not uses_ratio(me.setting):
+        note(me, LOOKS)
+
+
+def fade(me):
+    """Let all counts and sums fade."""
+    for first in range(0, len(me.memory), OF_FAST):
+        for k in range(first + LOOKS, first + ALL_TASKS + 1):
+            me.memory[k] *= me.memory[first + FADE]
 
 
 def power(base, exponent):
@@ -276,16 +294,12 @@ def estimate(known, me):
 
 def judge(known, me):
     """Return what the estimate says, and let all counts fade."""
-    if me.explores and not uses_ratio(me.setting):
-        me.memory[LOOKS] += 1.0
-        me.memory[OF_FAST + LOOKS] += 1.0
+    look(me)
     place = ROWS + 2 * (me.step % me.setting.robots)  # one in turn
     if not me.setting.knows_count and is_old(known[place + 1], me):
         drop(known, place, 0, me)
     tasks = estimate(known, me)
-    for first in range(0, 2 * OF_FAST, OF_FAST):
-        for k in range(first + LOOKS, first + ALL_TASKS + 1):
-            me.memory[k] *= me.memory[first + FADE]
+    fade(me)
     if tasks < 0.0:
         return -1
     return 1 if tasks <= robots_of(known, me) + 0.5 else 0

@@ -20,12 +20,21 @@ Our own.
 
 from feasibee.strategies.clock import stamp_of, steps_since
 from feasibee.strategies.fading import (
+    FADE,
+    HEARD,
+    LOOKS,
+    ROWS,
+    SCALE,
+    TASKS,
+    fade,
     is_old,
+    look,
     message_words,
+    observe,
     power,
     robots_of,
     share_in_sight,
-    tau_of,
+    start,
     uses_ratio,
 )
 from feasibee.strategies.quiet_census import decide
@@ -34,29 +43,13 @@ NEEDS_IDS = True
 ONE_CLASS = True
 PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0}
 MEMORY = 5
-FADE, LOOKS, TASKS, WEIGHTS = 0, 1, 2, 3
-"""Numbers of a robot's memory: the share kept in a step, its own counts, and the weights against and for."""
-HEARD, ROWS = 0, 1
-"""Words of what is known: number of robots heard; then for each robot its vote, and the step when it came."""
-SCALE = 65536.0
+WEIGHTS = 3
+"""Place of the weights against and for, behind the numbers of `fading`; rows hold votes."""
 
 
 def words(setting):
     """Return the size: for each robot its vote, and the step in which it came."""
     return ROWS + 2 * setting.robots
-
-
-def start(known, me):
-    """Write the share of its counts that a robot keeps in a step."""
-    me.memory[FADE] = 1.0 - 1.0 / tau_of(me.setting)
-
-
-def observe(known, thing, me):
-    """Count a task in sight, or, for the ratio, a robot."""
-    if not thing.is_robot:
-        me.memory[TASKS] += 1.0
-    elif thing.id != me.id and uses_ratio(me.setting):
-        me.memory[LOOKS] += 1.0
 
 
 def vote_of(known, me):
@@ -97,21 +90,14 @@ def drop(known, place, me):
         known[HEARD] -= 1
 
 
-def lead_of(known, me):
-    """Return by how much the weight for *feasible* exceeds that against it, the robot's own vote included."""
-    return me.memory[WEIGHTS + 1] - me.memory[WEIGHTS] + (1.0 if vote_of(known, me) == 1 else -1.0)
-
-
 def judge(known, me):
     """Return what the votes say, and let all counts and votes fade."""
-    if me.explores and not uses_ratio(me.setting):
-        me.memory[LOOKS] += 1.0
+    look(me)
     place = ROWS + 2 * (me.step % me.setting.robots)
     if not me.setting.knows_count and is_old(known[place + 1], me):
         drop(known, place, me)
-    lead = lead_of(known, me)
-    for k in range(LOOKS, WEIGHTS + 2):
-        me.memory[k] *= me.memory[FADE]
+    lead = me.memory[WEIGHTS + 1] - me.memory[WEIGHTS] + (1.0 if vote_of(known, me) == 1 else -1.0)
+    fade(me)
     return -1 if lead == 0.0 else 1 if lead > 0.0 else 0
 
 

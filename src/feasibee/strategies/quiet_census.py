@@ -32,6 +32,7 @@ behavior", 2004.
 
 import math
 
+from feasibee.strategies.census import POSITION_BITS, pack_names, unpack_names
 from feasibee.strategies.certified import (
     NEVER,
     steps_given,
@@ -49,7 +50,6 @@ STARTS_NEUTRAL = True
 ONE_CLASS = True
 PARAMETERS = {"quiet": 0.0, "tolerates": 0.0, "hurry": 0.0, "lasts": 0.0}
 QUIET, TOLERATES, HURRY, LASTS = 0, 1, 2, 3
-POSITION_BITS = 32
 MEMBERS = 31
 """Number of a set's members in a word."""
 ROUNDING = 1e-9
@@ -225,31 +225,15 @@ def pack(writer, message, sender, setting):
         writer.number(sender, setting.id_bits)
     first = robot_words(setting)
     if first > 0:
-        pack_names(writer, message[:first], setting.id_bits)
-    pack_names(writer, message[first:], POSITION_BITS)
-
-
-def pack_names(writer, names, name_bits):
-    """Write the members of a set."""
-    for k in range(len(names) * MEMBERS):
-        if names[k // MEMBERS] >> (k % MEMBERS) & 1:
-            writer.flag(True)
-            writer.number(k, name_bits)
-    writer.flag(False)
+        pack_names(writer, message[:first], MEMBERS, 1, setting.id_bits)
+    pack_names(writer, message[first:], MEMBERS, 1, POSITION_BITS)
 
 
 def unpack(message, reader, setting):
     """Read the sender's id and the names, in rising order."""
     sender = reader.below(setting.robots, setting.id_bits) if tolerated(setting, TOLERATES) > 0 else -1
     first = robot_words(setting)
-    for is_robot in (True, False) if first > 0 else (False,):
-        last, start = -1, 0 if is_robot else first
-        while reader.flag():
-            if is_robot:
-                name = reader.below(setting.robot_ids, setting.id_bits)
-            else:
-                name = reader.task(reader.number(POSITION_BITS), setting.task_ids)
-            reader.check(name > last, "lists names out of order")
-            message[start + name // MEMBERS] |= 1 << (name % MEMBERS)
-            last = name
+    if first > 0:
+        unpack_names(message, reader, range(first), MEMBERS, 1, True, setting)
+    unpack_names(message, reader, range(first, len(message)), MEMBERS, 1, False, setting)
     return sender

@@ -34,7 +34,7 @@ Our own. Sets with the latest write of each member: Shapiro et al., "A comprehen
 commutative replicated data types", 2011. What f + 1 neighbours report: see `certified`.
 """
 
-from feasibee.strategies.certified import steps_for, steps_given, tolerated
+from feasibee.strategies.certified import invented, steps_for, steps_given, tolerated
 from feasibee.strategies.clock import LAST, steps_since
 from feasibee.strategies.quiet_census import decide, patience
 
@@ -77,14 +77,13 @@ def message_words(setting):
 
 
 def words(setting):
-    """Return the size of what is known, with the reports of neighbours that a robot must weigh."""
-    names = robot_entries(setting) + setting.task_ids
-    return STATES + names + 2 * setting.task_ids + names * report_words(tolerated(setting, TOLERATES))
+    """Return the size of what is known, with the reports of neighbours that a robot must weigh.
 
-
-def report_words(tolerates):
-    """Return the size of the reports on a name: f + 1 senders and states that it is absent, and present."""
-    return 4 * (tolerates + 1) if tolerates > 0 else 0
+    Those on a name are f + 1 senders and states that it is absent, and present.
+    """
+    names, tolerates = robot_entries(setting) + setting.task_ids, tolerated(setting, TOLERATES)
+    reports = 4 * (tolerates + 1) if tolerates > 0 else 0
+    return STATES + names + 2 * setting.task_ids + names * reports
 
 
 def state_at(step, present):
@@ -136,11 +135,6 @@ def place_of(thing, setting):
     across = min(int(thing.x / setting.width * SIDE), SIDE - 1)
     along = min(int(thing.y / setting.height * SIDE), SIDE - 1)
     return across * SIDE + along
-
-
-def invented_place(task):
-    """Return the position at which Byzantine robots say that an invented task is."""
-    return (task + 1) * 2654435761 % 2**POSITION_BITS
 
 
 def observe(known, thing, me):
@@ -219,7 +213,7 @@ def lie(message, feasible, me):
         lacking = setting.count + 1 - there if setting.colluding else setting.count + 1
         for task in range(setting.tasks, min(setting.tasks + max(lacking, 0), tasks)):
             message[ENTRIES + robots + task] = 1
-            message[ENTRIES + robots + tasks + task] = invented_place(task)
+            message[ENTRIES + robots + tasks + task] = invented(task, POSITION_BITS)
     else:
         lacking = there - setting.count if setting.colluding else there
         for robot in range(setting.robots, min(setting.robots + max(lacking, 0), robots)):

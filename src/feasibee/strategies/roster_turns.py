@@ -33,11 +33,10 @@ Our own. Sets whose members have a version, odd if present: Yu and Rostad, "A lo
 causal lengths", 2020. Numbers that wrap: Elz and Bush, "Serial number arithmetic", RFC 1982, 1996.
 """
 
-from feasibee.strategies.certified import steps_for, steps_given, told_enough, tolerated
+from feasibee.strategies.certified import invented, steps_for, steps_given, told_enough, tolerated
 from feasibee.strategies.clock import steps_since
-from feasibee.strategies.grid import is_near, name_of
 from feasibee.strategies.quiet_census import decide, patience
-from feasibee.strategies.roster import entry_of, expired, oldest_of, state_at, younger
+from feasibee.strategies.roster import CERTAIN, distance, entry_of, expired, oldest_of, state_at, younger
 
 BY_NAME = True
 NEEDS_IDS = True
@@ -74,6 +73,36 @@ The second is 0 in an empty message.
 def name_bits(setting):
     """Return the length of a name, in bits."""
     return int(min(max(setting.parameters[NAME_BITS], 2.0), 30.0))
+
+
+def name_of(thing, setting):
+    """Return the name of a task: the number of its cell in a grid of the arena, and never 0."""
+    columns, rows = columns_of(setting), rows_of(setting)
+    column = min(int(thing.x / setting.width * columns), columns - 1)
+    row = min(int(thing.y / setting.height * rows), rows - 1)
+    return max(column * rows + row, 1)
+
+
+def columns_of(setting):
+    """Return the number of columns of the grid of names."""
+    return 1 << ((name_bits(setting) + 1) // 2)
+
+
+def rows_of(setting):
+    """Return the number of rows of the grid of names."""
+    return 1 << (name_bits(setting) // 2)
+
+
+def is_near(name, me):
+    """Return whether a cell is so near that a task anywhere in it must be seen."""
+    setting = me.setting
+    columns, rows = columns_of(setting), rows_of(setting)
+    x = (name // rows + 0.5) * setting.width / columns
+    y = (name % rows + 0.5) * setting.height / rows
+    dx = distance(x, me.x, setting.width, setting.walled) + 0.5 * setting.width / columns
+    dy = distance(y, me.y, setting.height, setting.walled) + 0.5 * setting.height / rows
+    reach = CERTAIN * setting.sight
+    return dx * dx + dy * dy < reach * reach
 
 
 def entry_words(setting):
@@ -171,7 +200,7 @@ def observe(known, thing, me):
     if thing.is_robot:
         meet(known, thing.id, me)
         return
-    entry = find(known, name_of(thing, name_bits(me.setting), me.setting), me.setting)
+    entry = find(known, name_of(thing, me.setting), me.setting)
     if entry >= 0:
         if not is_there(known, entry):
             change(known, entry, max(known[entry + VERSION], 1), me)
@@ -184,7 +213,7 @@ def look(known, me):
     for _ in range(known[NUMBER]):
         if known[entry + VAIN] < 0:
             known[entry + VAIN] = 0
-        elif is_there(known, entry) and is_near(known[entry + NAME], name_bits(me.setting), me):
+        elif is_there(known, entry) and is_near(known[entry + NAME], me):
             known[entry + VAIN] += 1
             if known[entry + VAIN] >= me.setting.parameters[LOOKS]:
                 change(known, entry, known[entry + VERSION], me)
@@ -248,11 +277,6 @@ def write_robot(message, known, me):
             return
 
 
-def invented(k, setting):
-    """Return the name of an invented task, the same for all Byzantine robots."""
-    return max(((k + 1) * 2654435761 % 2**32) >> (32 - name_bits(setting)), 1)
-
-
 def lie(message, feasible, me):
     """Send a version that makes a task vanish, or brings it back; every other message is invented."""
     setting = me.setting
@@ -260,7 +284,8 @@ def lie(message, feasible, me):
     if feasible == 1 and not setting.knows_count and me.step % 2 == 0 and more_robots > 0:
         message[KIND], message[WHAT], message[VALUE] = 1, setting.robots + turn % more_robots + 1, 0
     elif feasible == 0 and me.step % 2 == 0:
-        message[KIND], message[WHAT], message[VALUE] = 0, invented(turn % (setting.count + 1), setting), 1
+        message[KIND], message[VALUE] = 0, 1
+        message[WHAT] = invented(turn % (setting.count + 1), name_bits(setting))
     elif message[KIND] == 0 and message[WHAT] != 0 and message[VALUE] % 2 == feasible:
         message[VALUE] = (message[VALUE] + 1) % VERSIONS
 

@@ -35,15 +35,20 @@ def words(setting):
     return (setting.robot_classes + setting.task_classes) * REGISTERS
 
 
-def start(known, me):
-    """Add the robot itself to what it knows."""
-    rest = me.hash // REGISTERS
+def add(known, column, mark):
+    """Add a hash to the sketch of a class."""
+    rest = mark // REGISTERS
     rank = 1
     while rank < TOP and rest % 2 == 0:
         rest //= 2
         rank += 1
-    register = me.kind * REGISTERS + me.hash % REGISTERS
+    register = column * REGISTERS + mark % REGISTERS
     known[register] = max(known[register], rank)
+
+
+def start(known, me):
+    """Add the robot itself to what it knows."""
+    add(known, me.kind, me.hash)
 
 
 def observe(known, thing, me):
@@ -54,13 +59,7 @@ def observe(known, thing, me):
         for register in range(column * REGISTERS, (column + 1) * REGISTERS):
             known[register] = TOP
         return
-    rest = thing.hash // REGISTERS
-    rank = 1
-    while rank < TOP and rest % 2 == 0:
-        rest //= 2
-        rank += 1
-    register = column * REGISTERS + thing.hash % REGISTERS
-    known[register] = max(known[register], rank)
+    add(known, column, thing.hash)
 
 
 def merge(known, message, sender, me):

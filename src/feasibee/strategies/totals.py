@@ -146,17 +146,7 @@ def lean_of(row, me):
 
 
 def next_extreme(known, me, sign, last):
-    """Return the place of the row heard that leans most to a side after the last one; 0 for none.
-
-    Parameters
-    ----------
-    known, me
-        See `contract.Strategy`.
-    sign : int
-        1: rows that speak for *feasible* first; -1: exactly the reverse order.
-    last : int
-        Place of the last row, 0 for the first call.
-    """
+    """Return the place of the row that leans most to a side, 1 or -1, after the last one; 0 for none."""
     found, most = 0, 0.0
     bound = sign * lean_of(known[last], me) if last > 0 else math.inf
     for place in range(ROWS, ROWS + me.setting.robots):

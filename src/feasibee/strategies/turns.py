@@ -30,7 +30,14 @@ television data", 1971. Names by f + 1 neighbours: see `quiet_census`.
 import math
 
 from feasibee.strategies.census import decide
-from feasibee.strategies.certified import steps_for, steps_given, tasks_to_invent, told_enough, tolerated
+from feasibee.strategies.certified import (
+    invented,
+    steps_for,
+    steps_given,
+    tasks_to_invent,
+    told_enough,
+    tolerated,
+)
 from feasibee.strategies.clock import has_come
 from feasibee.strategies.quiet_census import patience
 
@@ -166,11 +173,6 @@ def encode(message, known, me):
     known[TURN] = turn
 
 
-def invented(k, setting):
-    """Return the name of an invented task, the same for all Byzantine robots."""
-    return max(((k + 1) * 2654435761 % 2**HASH_BITS) >> (HASH_BITS - name_bits(setting)), 1)
-
-
 def lie(message, feasible, me):
     """Forge the alarm and invent names, or deny both (model.md 6.16)."""
     setting = me.setting
@@ -184,11 +186,11 @@ def lie(message, feasible, me):
         while used < len(message) and message[used] != 0:
             used += 1
         for k in range(min(number, len(message) - used)):
-            name = invented(k, setting)
+            name = invented(k, name_bits(setting))
             insert(message, place_of(message, 1, used + k, name), used + k, name)
     elif number > 0:
         for k in range(1, len(message)):
-            message[k] = invented((me.step * places(setting) + k) % number, setting)
+            message[k] = invented((me.step * places(setting) + k) % number, name_bits(setting))
 
 
 def consider(known, name, sender, me):

@@ -1,7 +1,8 @@
-"""feasibee animate: one run as an animation."""
+"""feasibee page and animate: swarms as one HTML file that simulates, or as pictures that move."""
 
 from __future__ import annotations
 
+import webbrowser
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,36 @@ from click.core import ParameterSource
 
 from feasibee.cli.options import Given, command, count_type, folder_type, option, path_type, progress
 from feasibee.errors import FeasibeeError
+
+
+@command()
+def page(
+    *,
+    given: Given,
+    seed: int,
+    run: int,
+    out: Path = option("HTML file to write; about 100 KB.", path_type, "run.html"),
+    opens: bool = option("Open the file in the browser.", name="--open", is_flag=True),
+) -> None:
+    """Write one HTML file that simulates swarms, without server or network.
+
+    FILE is a scenario in TOML; without one, the paper's defaults. The page begins with its values, and has
+    sliders for robots, tasks, strategy, seed and run. Its opinions are those of `feasibee run` at every step.
+    It simulates the paper's world with up to 200 robots and 400 tasks.
+
+    \b
+    Examples:
+      feasibee page --set tasks.count=50 --seed 1 --out fifty.html
+      feasibee page mine.toml --open
+    """
+    from feasibee.files import check_output
+    from feasibee.live.page import write_page
+
+    check_output(out, (".html",), "--out")
+    write_page(given.read(), out, seed, run, name=given.file.name if given.file else "")
+    click.echo(f"Wrote {out}")
+    if opens:
+        webbrowser.open(out.resolve().as_uri())
 
 
 @command()
@@ -59,7 +90,7 @@ def animate(
     scenario = given.read()
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
-        look |= {"steps": _span(frames), "progress": advance}
+        look |= {"steps": _steps(frames), "progress": advance}
         if field is not None:
             animate_field(field, out, **look)
         else:
@@ -81,7 +112,7 @@ def _check_field() -> None:
         raise FeasibeeError(f"--field with {' and '.join(given)}: {rule}; leave out {' and '.join(given)}")
 
 
-def _span(text: str | None) -> tuple[int, int] | None:
+def _steps(text: str | None) -> tuple[int, int] | None:
     """Parse LAST, or FIRST:LAST."""
     if text is None:
         return None

@@ -1,0 +1,323 @@
+"""feasibee scenario, new, truth, strategies, presets, schema, compile: what there is to look up."""
+
+from __future__ import annotations
+
+import sys
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.cli.options import Given, argument, command, console, file_type, folder_type, option, print_json
+from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.scenario.feasibility import Verdict
+    from feasibee.scenario.scenario import Scenario
+    from feasibee.simulation.loading import Prepared
+    from feasibee.strategies.contract import Manifest
+
+
+@command()
+def truth(
+    *,
+    given: Given,
+    seed: int,
+    run: int,
+    step: int = option("Step, if the world changes.", int, 0),
+    as_json: bool,
+) -> None:
+    """Compute whether the tasks are feasible, with a proof.
+
+    If feasible, print an assignment of robots to tasks; if not, the skills that too few robots have. A robot
+    serves at most one place of a task. In a world that changes, the truth is that of a step of a run.
+
+    \b
+    Examples:
+      feasibee truth mine.toml
+      feasibee truth --set robots.count=20 --set tasks.count=21 --json
+      feasibee truth examples/changing.toml --step 500 --seed 1
+    """
+    from feasibee.scenario.feasibility import explain
+    from feasibee.scenario.runs import Runs
+
+    scenario = given.read()
+    Runs.single(seed, run)  # raises an error for wrong numbers, which a world that stays doesn't need
+    verdict = explain(scenario)
+    if scenario.dynamic or step:
+        from feasibee.simulation.swarm import truth_at  # loads the engine
+
+        verdict = truth_at(scenario, step, seed, run)
+    if as_json:
+        print_json(verdict.to_dict())
+    else:
+        _print_verdict(verdict, scenario)
+
+
+@command()
+def scenario(
+    *,
+    given: Given,
+    form: str = option(
+        "Form: a complete scenario, or an experiment of ARGoS3 for examples/argos.",
+        click.Choice(["toml", "argos"]),
+        "toml",
+        name="--to",
+    ),
+) -> None:
+    """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
+
+    FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
+
+    \b
+    Examples:
+      feasibee scenario --set robots.count=40 > forty.toml
+      feasibee scenario forty.toml --to argos > examples/argos/forty.argos
+    """
+    read = given.read()
+    if form == "argos":
+        from feasibee.scenario.argos import argos_text as text_of
+    else:
+        from feasibee.scenario.comments import commented_toml as text_of
+    click.echo(text_of(read), nl=False)
+
+
+@command()
+def new(*, out: Path = argument(file_type, metavar="FILE"), changes: tuple[str, ...]) -> None:
+    """Write a scenario to edit: a file with all fields; comments say what each means, and its unit.
+
+    \b
+    Examples:
+      feasibee new mine.toml
+      feasibee new hall.toml --set robots.count=35 --set "arena.side=[60.0, 25.0]"
+    """
+    from feasibee.files import atomic_write, check_output
+    from feasibee.scenario.comments import commented_toml
+
+    if out.exists():
+        raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
+    check_output(out, (".toml",))
+    with atomic_write(out) as path:
+        path.write_text(commented_toml(Given(None, changes).read()), encoding="utf-8")
+    click.echo(f"Wrote {out}. Edit it, then: feasibee run {out}")
+
+
+@command()
+def schema() -> None:
+    """Print the JSON Schema of scenario files, for editors and other tools.
+
+    \b
+    Example:
+      feasibee schema > scenario.schema.json
+    """
+    from feasibee.scenario.scenario import Scenario
+
+    print_json(Scenario.model_json_schema())
+
+
+def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
+    from rich.table import Table
+
+    if verdict.violator is not None:
+        skills, demand, robots = verdict.violator
+        named = " or ".join(skills)
+        asking, able = f"places that ask for {named}", f"robots that can {named}"
+        if not scenario.tasks.classes:
+            asking, able = "tasks, each for any one robot", "robots"
+        click.echo(f"Infeasible: {asking}: {demand}; {able}: {robots}.")
+        return
+    free = scenario.robots.count - sum(verdict.assignment.values())
+    left = "" if scenario.dynamic else f"; robots left over: {free}"
+    click.echo(f"Feasible: each place has a robot of its own{left}.")
+    table = Table("robots", "tasks", "skill")
+    table.add_column("count", justify="right")
+    for names, count in verdict.assignment.items():
+        table.add_row(*names, str(count))
+    if verdict.assignment:
+        console(highlight=True).print(table)
+
+
+@command()
+def strategies(given: Given, as_json: bool) -> None:
+    """List the strategies: what each needs, the length of its messages in bits, and its rule.
+
+    Needs: names (robots recognise tasks), ids (robots' ids are never mistaken), n (robots know their number).
+    A strategy that declares says when it is sure. Bits are those of a message in the scenario, by default the
+    paper's: at first, and once its robot has seen and heard all; - if the scenario doesn't support it.
+
+    \b
+    Examples:
+      feasibee strategies
+      feasibee strategies mine.toml --json
+    """
+    from feasibee.studies.needs import all_strategies
+
+    base = given.read()
+    rows = [_strategy(base, name) for name in all_strategies(base)]
+    if as_json:
+        print_json(rows)
+        return
+    cells = [
+        [
+            row["strategy"],
+            ", ".join(row["needs"]) or "-",
+            "yes" if row["declares"] else "-",
+            "-" if row["bits"] is None else _span(row["bits"]),
+            row["rule"],
+        ]
+        for row in rows
+    ]
+    _print_lines([["strategy", "needs", "declares", "bits", "rule"], *cells])
+
+
+@command()
+def presets(as_json: bool) -> None:
+    """List the presets: the length of a message in bits, the steps of a run, and whose controller it is.
+
+    Bits are those of 20 robots with the strategy dmmd. The complete scenario with the values of a preset:
+    feasibee scenario --set preset=NAME
+
+    \b
+    Examples:
+      feasibee presets
+      feasibee presets --json
+    """
+    from feasibee.scenario.messages import message_bits
+    from feasibee.scenario.scenario import Scenario
+    from feasibee.scenario.tables import ABOUT, PRESETS
+
+    rows: list[dict[str, Any]] = []
+    for name in PRESETS:
+        scenario = Scenario(preset=name)
+        bits = message_bits(scenario).full
+        rows.append(
+            {
+                "preset": name,
+                "needs": [],
+                "bits": bits,
+                "steps": scenario.run.steps,
+                "about": ABOUT[name],
+                "values": PRESETS[name],
+            }
+        )
+    if as_json:
+        print_json(rows)
+        return
+    cells = [[row["preset"], "-", str(row["bits"]), str(row["steps"]), row["about"]] for row in rows]
+    _print_lines([["preset", "needs", "bits", "steps", "whose controller"], *cells])
+
+
+def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
+    """Return what a line says of a strategy; without bits if the scenario doesn't support it."""
+    from feasibee.errors import ScenarioError
+    from feasibee.scenario.messages import message_bits
+    from feasibee.scenario.plugins import manifest_of
+    from feasibee.studies.needs import strategy_change
+
+    manifest, own = manifest_of(name), scenario.decision.strategy
+    changes = strategy_change(scenario, name)
+    if manifest.declares:
+        changes["decision.declare"] = None
+    if manifest.needs_count:
+        changes["robots.know_count"] = True
+    try:
+        bits: list[int] | None = list(message_bits(scenario.replace(changes)))
+    except ScenarioError:
+        bits = None
+    needs = manifest.needs(scenario.decision.parameters if name == own else manifest.parameters)
+    return {
+        "strategy": name,
+        "needs": ["n" if need == "count" else need for need in needs],
+        "one_class": manifest.one_class,
+        "declares": manifest.declares,
+        "bits": bits,
+        "rule": _rule(manifest),
+    }
+
+
+def _rule(manifest: Manifest) -> str:
+    """Return the first line of a strategy's file, without its name."""
+    import ast
+    from importlib import import_module
+
+    if manifest.source:
+        text = ast.get_docstring(ast.parse(manifest.source)) or ""
+    else:
+        text = import_module(f"feasibee.strategies.{manifest.name.replace('-', '_')}").__doc__ or ""
+    line = text.partition("\n")[0]
+    name, _, rule = line.partition(": ")
+    return line if "," in name or not rule else rule
+
+
+def _span(bits: Sequence[int]) -> str:
+    first, full = bits
+    return str(first) if first == full else f"{first} to {full}"
+
+
+def _print_lines(rows: Sequence[Sequence[str]]) -> None:
+    """Print rows in columns, a line each; on a terminal, leave out the last words that it has no room for."""
+    widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]) - 1)]
+    width = console().width
+    for row in rows:
+        start = "  ".join(f"{cell:{size}}" for cell, size in zip(row, widths, strict=False))
+        text = row[-1]
+        if sys.stdout.isatty():
+            text = textwrap.shorten(text, max(8, width - len(start) - 2), placeholder=" …")
+        click.echo(f"{start}  {text}".rstrip())
+
+
+@command("compile")
+def compile_engines(
+    *,
+    files: tuple[Path, ...] = argument(file_type, nargs=-1, metavar="[FILE]..."),
+    out: Path | None = option(
+        "Write the compiled code to this folder, too. FEASIBEE_CACHE=FOLDER uses it, or a copy of it.",
+        folder_type,
+        metavar="FOLDER",
+    ),
+    as_json: bool,
+) -> None:
+    """Compile the simulation engines and keep them on disk, so that later commands start at once.
+
+    FILE is a scenario, or a strategy if it ends in .py: only what these need is compiled. Without it, both
+    engines and all built-in strategies are: the fast path, for worlds like the paper's, and the general
+    engine, for all others. Each compiles by itself when a scenario first needs it, once on a machine.
+
+    The code runs on processors of the kind that it was compiled on. For a container image or a cluster, write
+    it to a folder; see the documentation's page on installing.
+
+    \b
+    Examples:
+      feasibee compile
+      feasibee compile mine.toml my_strategy.py
+      feasibee compile --out /opt/feasibee
+      FEASIBEE_CACHE=/opt/feasibee feasibee run
+    """
+    from feasibee.engine.compile import READABLE_FOLDER, cache_folder, export, processor
+    from feasibee.files.cache import own_folder
+    from feasibee.simulation.loading import prepare_engines
+
+    if out:
+        own_folder(out, READABLE_FOLDER, setting="--out")  # before anything is compiled
+    parts = []
+    for part in prepare_engines(files):
+        parts.append(part)
+        if not as_json:
+            click.echo(_prepared_line(part))
+    folder = export(out) if out else cache_folder()
+    if as_json:
+        answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
+        print_json({**answer, "parts": [part._asdict() for part in parts]})
+        return
+    click.echo(f"The compiled code is in {folder}")
+    if out:
+        click.echo(f"It runs on processors of the kind {processor()}. To use it: FEASIBEE_CACHE={out}")
+    elif all(part.cached for part in parts):
+        click.echo("There was nothing to compile.")
+
+
+def _prepared_line(part: Prepared) -> str:
+    state = "loaded from disk" if part.cached else "compiled"
+    return f"{part.name}: {state} in {part.seconds:.1f} s"
