@@ -27,7 +27,6 @@ from pydantic_core import ErrorDetails
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
 from feasibee.scenario.conflicts import conflicts
-from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
@@ -269,14 +268,10 @@ class Scenario(Sections):
             ("tasks", "points", ""),
             ("decision", "strategy", ".py"),
         ):
-            table = given.get(name)
-            if (
-                folder
-                and isinstance(table, dict)
-                and isinstance(table.get(key), str)
-                and table[key].endswith(suffix)
-            ):
-                table[key] = str(folder / table[key])
+            table: Any = given.get(name)
+            value = table.get(key) if isinstance(table, dict) else None
+            if folder and isinstance(value, str) and value.endswith(suffix):
+                table[key] = str(folder / value)
         return cls.model_validate(given, context={"source": source, "trusted": trusted})
 
     @classmethod
@@ -363,10 +358,4 @@ class Scenario(Sections):
 
     def _repr_html_(self) -> str:
         """Return the scenario as HTML for notebooks."""
-        notes = {
-            f"{name}.{key}": each.description or ""
-            for name, section in SECTIONS.items()
-            for key, each in section.model_fields.items()
-        }
-        tables, usual = self.to_dict(), type(self)().to_dict()
-        return show_scenario(tables, usual, notes, truth(self), self.hash, changes=self.dynamic)
+        return show_scenario(self, self.to_dict(), type(self)().to_dict(), self.hash)
