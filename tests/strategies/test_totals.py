@@ -180,14 +180,6 @@ def test_robots_and_tasks_of_the_same_number_are_told_apart_and_false_sightings_
     assert robot.words[:2] == [10 + 3, 12 + 3]
 
 
-def test_every_sighting_counts_without_arrivals():
-    robot = named()
-    for _ in range(3):
-        robot.observe([TASK, ROBOT])
-        robot.end_step(explores=True)
-    assert robot.words[:2] == [3, 3]
-
-
 def test_the_number_of_robots_is_divided_by_kappa():
     robot = named(arrivals=1.0, kappa=2.0)
     robot.merge(row(30, 12), 5)
