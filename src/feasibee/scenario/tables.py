@@ -56,12 +56,8 @@ def read_points(path: str, field: str) -> tuple[FilePoints, list[Problem]]:
                 points.append(point)
                 lines.append(line)
                 continue
-            rule = f"line {line} must be two numbers, x and y"
-            problems.append(
-                Problem(
-                    field, path, f"{rule}, not {quoted(','.join(row))}", "write two numbers, such as 1.5,2.0"
-                )
-            )
+            rule = f"line {line} must be two numbers, x and y, not {quoted(','.join(row))}"
+            problems.append(Problem(field, path, rule, "write two numbers, such as 1.5,2.0"))
             if len(problems) >= PROBLEMS_LIMIT:
                 break
     except csv.Error as error:
