@@ -31,25 +31,17 @@ def umask():
     os.umask(before)
 
 
-def test_a_file_appears_whole_with_its_name(tmp_path):
+@pytest.mark.parametrize("old", [None, "old"])
+def test_a_file_appears_whole_with_its_name(tmp_path, old):
     target = tmp_path / "data.csv"
-    with atomic_write(target) as temporary:
+    if old is not None:
+        target.write_text(old)
+    with atomic_write(target if old is None else str(target)) as temporary:
         temporary.write_text("half")
-        assert not target.exists()
-        assert temporary.parent == tmp_path
-        assert temporary.suffix == ".csv"
+        assert (target.read_text() if target.exists() else None) == old
+        assert (temporary.parent, temporary.suffix) == (tmp_path, ".csv")
         temporary.write_text("whole")
     assert target.read_text() == "whole"
-    assert names(tmp_path) == ["data.csv"]
-
-
-def test_a_file_is_replaced_only_at_the_end(tmp_path):
-    target = tmp_path / "data.csv"
-    target.write_text("old")
-    with atomic_write(str(target)) as temporary:
-        temporary.write_text("new")
-        assert target.read_text() == "old"
-    assert target.read_text() == "new"
     assert names(tmp_path) == ["data.csv"]
 
 
@@ -83,29 +75,17 @@ def test_permissions_follow_the_umask(tmp_path, umask, mask, mode):
     assert umask(0o022) == mask
 
 
-def test_a_missing_folder_is_told(tmp_path):
-    with (
-        pytest.raises(FeasibeeError, match=r"missing/data\.csv: can't be written: No such file.*folder"),
-        atomic_write(tmp_path / "missing" / "data.csv"),
-    ):
-        pytest.fail("there is nothing to write to")
-    assert names(tmp_path) == []
-
-
-def test_a_file_in_place_of_the_folder_is_told(tmp_path):
+@pytest.mark.parametrize(
+    ("path", "why"),
+    [("missing/data.csv", "No such file.*folder"), ("file/data.csv", "Not a dir"), ("data", "isn't a plain")],
+)
+def test_where_no_file_can_be_is_told_and_all_stays(tmp_path, path, why):
     (tmp_path / "file").write_text("old")
-    with pytest.raises(FeasibeeError, match="can't be written"), atomic_write(tmp_path / "file" / "data.csv"):
-        pytest.fail("there is nothing to write to")
-    assert names(tmp_path) == ["file"]
-
-
-def test_a_folder_in_place_of_the_file_is_told_and_stays(tmp_path):
     (tmp_path / "data").mkdir()
     (tmp_path / "data" / "inside").write_text("old")
-    with pytest.raises(FeasibeeError, match="data: "), atomic_write(tmp_path / "data") as temporary:
-        temporary.write_text("whole")
-    assert names(tmp_path) == ["data"]
-    assert names(tmp_path / "data") == ["inside"]
+    with pytest.raises(FeasibeeError, match=f"{path}: .*{why}"), atomic_write(tmp_path / path):
+        pytest.fail("there is nothing to write to")
+    assert (names(tmp_path), names(tmp_path / "data")) == (["data", "file"], ["inside"])
 
 
 def test_a_folder_is_made_with_those_above_it_and_may_be_there(tmp_path):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import importlib.metadata
 import inspect
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -485,26 +483,3 @@ def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(wri
     scenario = scenario_of(write(text), **{"robots.count": 3000, "arena.side": 200.0})
     with pytest.raises(FeasibeeError, match=r'fails in run 3 of seed 1: .* 1, 1, first_run=3, backend="ref'):
         simulate_record(scenario, Runs(1, 1, 3))
-
-
-def test_two_files_of_one_name_are_two_strategies(write):
-    one = write(MINE, "a/mine.py")
-    other = write(MINE.replace("if lead > 0", "if lead < 0"), "b/mine.py")
-    first, second = (simulate_record(scenario_of(path), Runs(3, 1), curves=True) for path in (one, other))
-    assert not np.array_equal(first.feasible_count, second.feasible_count)
-
-
-@pytest.mark.slow
-def test_a_users_file_runs_in_a_second_process_too(write, tmp_path):
-    """Compiled code on disk names its module, which the second process must know before it loads it."""
-    path = write(MINE)
-    code = (
-        "from feasibee import Scenario, simulate\n"
-        f"s = Scenario().replace({{'decision.strategy': {str(path)!r}, 'run.steps': 20}})\n"
-        "print(int(simulate(s, runs=3, seed=1).bits_sent.sum()))"
-    )
-    done = [
-        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-        for _ in range(2)
-    ]
-    assert done[0] == done[1]

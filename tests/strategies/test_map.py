@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
+import random
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from minds import knowing, task
 
 from feasibee import Scenario
@@ -363,66 +362,49 @@ def test_a_robot_that_tolerates_liars_sends_its_map_with_its_verdict():
 # --- Soundness ---
 
 
-@st.composite
-def worlds(draw):
-    """Draw worlds without missed sightings, and liars that robots tolerate."""
-    width, height = draw(st.sampled_from([(7.3, 7.3), (9.0, 5.1), (8.0, 8.0), (4.0, 11.3)]))
-    walls = draw(st.booleans())
-    robots = draw(st.integers(2, 24))
-    liars = draw(st.integers(0, min(3, robots // 3)))
-    tolerates = draw(st.integers(liars, liars + 1))
-    sight = draw(st.floats(0.6, 2.0))
-    return Scenario(
-        arena={"side": [width, height], "boundary": "walls" if walls else "torus"},
-        robots={
-            "count": robots,
-            "know_count": True,
-            "speed": draw(st.floats(0.2, 0.9)),
-            "avoid_collisions": draw(st.booleans()),
-            "diameter": 0.1,
-        },
-        tasks={
-            "count": max(0, robots + draw(st.integers(-2, 3))),
-            "placement": draw(st.sampled_from(["uniform", "clusters"])),
-            "spread": 0.5,
-        },
-        sensing={
-            "range": sight,
-            "observation": draw(st.sampled_from(["repeated", "unique"])),
-        },
-        radio={"range": draw(st.floats(0.5, 2.0)), "loss": draw(st.sampled_from([0.0, 0.5]))},
-        decision={
-            "strategy": "map",
-            "exploration": draw(st.floats(1, 10)),
-            "gain": draw(st.floats(1, 10)),
-            "parameters": {
-                "cell": sight * draw(st.sampled_from([0.25, 0.5, 0.8, 1.3, 3.0])),
-                "rows": float(draw(st.integers(0, 3))),
-                "tolerates": float(tolerates),
-            },
-        },
-        faults={
-            "byzantine": math.floor(1e6 * liars / robots) / 1e6,
-            "byzantine_says": draw(st.sampled_from(["colluding", "opposite", "random"])),
-        },
-        run={"steps": 200},
-    )
+def world(rng):
+    """Return a small world without missed sightings, and with no more liars than robots tolerate."""
+    robots, sight = rng.randint(2, 24), rng.uniform(0.6, 2.0)
+    liars = rng.randint(0, min(3, robots // 3))
+    changes = {
+        "arena.side": rng.choice([[7.3, 7.3], [9.0, 5.1], [8.0, 8.0], [4.0, 11.3]]),
+        "arena.boundary": rng.choice(["walls", "torus"]),
+        "robots.count": robots,
+        "robots.know_count": True,
+        "robots.speed": rng.uniform(0.2, 0.9),
+        "robots.avoid_collisions": rng.choice([True, False]),
+        "robots.diameter": 0.1,
+        "tasks.count": max(0, robots + rng.randint(-2, 3)),
+        "tasks.placement": rng.choice(["uniform", "clusters"]),
+        "tasks.spread": 0.5,
+        "sensing.range": sight,
+        "sensing.observation": rng.choice(["repeated", "unique"]),
+        "radio.range": rng.uniform(0.5, 2.0),
+        "radio.loss": rng.choice([0.0, 0.5]),
+        "decision.strategy": "map",
+        "decision.exploration": rng.uniform(1, 10),
+        "decision.gain": rng.uniform(1, 10),
+        "decision.parameters.cell": sight * rng.choice([0.25, 0.5, 0.8, 1.3, 3.0]),
+        "decision.parameters.rows": float(rng.randint(0, 3)),
+        "decision.parameters.tolerates": float(rng.randint(liars, liars + 1)),
+        "faults.byzantine": math.floor(1e6 * liars / robots) / 1e6,
+        "faults.byzantine_says": rng.choice(["colluding", "opposite", "random"]),
+        "run.steps": 200,
+    }
+    return Scenario().replace(changes)
 
 
 @pytest.mark.slow
 def test_no_robot_ever_declares_wrongly():
     """In small worlds: odd sides, walls, clusters, lost messages, and as many liars as they tolerate."""
-    declared = []
-
-    @given(worlds(), st.integers(0, 2**32))
-    def check(scenario, seed):
+    declared, rng = 0, random.Random(1)
+    for seed in range(200):
+        scenario = world(rng)
         record = simulate_record(scenario, Runs(6, seed))
         feasible = scenario.tasks.count <= scenario.robots.count
-        assert not (record.declared_infeasible if feasible else record.declared_feasible).any()
-        declared.append((record.declared_feasible + record.declared_infeasible).any())
-
-    check()
-    assert sum(declared) > 5  # so that something was tried
+        assert not (record.declared_infeasible if feasible else record.declared_feasible).any(), scenario
+        declared += (record.declared_feasible + record.declared_infeasible).any()
+    assert declared > 5  # so that something was tried
 
 
 # --- How soon, and how surely ---

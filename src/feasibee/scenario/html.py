@@ -8,6 +8,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from feasibee.model.codes import DECISIONS
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.sections import Sections
 
 LONGEST = 80
 """Number of characters of a value that are shown."""
@@ -37,46 +40,35 @@ def folded(title: str, body: str, unfold: bool = False) -> str:
 
 
 def show_scenario(
-    tables: Mapping[str, Any],
-    usual: Mapping[str, Mapping[str, Any]],
-    notes: Mapping[str, str],
-    feasible: bool,
-    digest: str,
-    *,
-    changes: bool = False,
+    scenario: Sections, tables: Mapping[str, Any], usual: Mapping[str, Mapping[str, Any]], digest: str
 ) -> str:
     """Return a scenario as HTML: a collapsed table per section, with differences from the paper emphasised.
 
     Parameters
     ----------
+    scenario : Sections
+        The scenario.
     tables, usual : mapping of str to mapping
         The complete forms of the scenario and of the paper's scenario; a list of tables becomes a section.
-    notes : mapping of str to str
-        Description of each field, by dotted path.
-    feasible : bool
-        Whether the tasks are feasible.
     digest : str
         The scenario's hash.
-    changes : bool
-        Whether its world changes, and its truth may with it.
     """
     tables = {name: _as_table(table) for name, table in tables.items()}
-    robots, tasks = (_number(tables[name]) for name in ("robots", "tasks"))
     changed = {
         name: [key for key, value in table.items() if usual.get(name, {}).get(key) != value]
         for name, table in tables.items()
     }
     count = sum(map(len, changed.values()))
     differing = f"{count} field{'s' if count > 1 else ''} not as in the paper" if count else "as in the paper"
-    truth = DECISIONS[int(feasible)]
-    when = " at the start" if changes else ""
+    when = " at the start" if scenario.dynamic else ""
     head = (
-        f"<p><strong>Scenario</strong>: {robots} robots, {tasks} tasks, "
-        f"{html.escape(str(tables['decision']['strategy']))}; truth{when}: <strong>{truth}</strong>; "
+        f"<p><strong>Scenario</strong>: {scenario.robots.count} robots, {scenario.tasks.count} tasks, "
+        f"{html.escape(scenario.decision.strategy)}; truth{when}: "
+        f"<strong>{DECISIONS[int(truth(scenario))]}</strong>; "
         f"{differing}; <code>{html.escape(digest[:12])}</code></p>"
     )
     sections = [
-        folded(_title(name, table, changed[name]), _rows(name, table, changed[name], notes))
+        folded(_title(name, table, changed[name]), _rows(name, table, changed[name]))
         for name, table in tables.items()
     ]
     return framed(head + "".join(sections))
@@ -87,24 +79,19 @@ def _as_table(table: Any) -> Mapping[str, Any]:
     return table if isinstance(table, Mapping) else {str(k): each for k, each in enumerate(table)}
 
 
-def _number(table: Mapping[str, Any]) -> int:
-    return int(table["count"]) if "count" in table else sum(each["count"] for each in table["classes"])
-
-
 def _title(name: str, table: Mapping[str, Any], changed: list[str]) -> str:
     """Return a section's name, followed by the fields that differ from the paper."""
     listed = ", ".join(f"<strong>{_code(f'{key} = {_shown(table[key])}')}</strong>" for key in changed)
     return f"{html.escape(name)}{f': {listed}' if listed else ''}"
 
 
-def _rows(name: str, table: Mapping[str, Any], changed: list[str], notes: Mapping[str, str]) -> str:
-    rows = []
+def _rows(name: str, table: Mapping[str, Any], changed: list[str]) -> str:
+    rows, fields = [], SECTIONS[name].model_fields if name in SECTIONS else {}
     for key, value in table.items():
         field = _code(f"{key} = {_shown(value)}")
         field = f"<strong>{field}</strong>" if key in changed else field
-        rows.append(
-            f"<tr><td>{field}</td><td class='note'>{html.escape(notes.get(f'{name}.{key}', ''))}</td></tr>"
-        )
+        note = (fields[key].description or "") if key in fields else ""
+        rows.append(f"<tr><td>{field}</td><td class='note'>{html.escape(note)}</td></tr>")
     return f"<table>{''.join(rows)}</table>"
 
 

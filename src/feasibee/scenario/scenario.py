@@ -27,7 +27,6 @@ from pydantic_core import ErrorDetails
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
 from feasibee.scenario.conflicts import conflicts
-from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
@@ -180,7 +179,7 @@ class Scenario(Sections):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
             )
-        given, places, problems = with_points(given_tables(given))
+        given, problems = with_points(given_tables(given))
         wrong: set[tuple[Any, ...]] = {tuple(problem.path.split(".")) for problem in problems}
         try:
             scenario = handler(given)
@@ -190,7 +189,7 @@ class Scenario(Sections):
             wrong |= {details["loc"][:2] for details in found}
             scenario = handler(without(given, wrong))
         scenario.resolve(wrong, partial(manifest_of, **(info.context or {})))
-        problems += islice(conflicts(scenario, given, places, partly=bool(wrong)), PROBLEMS_LIMIT)
+        problems += islice(conflicts(scenario, given, partly=bool(wrong)), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
         return scenario
@@ -269,14 +268,10 @@ class Scenario(Sections):
             ("tasks", "points", ""),
             ("decision", "strategy", ".py"),
         ):
-            table = given.get(name)
-            if (
-                folder
-                and isinstance(table, dict)
-                and isinstance(table.get(key), str)
-                and table[key].endswith(suffix)
-            ):
-                table[key] = str(folder / table[key])
+            table: Any = given.get(name)
+            value = table.get(key) if isinstance(table, dict) else None
+            if folder and isinstance(value, str) and value.endswith(suffix):
+                table[key] = str(folder / value)
         return cls.model_validate(given, context={"source": source, "trusted": trusted})
 
     @classmethod
@@ -363,10 +358,4 @@ class Scenario(Sections):
 
     def _repr_html_(self) -> str:
         """Return the scenario as HTML for notebooks."""
-        notes = {
-            f"{name}.{key}": each.description or ""
-            for name, section in SECTIONS.items()
-            for key, each in section.model_fields.items()
-        }
-        tables, usual = self.to_dict(), type(self)().to_dict()
-        return show_scenario(tables, usual, notes, truth(self), self.hash, changes=self.dynamic)
+        return show_scenario(self, self.to_dict(), type(self)().to_dict(), self.hash)

@@ -1,4 +1,4 @@
-"""The strategies: one file each, one row each. A strategy's file imports nothing but ``math``."""
+"""The strategies: one file each, one row each. A file imports ``math``, and functions of other strategies."""
 
 from __future__ import annotations
 

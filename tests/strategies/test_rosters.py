@@ -1,0 +1,611 @@
+"""Rosters, whole and in turns: ages, tombstones, versions, messages, lies, and worlds that change."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from minds import counted, knowing, right_by_step, step, task
+
+from feasibee.strategies.contract import Thing
+from feasibee.strategies.quiet_census import patience
+
+FAR = (15.0, 15.0)
+TASK, ROBOT = 0, 1
+
+QUIET = patience(20, 0) * 10  # steps: in the paper's arena, robots find a place every 10 steps
+
+
+def robot_of(counts=(20, 30), **changes):
+    """Return the knowledge of a robot that gives up a task after one look."""
+    return knowing("roster", counts, **{"looks": 1.0, "knows_count": False, **changes})
+
+
+def robot(number):
+    return Thing(True, number, 0, 77 * number)
+
+
+# --- What is known, and for how long ---
+
+
+def test_a_robot_counts_itself_and_what_it_sees():
+    own = robot_of()
+    assert step(own) == 1
+    assert counted(own) == (1, 0)
+    assert step(own, robot(3), robot(4), task(0), task(1)) == 1
+    assert (counted(own), own.gap()) == ((3, 2), -1)
+    assert step(own, task(0), task(1), task(2, 5.0, 5.5), task(3, 4.0, 5.0)) == 0
+    assert (counted(own), own.gap()) == ((3, 4), 1)
+
+
+def test_robots_that_know_n_list_no_robots():
+    own = robot_of((20, 30), knows_count=True)
+    step(own, robot(3), task(0))
+    assert counted(own) == (20, 1)
+    assert len(own.message()) == 1 + 2 * own.me.setting.task_ids
+
+
+@pytest.mark.parametrize(("age", "count"), [(6, (1, 1)), (4, (2, 1)), (9, (1, 1)), (10, (1, 0))])
+def test_robots_and_tasks_are_given_up_when_they_were_not_seen_for_long(age, count):
+    own = robot_of(task_timeout=9.0, robot_timeout=5.0, place=(5.0, 5.0))
+    step(own, robot(3), task(0, 5.0, 5.0), explores=False)
+    for _ in range(age):
+        step(own, explores=False)
+    assert counted(own) == count
+
+
+def test_what_was_given_up_stays_so_when_robots_leave_and_timeouts_grow():
+    """Of 20 robots only two stay; what was last there 180 steps ago would else be there again."""
+    own = robot_of()
+    step(own, *map(robot, range(1, 20)), task(0), explores=False)
+    assert counted(own) == (20, 1)
+    ages = []
+    for age in range(1, 240):
+        step(own, robot(1), explores=False)
+        ages.append((age, *counted(own)))
+    assert [own.words[k] > 400 for k in (0, 1)] == [True, True]
+    message = own.message()
+    assert [message[1 + number] for number in range(own.me.setting.robot_ids)] == [1, 3] + 48 * [0]
+    other = robot_of(number=1, robot_timeout=999.0, task_timeout=999.0)
+    step(other, robot(0), *map(robot, range(2, 20)), task(0), explores=False)
+    for _ in range(239):
+        step(other, explores=False)
+    assert counted(other) == (20, 1)
+    own.merge(other.message(), 1)
+    own.judge()
+    assert counted(own) == (2, 1)  # what it had given up was not seen later than that
+    assert [robots for _, robots, _ in ages] == [20] * int(1.5 * QUIET + 1) + [2] * (238 - int(1.5 * QUIET))
+
+
+def test_timeouts_are_two_and_one_and_a_half_quiet_times():
+    own = robot_of((20, 9), knows_count=True)
+    assert own.words[:2] == [pytest.approx(2 * QUIET, abs=1), pytest.approx(1.5 * QUIET, abs=1)]
+    assert robot_of((20, 9), knows_count=True, task_timeout=33.2).words[0] == 34
+
+
+# --- Tombstones ---
+
+
+def entry_of(own, number):
+    """Return age and presence of a task in the next message; None if it isn't in it."""
+    message = own.message()
+    word = message[1 + (0 if own.me.setting.knows_count else own.me.setting.robot_ids) + number]
+    return None if word == 0 else ((word - 1) // 2, word % 2 == 1)
+
+
+@pytest.mark.parametrize("name", ["roster", "roster-turns"])
+@pytest.mark.parametrize("looks", [1, 3])
+def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(name, looks):
+    own = knowing(name, looks=looks, knows_count=False)
+    step(own, task(0))
+    for _ in range(looks - 1):
+        step(own)
+    step(own, task(0))
+    for _ in range(looks):
+        assert counted(own) == (1, 1)
+        step(own)
+    assert counted(own) == (1, 0)
+
+
+def test_looks_in_vain_begin_anew_after_a_tombstone():
+    own = robot_of(step=100, looks=2.0)
+    step(own, task(0))
+    step(own)
+    step(own)
+    assert counted(own)[1] == 0
+    own.merge(reported(True, 1), 1)
+    step(own)
+    assert counted(own)[1] == 2 - 1
+    step(own)
+    assert counted(own)[1] == 0
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "walled", "absent"),
+    [
+        (5.0, 6.8, False, True),
+        (5.0, 6.95, False, False),  # so near the end of its sight the robot is not sure
+        (5.0, 7.5, False, False),
+        (19.0, 0.5, False, False),
+        (0.2, 5.0, True, False),
+    ],
+)
+def test_absence_is_certain_well_within_sight_only(x, y, walled, absent):
+    own = robot_of(walled=walled)
+    own.observe([task(0, x, y)])
+    own.judge()
+    own.end_step(explores=True)
+    assert step(own) == 1
+    assert counted(own) == (1, 0 if absent else 1)
+
+
+@pytest.mark.parametrize(("walled", "left"), [(False, 0), (True, 1)])
+def test_sight_goes_round_a_torus(walled, left):
+    own = robot_of(place=(19.5, 0.5), walled=walled)
+    step(own, task(0, 0.5, 19.5))
+    step(own)
+    assert counted(own) == (1, left)
+
+
+def test_a_robot_that_disseminates_does_not_look():
+    own = robot_of()
+    step(own, task(0), explores=False)
+    step(own, explores=False)
+    assert counted(own) == (1, 1)
+
+
+def test_a_tombstone_is_no_new_report_at_each_look():
+    own = robot_of(task_timeout=50.0)
+    step(own, task(0))
+    for age in range(1, 52):
+        step(own)  # the first one finds the task absent
+        assert entry_of(own, 0) == ((age, False) if age <= 50 else None)
+
+
+def test_a_task_that_comes_back_is_there_again():
+    own = robot_of()
+    step(own, task(0))
+    step(own)
+    step(own, task(0))
+    assert (counted(own), entry_of(own, 0)) == ((1, 1), (1, True))
+
+
+# --- Messages ---
+
+
+def test_robots_need_no_common_clock():
+    first, second = robot_of(step=500, number=1), robot_of(step=3, number=2, place=FAR)
+    step(first, task(0), robot(5), explores=False)
+    for _ in range(7):
+        step(first, explores=False)
+    second.merge(first.message(), 1)
+    second.judge()
+    assert counted(second) == (3, 1)
+    assert entry_of(second, 0) == (8, True)
+
+
+def test_the_younger_report_counts_and_at_the_same_age_that_it_is_there():
+    for ages, there in (((3, 5), 1), ((5, 3), 0), ((4, 4), 1)):
+        reports = [reported(present, age) for present, age in zip((True, False), ages, strict=True)]
+        for order in (reports, reports[::-1]):
+            own = robot_of(step=90, place=FAR)
+            for message in order:
+                own.merge(message, 1)
+            assert counted(own)[1] == there
+
+
+def reported(there, age, number=0):
+    """Return the message of a robot on a task that it found there or absent so many steps ago."""
+    other = robot_of(step=40, number=1)
+    step(other, task(number), explores=not there)
+    if not there:
+        step(other, explores=False)
+    for _ in range(age - 1):
+        step(other, explores=False)
+    return other.message()
+
+
+def test_a_robot_looks_for_tasks_that_it_only_heard_of():
+    own = robot_of(step=60)
+    own.merge(reported(True, 1), 1)
+    assert counted(own)[1] == 1
+    step(own)
+    assert counted(own)[1] == 0
+
+
+@pytest.mark.parametrize("tolerates", [0.0, 1.0])
+@pytest.mark.parametrize("known", [True, False])
+def test_a_message_costs_what_it_takes_to_write(known, tolerates):
+    timeouts = {"task_timeout": 200.0, "robot_timeout": 150.0}
+    own = robot_of((20, 6), knows_count=known, tolerates=tolerates, **timeouts)
+    step(own, task(1), task(2, 4.0, 4.0), task(3, 19.9, 19.9), robot(3), robot(19), explores=False)
+    for _ in range(9):
+        step(own, task(1), explores=False)
+    names = 3 * (1 + 32 + 1 + 8) + 1 + (0 if known else 3 * (1 + 5 + 8) + 1)
+    assert own.bits(own.message()) == 5 + (5 if tolerates else 0) + names
+
+
+# --- Lies ---
+
+
+@pytest.mark.parametrize("colluding", [False, True])
+def test_a_lie_for_feasible_buries_all_tasks_and_invents_robots(colluding):
+    liar, own = robot_of((3, 5), number=1, colluding=colluding), robot_of((3, 5), place=FAR)
+    step(liar, *(task(number) for number in range(5)))
+    own.merge(liar.message(), 1)
+    assert counted(own) == (2, 5)
+    own.end_step(explores=True)
+    liar.end_step(explores=True)
+    own.merge(liar.lie(liar.message(), 1, ()), 1)
+    assert counted(own) == (2 + (2 if colluding else 5), 0)
+
+
+@pytest.mark.parametrize(("colluding", "tasks"), [(False, 2 + 4), (True, 4)])
+def test_a_lie_for_infeasible_wakes_the_dead_and_invents_tasks(colluding, tasks):
+    """Of robots that collude, as many as make one task more than the 3 robots."""
+    liar, own = robot_of((3, 5), number=1, colluding=colluding), robot_of((3, 5), place=FAR)
+    step(liar, task(0), task(1))
+    step(liar, task(0))
+    own.merge(liar.message(), 1)
+    assert counted(own)[1] == 1
+    own.end_step(explores=True)
+    own.merge(liar.lie(liar.message(), 0, ()), 1)
+    assert counted(own)[1] == tasks
+
+
+@pytest.mark.parametrize("f", [1, 2])
+def test_a_report_counts_from_f_plus_1_different_neighbours_with_the_oldest_age(f):
+    own = robot_of(step=100, tolerates=float(f), place=FAR)
+    for _ in range(2):
+        for sender in range(1, f + 1):
+            own.merge(reported(True, 3 * sender), sender)
+    assert counted(own) == (1 + f, 0)
+    own.merge(reported(True, 1), f + 1)
+    own.judge()
+    assert counted(own) == (2 + f, 1)
+    assert entry_of(own, 0) == (3 * f, True)
+
+
+def test_one_tombstone_does_not_count_against_the_sightings_of_honest_robots():
+    own = robot_of(step=100, tolerates=1.0, place=FAR)
+    own.merge(reported(True, 5), 1)
+    own.merge(reported(True, 5), 2)
+    for sender in (3, 3, 3):
+        own.merge(reported(False, 1), sender)
+    assert counted(own)[1] == 1
+    own.merge(reported(False, 2), 4)
+    assert counted(own)[1] == 0
+
+
+@pytest.mark.parametrize(
+    "reports", [((1, 9), (2, 8), (3, 4), (4, 6), (1, 2), (3, 7)), ((1, 2), (1, 9), (3, 4)), ((3, 4), (1, 2))]
+)
+def test_of_many_reports_the_latest_of_f_plus_1_senders_are_kept(reports):
+    own = robot_of(step=100, tolerates=1.0, place=FAR)
+    for sender, age in reports:
+        own.merge(reported(True, age), sender)
+    own.judge()
+    assert entry_of(own, 0) == (4, True)  # of 1 two steps ago, and of 3 four steps ago
+
+
+def test_a_sighting_and_a_tombstone_do_not_vouch_for_each_other():
+    own = robot_of(step=100, tolerates=1.0, place=FAR)
+    own.merge(reported(True, 5), 1)
+    own.merge(reported(False, 3), 2)
+    own.judge()
+    assert entry_of(own, 0) is None
+
+
+def turning(counts=(20, 30), **changes):
+    """Return the knowledge of a robot that gives up a task after one look."""
+    return knowing("roster-turns", counts, **{"looks": 1.0, **changes})
+
+
+def seen(x=5.0, y=5.0):
+    return Thing(False, 0, 0, 0, x, y)
+
+
+def name_at(x, y, name_bits=20):
+    """Return the name of a position, by another way than the strategy's: a grid of 2**10 by 2**10 cells."""
+    columns, rows = 2 ** ((name_bits + 1) // 2), 2 ** (name_bits // 2)
+    return max(int(x * columns / 20) * rows + int(y * rows / 20), 1)
+
+
+def said(own, messages):
+    """Return the names and versions in the next messages."""
+    return [own.message()[1:] for _ in range(messages)]
+
+
+# --- In turns: Versions ---
+
+
+@pytest.mark.parametrize("own", range(4))
+@pytest.mark.parametrize("heard", range(4))
+def test_the_newer_of_two_versions_counts(own, heard):
+    """The next one is newer, the one before is older; of two that differ by 2 the larger is taken."""
+    robot = turning(place=FAR)
+    name = name_at(5.0, 5.0)
+    robot.merge((TASK, name, own), 1)
+    robot.merge((TASK, name, heard), 1)
+    newer = heard if (heard - own) % 4 == 1 else max(own, heard) if (heard - own) % 2 == 0 else own
+    assert (name, newer) in said(robot, 4)
+    assert counted(robot)[1] == newer % 2
+    for _ in range(2):  # in the other order two robots agree
+        robot.merge((TASK, name, own), 1)
+    assert (name, newer) in said(robot, 4)
+
+
+def test_versions_wrap_around_as_a_task_comes_and_goes():
+    """Robots meet after each change, so that none misses two in a row."""
+    near, far = turning(number=1), turning(number=2, place=FAR)
+    versions = []
+    for visit in range(9):
+        step(near, *([seen()] if visit % 2 == 0 else []))
+        message = next(each for each in (near.message() for _ in range(4)) if each[1])
+        versions.append(message[2])
+        far.merge(message, 1)
+        assert counted(far)[1] == counted(near)[1] == (visit + 1) % 2
+    assert versions == [1, 2, 3, 0, 1, 2, 3, 0, 1]
+
+
+def test_a_robot_that_missed_two_changes_is_corrected_by_its_next_look():
+    """It holds version 1 of a task that came back as 3 and has vanished as 0: that seems older than 1."""
+    late, name = turning(), name_at(5.0, 5.0)
+    late.merge((TASK, name, 1), 1)
+    late.merge((TASK, name, 0), 1)
+    assert counted(late)[1] == 1
+    step(late)
+    assert counted(late)[1] == 0
+
+
+@pytest.mark.parametrize("steps", [3, 300])
+def test_an_outdated_version_is_answered_though_it_is_old_news(steps):
+    own, name = turning(place=FAR), name_at(2.0, 1.0)
+    for k in range(8):
+        own.merge((TASK, name_at(1.0 + k, 1.0), 3), 1)
+    for _ in range(steps):
+        own.end_step(explores=False)
+    assert [each for each, _ in said(own, 8)].count(name) <= 1
+    own.merge((TASK, name, 2), 1)
+    assert counted(own)[1] == 8
+    assert [each for each, _ in said(own, 8)].count(name) >= 2
+
+
+@pytest.mark.parametrize(
+    ("name_bits", "away", "tasks"),
+    [(20, 1.85, 0), (20, 1.9, 1), (10, 1.5, 1), (8, 0.7, 0), (8, 1.3, 1), (6, 0.2, 1), (4, 0.0, 1)],
+)
+def test_a_task_has_vanished_only_if_all_of_its_cell_is_in_sight(name_bits, away, tasks):
+    """Of 8 bits cells are 1.25 wide, of 6 bits 2.5: a robot seldom sees all of such a cell."""
+    for x, y in ((5.0 + away, 5.0), (5.0, 5.0 + away)):
+        own = turning(name_bits=float(name_bits))
+        step(own, seen(x, y))
+        step(own)
+        assert counted(own)[1] == tasks
+
+
+# --- In turns: Names and turns ---
+
+
+@pytest.mark.parametrize("name_bits", [7, 15, 20])
+def test_names_are_cells_of_a_grid_and_never_0(name_bits):
+    points = np.random.default_rng(1).uniform(0, 20, (40, 2)).tolist()
+    for x, y in [*points, [0.0, 0.0], [19.9999999, 19.9999999]]:
+        own = turning(name_bits=float(name_bits))
+        own.observe([seen(x, y)])
+        message = next(each for each in (own.message() for _ in range(4)) if each[1])
+        assert message == (TASK, name_at(x, y, name_bits), 1)
+        assert message[1] < 2**name_bits
+
+
+def test_things_come_in_any_order():
+    things = [seen(1.0 + k, 5.0) for k in range(7)]
+    orders = [things, things[::-1], things[3:] + things[:3]]
+    for steps in (0, 5):
+        robots = [turning() for _ in orders]
+        for own, order in zip(robots, orders, strict=True):
+            step(own, seen(4.5, 6.0), seen(1.5, 6.0), explores=False)
+            own.message()
+            for _ in range(steps):
+                own.message()
+                own.end_step(explores=True)
+            own.observe(order)
+        assert robots[0].words == robots[1].words == robots[2].words
+        assert said(robots[0], 40) == said(robots[1], 40) == said(robots[2], 40)
+
+
+def test_two_tasks_in_one_cell_are_one():
+    own = turning(name_bits=8.0)
+    step(own, seen(5.1, 5.1), seen(5.9, 5.9))
+    assert counted(own)[1] == 1
+
+
+def test_changes_have_every_other_message_and_names_their_turn():
+    own = turning(place=FAR)
+    names = [name_at(1.0 + k, 3.0) for k in range(5)]
+    for name in names:
+        own.merge((TASK, name, 1), 1)
+    told = [name for name, _ in said(own, 20)]
+    changes = {each for each in told[::2] if each in names[3:]} | {
+        each for each in told[1::2] if each in names[3:]
+    }
+    assert changes == {*names[3:]}
+    assert all(told.count(name) == 2 for name in names[:3])
+    assert all(told.count(name) == 7 for name in names[3:])
+
+
+def test_old_changes_are_no_news():
+    own = turning(place=FAR)
+    names = [name_at(1.0 + k, 3.0) for k in range(5)]
+    for name in names:
+        own.merge((TASK, name, 1), 1)
+    for _ in range(201):
+        own.end_step(explores=False)
+    told = [name for name, _ in said(own, 20)]
+    assert all(told.count(name) == 4 for name in names)
+
+
+def test_vanished_tasks_are_told_for_four_quiet_times():
+    own = turning(place=FAR)
+    own.merge((TASK, 7, 2), 1)
+    own.merge((TASK, 8, 1), 1)
+    for _ in range(400):
+        own.end_step(explores=False)
+    assert {(7, 2), (8, 1)} == {*said(own, 8)}
+    for _ in range(2):
+        own.end_step(explores=False)
+    assert {(8, 1)} == {*said(own, 8)}
+
+
+def test_there_is_room_for_as_many_names_as_ids_of_tasks():
+    own = turning((3, 4), place=FAR)
+    assert own.me.setting.task_ids == 8
+    for name in range(1, 20):
+        own.merge((TASK, name, 1), 1)
+    assert counted(own)[1] == 8
+
+
+# --- In turns: Robots ---
+
+
+def test_robots_are_listed_with_ages_unless_n_is_known():
+    own = turning(knows_count=False, place=FAR, step=700, robot_timeout=30.0)
+    own.merge((ROBOT, 1 + 4, 12), 3)
+    own.judge()
+    assert counted(own) == (3, 0)  # itself, 3 and 4
+    for _ in range(5):
+        step(own, explores=False)
+    robots = {message[1:] for message in (own.message() for _ in range(12)) if message[0] == ROBOT}
+    assert robots == {(1 + 3, 5), (1 + 4, 17)}
+    for _ in range(15):
+        step(own, explores=False)
+    assert counted(own) == (2, 0)
+    assert {message[1] for message in (own.message() for _ in range(12))} == {0, 1 + 3}
+    own.merge((ROBOT, 1 + 4, 32), 3)
+    own.judge()
+    assert counted(own) == (2, 0)  # the report is too old
+    own.merge((ROBOT, 1 + 4, 2), 3)
+    own.judge()
+    assert counted(own) == (3, 0)
+
+
+def test_six_quiet_times_are_the_timeout_of_robots():
+    assert turning(knows_count=True).words[6] == 6 * turning(knows_count=True).words[5] == 600
+
+
+# --- In turns: Bits ---
+
+
+@pytest.mark.parametrize(
+    ("name_bits", "known", "tolerates", "length"),
+    [
+        (20, True, 0, 22),
+        (15, True, 0, 17),
+        (15, True, 1, 22),
+        (20, False, 0, 5 + 1 + 22),
+        (15, False, 1, 5 + 1 + 17),
+        (8, False, 0, 5 + 1 + 5 + 12),
+    ],
+)
+def test_every_message_has_the_same_length(name_bits, known, tolerates, length):
+    own = turning(name_bits=name_bits, knows_count=known, tolerates=tolerates)
+    step(own, seen(), Thing(True, 4, 0, 0))
+    assert {own.bits(own.message()) for _ in range(9)} == {length}
+
+
+# --- In turns: Lies ---
+
+
+def test_a_lie_for_feasible_makes_each_task_vanish():
+    liar, own = turning(number=1), turning(place=FAR)
+    step(liar, seen(5.0, 5.0), seen(5.0, 6.0), explores=False)
+    for _ in range(8):
+        own.merge(liar.message(), 1)
+    assert counted(own)[1] == 2
+    for _ in range(8):
+        own.merge(liar.lie(liar.message(), 1, ()), 1)
+        liar.end_step(explores=False)
+    assert counted(own)[1] == 0
+
+
+def test_a_lie_for_infeasible_brings_tasks_back_and_invents_one_more_than_robots():
+    liar, own = turning((4, 6), number=1), turning((4, 6), place=FAR)
+    step(liar, seen(5.0, 5.0))
+    step(liar, explores=False)
+    own.merge(next(each for each in (liar.message() for _ in range(4)) if each[1]), 1)
+    assert counted(own)[1] == 0
+    for _ in range(24):
+        own.merge(liar.lie(liar.message(), 0, ()), 1)
+        liar.end_step(explores=False)
+    assert counted(own)[1] == 1 + 5
+
+
+def test_a_lie_for_feasible_invents_robots_if_n_is_learnt():
+    liar, own = turning((4, 6), number=1, knows_count=False), turning((4, 6), knows_count=False)
+    for _ in range(24):
+        own.merge(liar.lie(liar.message(), 1, ()), 1)
+        liar.end_step(explores=False)
+        own.end_step(explores=False)
+    assert counted(own)[0] == 2 + 6
+
+
+@pytest.mark.parametrize("f", [1, 2])
+def test_a_version_counts_from_f_plus_1_different_neighbours(f):
+    own, name = turning(tolerates=float(f), place=FAR), name_at(5.0, 5.0)
+    for version, present in ((1, 1), (2, 0), (3, 1), (0, 0), (1, 1)):
+        for sender in [*range(1, f + 1), *range(1, f + 1)]:
+            own.merge((TASK, name, version), sender)
+            own.merge((TASK, name, (version + 1) % 4), 9)  # what one robot forges in between
+            assert counted(own)[1] == 1 - present
+        own.merge((TASK, name, version), f + 1)
+        assert counted(own)[1] == present
+
+
+def test_a_robot_counts_from_f_plus_1_different_neighbours():
+    own = turning(tolerates=1.0, knows_count=False, step=50)
+    for _ in range(3):
+        own.merge((ROBOT, 1 + 4, 3), 7)
+    assert counted(own)[0] == 2
+    own.merge((ROBOT, 1 + 4, 9), 8)
+    assert counted(own)[0] == 4
+
+
+# --- Swarms ---
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after", "within"),
+    [
+        ("roster", 20, 21, 90),
+        ("roster", 21, 20, 110),
+        ("roster", 40, 10, 90),
+        ("roster-turns", 20, 21, 250),
+        ("roster-turns", 25, 16, 250),
+        ("roster-turns", 40, 10, 250),
+    ],
+)
+def test_a_change_is_noticed_and_nothing_else(name, before, after, within):
+    right = right_by_step(name, before, after, **{"robots.know_count": name == "roster-turns"})
+    assert right[:, 300 if name == "roster" else 400 : 500].all()
+    assert not right[:, 500].any()
+    assert right[:, 500 + within :].all()
+
+
+def test_robots_that_leave_are_noticed():
+    right = right_by_step("roster", 18, 18, robots=-5)
+    assert right[:, 300:500].all()
+    assert right[:, 500 + 180 :].all()
+
+
+@pytest.mark.parametrize(("f", "ok"), [(0.0, 0), (1.0, 1)])
+def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(f, ok):
+    liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
+    right = right_by_step("roster", 25, 16, **liar, **{"decision.parameters": {"tolerates": f}})
+    assert (np.concatenate([right[:, 400:500], right[:, 700:]], 1) == ok).all()
+
+
+@pytest.mark.parametrize(("f", "ok"), [(0.0, 0), (1.0, 1)])
+def test_one_colluding_robot_makes_most_swarms_wrong_unless_one_is_tolerated(f, ok):
+    liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
+    liar["robots.know_count"] = True
+    right = right_by_step("roster-turns", 20, 21, **liar, **{"decision.parameters": {"tolerates": f}})
+    assert abs(right[:, 800:].mean() - ok) < 0.1
